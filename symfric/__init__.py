@@ -1,0 +1,21 @@
+"""Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design."""
+
+from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.model import laws, mechanics
+from symfric.model import library as scenes
+from symfric.model.laws import Law
+from symfric.model.names import SPEED, TIME
+from symfric.model.outputs import (
+    End,
+    Events,
+    HalfRange,
+    Integral,
+    Max,
+    Min,
+    StopTime,
+    Trajectory,
+    friction_force,
+    slip,
+)
+from symfric.model.scene import Scene
+from symfric.model.system import Contact, Signal, System

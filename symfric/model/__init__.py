@@ -1,0 +1,1 @@
+"""Friction laws, mechanical systems, contacts and scenes: the SymPy layer, where every equation is written."""

@@ -1,0 +1,67 @@
+"""The reserved symbols, names as keys, and numbers as values."""
+
+import difflib
+import math
+import numbers
+from collections.abc import Iterable
+
+import sympy as sp
+
+from symfric.errors import SceneError
+
+TIME = sp.Symbol("t")  # time; equal to SymPy's own dynamicsymbols._t, so its time derivatives are with respect to it
+SPEED = sp.Symbol("v", positive=True)  # sliding speed |slip| > 0; reserved for friction laws
+
+Key = sp.Symbol | str
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the hint '; did you mean ...?' for a misspelled name, or the list of what there is."""
+    known = sorted(set(known))
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean {close[0]}?"
+    if not known:
+        return "; there are none"
+    return "; known: " + ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+
+
+def name_of(key: Key) -> str:
+    """Return the name a symbol or string stands for."""
+    if isinstance(key, sp.Symbol):
+        return key.name
+    if isinstance(key, str):
+        return key
+    raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
+
+
+def finite(value, what: str) -> float:
+    """Return `value` as a finite float, or say what is wrong with it."""
+    if isinstance(value, bool | str):
+        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+    if isinstance(value, sp.Expr):
+        if not value.is_number:
+            raise SceneError(f"{what} is the expression {value}, not a number")
+        if value.is_extended_real is False:
+            raise SceneError(f"{what} is {value}; it must be real")
+    elif not isinstance(value, numbers.Real):
+        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+    result = float(value)
+    if not math.isfinite(result):
+        raise SceneError(f"{what} is {result}; it must be finite")
+    return result
+
+
+def expression(value, what: str) -> sp.Expr:
+    """Return `value` as a SymPy expression; a string is refused, because parsing is the scene file's business."""
+    if isinstance(value, str):
+        raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
+    try:
+        result = sp.sympify(value, strict=True)
+    except sp.SympifyError:
+        raise SceneError(f"{what} is {value!r}, not a SymPy expression") from None
+    if not isinstance(result, sp.Expr):
+        raise SceneError(f"{what} is {value!r}, not a scalar expression")
+    if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        raise SceneError(f"{what} is {result}; it must be finite")
+    return result

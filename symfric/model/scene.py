@@ -1,0 +1,245 @@
+"""A scene: a system, its contacts, numbers, a start, a horizon, and what is wanted of the motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.checks import check_contacts, check_continuous, check_start, check_symbols
+from symfric.model.names import TIME, Key, expression, finite, name_of, nearest
+from symfric.model.outputs import Output, ScalarOfExpression, Trajectory, friction_force, slip
+from symfric.model.system import Contact, Signal, System
+
+_NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A problem stated once: what moves, from where, for how long, and what is wanted. It never says how to solve it.
+
+    Parameters
+    ----------
+    system : System
+    contacts : sequence of Contact
+    values : mapping of parameter (symbol or name) to number
+        Every parameter of every expression, and no others. None marks a value to be given later with `where`.
+    initial : mapping of state to number or expression of parameters
+        Every state in ``x = [q; u; z]``.
+    horizon : float
+        Length of the run, in units of time; it starts at t = 0.
+    outputs : mapping of name to Output, optional
+        What is wanted; ``{"path": Trajectory()}`` unless given.
+    inputs : mapping of symbol to Signal
+        Sampled inputs.
+
+    Raises
+    ------
+    SceneError
+        If anything is missing, unused, misspelled, not finite or out of range; it names the thing and the cure.
+    """
+
+    system: System
+    contacts: Sequence[Contact] = ()
+    values: Mapping[Key, float | None] = field(default_factory=dict)
+    initial: Mapping[Key, float | sp.Expr] = field(default_factory=dict)
+    horizon: float = 0.0
+    outputs: Mapping[str, Output] | None = None
+    inputs: Mapping[Key, Signal] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if not isinstance(self.system, System):
+            raise SceneError(f"system is {self.system!r}; give a sf.System")
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+        for c in self.contacts:
+            if not isinstance(c, Contact):
+                raise SceneError(f"{c!r} in contacts is no sf.Contact")
+        check_contacts(self.system, self.contacts)
+        horizon = finite(self.horizon, "horizon")
+        if horizon <= 0:
+            raise SceneError(f"horizon is {horizon}; it must be positive")
+        object.__setattr__(self, "horizon", horizon)
+        object.__setattr__(self, "outputs", _read_outputs(self.outputs))
+        self._check_output_symbols()
+        self._read_values()
+        self._read_initial()
+        if None not in self.values.values():
+            self._check_numbers()
+
+    def _read_values(self):
+        given = {name_of(k): v for k, v in self.values.items()}
+        if len(given) < len(self.values):
+            raise SceneError("a parameter is given twice in Scene.values, as a symbol and by name")
+        signals = {name_of(k): s for k, s in self.inputs.items()}
+        for name, signal in signals.items():
+            if not isinstance(signal, Signal):
+                raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
+        symbols = self._symbols()
+        found = {}
+        for symbol in sorted(symbols, key=str):
+            found.setdefault(symbol.name, symbol)
+        allowed = self._state_names() | {name: found.get(name, sp.Symbol(name)) for name in signals}
+        clash = next((name for name in given if name in self._state_names()), None)
+        if clash:
+            raise SceneError(f"{clash} is a state; its start belongs in Scene.initial, not in Scene.values")
+        reserved = self._contact_symbols() | {TIME.name: TIME}
+        check_symbols(symbols, allowed | reserved, set(given))
+        parameters = set(found) - set(allowed) - set(reserved)
+        for name in [*given, *signals]:
+            if name not in found:
+                where = "input" if name in signals else "value"
+                raise SceneError(f"{where} {name} is used by no expression{nearest(name, parameters)}")
+        numbers = {found[n]: None if v is None else finite(v, f"the value of {n}") for n, v in given.items()}
+        object.__setattr__(self, "values", numbers)
+        object.__setattr__(self, "inputs", {found[n]: s for n, s in signals.items()})
+
+    def _symbols(self) -> set[sp.Symbol]:
+        """Every symbol that some expression of the scene uses, the speed inside laws apart."""
+        wanted = [o.expr for o in self.outputs.values() if isinstance(o, ScalarOfExpression)]
+        starts = [e for e in self.initial.values() if isinstance(e, sp.Expr)]
+        parts = [e.free_symbols for e in (*self.system.expressions, *wanted, *starts)]
+        return set().union(*parts, *(c.free_symbols for c in self.contacts))
+
+    def _state_names(self) -> dict[str, sp.Symbol]:
+        return {s.name: s for s in self.system.states}
+
+    def _contact_symbols(self) -> dict[str, sp.Symbol]:
+        symbols = [make(c.name) for c in self.contacts for make in (friction_force, slip)]
+        return {s.name: s for s in symbols}
+
+    def _read_initial(self):
+        states = self._state_names()
+        given = {name_of(k): v for k, v in self.initial.items()}
+        for name, value in given.items():
+            if name not in states:
+                raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
+            if isinstance(value, sp.Expr) and value.free_symbols:
+                value = expression(value, f"the initial value of {name}")
+                if value.free_symbols - set(self.values):
+                    raise SceneError(f"the initial value of {name} is {value}; it may depend on parameters only")
+                given[name] = value
+            else:
+                given[name] = finite(value, f"the initial value of {name}")
+        missing = next((name for name in states if name not in given), None)
+        if missing:
+            raise SceneError(f"no initial value for {missing}; add it to Scene.initial")
+        object.__setattr__(self, "initial", {s: given[s.name] for s in self.system.states})
+
+    def _check_output_symbols(self):
+        known = self._contact_symbols()
+        for name, output in self.outputs.items():
+            if isinstance(output, ScalarOfExpression):
+                for s in output.expr.free_symbols:
+                    if s.name.startswith(("friction_force(", "slip(")) and s.name not in known:
+                        contacts = [c.name for c in self.contacts]
+                        bare = s.name.split("(", 1)[1][:-1]
+                        raise SceneError(f"output {name!r} asks for contact {bare!r}{nearest(bare, contacts)}")
+
+    def _check_numbers(self):
+        numbers = self.numbers()
+        for what, e in self._named_expressions():
+            check_continuous(e, {k: v for k, v in numbers.items() if k not in self.initial}, what)
+        start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
+        check_start(self.system, self.contacts, start)
+
+    def _named_expressions(self):
+        for i, e in enumerate(self.system.force):
+            yield f"force[{i}]", e
+        for i, e in enumerate(self.system.z_rate):
+            yield f"z_rate[{i}]", e
+
+    def numbers(self) -> dict[sp.Symbol, float]:
+        """Return every parameter and every initial state as a number; raise if a value is still to be given."""
+        missing = next((k for k, v in self.values.items() if v is None), None)
+        if missing is not None:
+            raise SceneError(
+                f"no value for {missing.name}; add it to Scene.values, or scene.where({{'{missing.name}': ...}})"
+            )
+        values = dict(self.values)
+        for state, value in self.initial.items():
+            number = value if isinstance(value, float) else float(value.subs(self.values))
+            values[state] = finite(number, f"the initial value of {state.name}")
+        return values
+
+    @property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """Parameters in the order of `values`."""
+        return tuple(self.values)
+
+    def parameter(self, key: Key) -> sp.Symbol:
+        """Return the parameter's symbol for a symbol or name; raise with the nearest known name."""
+        name = name_of(key)
+        for s in self.values:
+            if s.name == name:
+                return s
+        raise SceneError(f"{name} is no parameter of the scene{nearest(name, [s.name for s in self.values])}")
+
+    def where(self, values: Mapping[Key, float]) -> "Scene":
+        """Return the scene with other numbers for some of its parameters."""
+        changed = {self.parameter(k): v for k, v in values.items()}
+        return replace(self, values={**self.values, **changed})
+
+    def starting(self, initial: Mapping[Key, float]) -> "Scene":
+        """Return the scene with another start of some of its states."""
+        return replace(
+            self,
+            initial={**{s.name: v for s, v in self.initial.items()}, **{name_of(k): v for k, v in initial.items()}},
+        )
+
+    def until(self, horizon: float) -> "Scene":
+        """Return the scene with another horizon."""
+        return replace(self, horizon=horizon)
+
+    def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
+        """Return the scene with other outputs."""
+        return replace(self, outputs=outputs)
+
+    def regularised(self, v_s, shape: str = "linear") -> "Scene":
+        """Return the scene with every contact's law made continuous; see `Law.regularised`."""
+        contacts = [replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts]
+        return replace(self, contacts=contacts)
+
+    def equations(self) -> tuple[sp.Eq, ...]:
+        """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
+        t, system = TIME, self.system
+        moving = {s: sp.Function(s.name, real=True)(t) for s in system.states}
+        pull = sp.zeros(len(system.q), 1)
+        for c in self.contacts:
+            mu = c.law.kinetic.xreplace(
+                {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
+            )
+            force = -sp.sign(c.slip) * c.normal * c.profile * mu
+            pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
+        rates = sp.Matrix([moving[u].diff(t) for u in system.u])
+        left = (system.mass * rates).subs(moving)
+        right = (sp.Matrix(system.force) + pull).subs(moving)
+        kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
+        dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
+        first = [
+            sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False)
+            for z, e in zip(system.z, system.z_rate, strict=True)
+        ]
+        return (*kinematic, *dynamic, *first)
+
+    def _repr_latex_(self) -> str:
+        rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in self.equations())
+        return r"$\displaystyle \begin{aligned} " + rows + r" \end{aligned}$"
+
+    def __repr__(self) -> str:
+        names = ", ".join(c.name for c in self.contacts) or "none"
+        values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
+        return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
+
+
+def _read_outputs(outputs) -> dict[str, Output]:
+    if outputs is None:
+        return {"path": Trajectory()}
+    if not isinstance(outputs, Mapping):
+        raise SceneError(f"outputs is {outputs!r}; give a mapping of names to sf.End(), sf.Max(x), ...")
+    for name, output in outputs.items():
+        if not isinstance(name, str):
+            raise SceneError(f"{name!r} is no name of an output; use a string")
+        if not isinstance(output, Output):
+            raise SceneError(f"output {name!r} is {output!r}; use sf.End(), sf.Max(x), ... with its brackets")
+    return dict(outputs)

@@ -1,0 +1,187 @@
+"""A mechanical system, its dry contacts and its sampled inputs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.laws import Law
+from symfric.model.names import SPEED, TIME, expression, finite
+
+JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
+
+
+def refuse_jumps(expr: sp.Expr, what: str) -> None:
+    """Raise if the expression jumps; friction has one door, the `Contact`."""
+    found = [e for e in expr.atoms(sp.Function, sp.Mod) if isinstance(e, JUMPS)]
+    if found:
+        raise SceneError(f"{what} contains {found[0]}, which jumps; dry friction enters as a Contact with a law")
+
+
+@dataclass(frozen=True)
+class System:
+    """Equations of motion ``q' = u``, ``mass(q) u' = force(q, u, z, t) + contact forces``, ``z' = z_rate(q, u, z, t)``.
+
+    Attributes
+    ----------
+    q, u : sequences of Symbol, length n
+        Coordinates and their velocities.
+    mass : matrix of Expr, shape (n, n)
+        Symmetric and positive definite; may depend on q and parameters.
+    force : sequence of Expr, length n
+        Everything on the right-hand side but the contacts; may have kinks (Abs, Max, Min, a continuous Piecewise).
+    z, z_rate : sequences, same length
+        First-order states and their rates: controllers, dynamic friction.
+    """
+
+    q: Sequence[sp.Symbol]
+    u: Sequence[sp.Symbol]
+    mass: sp.ImmutableMatrix
+    force: Sequence[sp.Expr]
+    z: Sequence[sp.Symbol] = ()
+    z_rate: Sequence[sp.Expr] = ()
+
+    def __post_init__(self):
+        for name in ("q", "u", "z"):
+            states = tuple(getattr(self, name))
+            for s in states:
+                if not isinstance(s, sp.Symbol):
+                    raise SceneError(f"{s!r} in {name} is no symbol; states are SymPy symbols")
+            object.__setattr__(self, name, states)
+        n = len(self.q)
+        if not n:
+            raise SceneError("a system needs at least one coordinate in q")
+        if len(self.u) != n:
+            raise SceneError(f"{n} coordinates in q and {len(self.u)} velocities in u; give one velocity for each")
+        try:
+            mass = sp.ImmutableMatrix(self.mass)
+        except (TypeError, ValueError) as error:
+            raise SceneError(f"the mass matrix cannot be read ({error}); give {n} rows of {n} expressions") from None
+        if mass.shape != (n, n):
+            raise SceneError(f"the mass matrix has shape {mass.shape}; {n} coordinates need ({n}, {n})")
+        object.__setattr__(self, "mass", mass)
+        for name, length in (("force", n), ("z_rate", len(self.z))):
+            entries = tuple(getattr(self, name))
+            if len(entries) != length:
+                raise SceneError(f"{name} has {len(entries)} entries; it needs {length}")
+            entries = tuple(expression(e, f"{name}[{i}]") for i, e in enumerate(entries))
+            object.__setattr__(self, name, entries)
+        self._check_symbols()
+
+    def _check_symbols(self):
+        names = [s.name for s in self.states]
+        double = next((name for i, name in enumerate(names) if name in names[:i]), None)
+        if double:
+            raise SceneError(f"two states are called {double}; give each its own symbol")
+        if TIME.name in names:
+            raise SceneError("a state is called t, which is reserved for time; rename it")
+        for what, entries in (("force", self.force), ("z_rate", self.z_rate), ("mass", tuple(self.mass))):
+            for i, e in enumerate(entries):
+                refuse_jumps(e, f"{what}[{i}]")
+        for i, e in enumerate(self.mass):
+            expression(e, f"mass[{i // len(self.q)}][{i % len(self.q)}]")
+            if e.free_symbols & ({*self.u, *self.z, TIME}):
+                raise SceneError(f"mass[{i // len(self.q)}][{i % len(self.q)}] is {e}; it may depend on q only")
+        if not (self.mass - self.mass.T).applyfunc(sp.expand).is_zero_matrix:
+            raise SceneError("the mass matrix is not symmetric")
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """All states in the order of ``x = [q; u; z]``."""
+        return (*self.q, *self.u, *self.z)
+
+    @property
+    def expressions(self) -> tuple[sp.Expr, ...]:
+        """Every expression of the system."""
+        return (*self.mass, *self.force, *self.z_rate)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.
+
+    Attributes
+    ----------
+    name : str
+    slip : Expr
+        Relative velocity, linear in the velocities u; may depend on q and time.
+    normal : Expr
+        Normal load, >= 0; may depend on state and time.
+    law : Law
+    profile : Expr
+        Factor of the coefficient, may depend on q: position-dependent friction.
+    """
+
+    name: str
+    slip: sp.Expr
+    normal: sp.Expr
+    law: Law
+    profile: sp.Expr = field(default=sp.Integer(1))
+
+    def __post_init__(self):
+        if not isinstance(self.name, str) or not self.name:
+            raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
+        for what in ("slip", "normal", "profile"):
+            where = f"{what} of contact {self.name!r}"
+            value = expression(getattr(self, what), where)
+            refuse_jumps(value, where)
+            if SPEED in value.free_symbols:
+                raise SceneError(f"{where} contains sf.SPEED, which is reserved for laws")
+            object.__setattr__(self, what, value)
+        if not isinstance(self.law, Law):
+            raise SceneError(f"the law of contact {self.name!r} is {self.law!r}; use one of sf.laws")
+        refuse_jumps(self.law.kinetic, f"law of contact {self.name!r}")
+        if self.normal.is_number and self.normal < 0:
+            raise SceneError(f"normal of contact {self.name!r} is {self.normal}; a normal load is not negative")
+
+    @property
+    def free_symbols(self) -> set[sp.Symbol]:
+        """Every symbol of the contact, the law's speed apart."""
+        return self.slip.free_symbols | self.normal.free_symbols | self.profile.free_symbols | self.law.free_symbols
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A sampled input, linear between its samples and zero outside them.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        At least two.
+    dt : float
+        Sampling interval, > 0.
+    t0 : float
+        Time of the first sample.
+    unit : str or None
+        For reading only.
+    """
+
+    samples: np.ndarray
+    dt: float
+    t0: float = 0.0
+    unit: str | None = None
+
+    def __post_init__(self):
+        samples = np.array(self.samples, dtype=float)
+        if samples.ndim != 1 or samples.size < 2:
+            raise SceneError(f"a signal has shape {samples.shape}; give a row of at least two samples")
+        if not np.all(np.isfinite(samples)):
+            raise SceneError(f"sample {int(np.flatnonzero(~np.isfinite(samples))[0])} of a signal is not finite")
+        samples.setflags(write=False)
+        object.__setattr__(self, "samples", samples)
+        object.__setattr__(self, "dt", finite(self.dt, "the sampling interval dt"))
+        object.__setattr__(self, "t0", finite(self.t0, "the start t0 of a signal"))
+        if self.dt <= 0:
+            raise SceneError(f"the sampling interval dt is {self.dt}; it must be positive")
+
+    @property
+    def t_end(self) -> float:
+        """Time of the last sample."""
+        return self.t0 + self.dt * (self.samples.size - 1)
+
+    def __call__(self, t):
+        """Evaluate at times t, any shape."""
+        grid = self.t0 + self.dt * np.arange(self.samples.size)
+        return np.interp(t, grid, self.samples, left=0.0, right=0.0)
