@@ -1,0 +1,64 @@
+"""The work-precision picture and the table of a benchmark."""
+
+import math
+
+import numpy as np
+
+from symfric.bench.result import Benchmark
+
+_MARKERS = "osD^vPX*<>"
+_SMALLEST = 1e-16  # an error of zero is drawn here
+
+
+def work_precision(benchmark: Benchmark, ax=None):
+    """Draw CPU time against achieved error, one panel a problem and one curve a solver; return the Axes."""
+    import matplotlib.pyplot as plt
+
+    names = list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
+    solvers = list(dict.fromkeys(c.solver for c in benchmark.curves))
+    if ax is None:
+        _, ax = plt.subplots(1, max(1, len(names)), figsize=(4.2 * max(1, len(names)), 4), squeeze=False)
+    panels = np.atleast_1d(ax).ravel()
+    for panel, name in zip(panels, names, strict=False):
+        for curve in (c for c in benchmark.curves if c.problem == name and c.points):
+            k = solvers.index(curve.solver)
+            errors = [max(p.error, _SMALLEST) for p in curve.points]
+            seconds = [p.seconds for p in curve.points]
+            panel.loglog(errors, seconds, marker=_MARKERS[k % 10], color=f"C{k % 10}", label=curve.solver)
+        panel.invert_xaxis()
+        panel.set(xlabel="error", ylabel="CPU time / s", title=name)
+        panel.grid(True, which="major", alpha=0.3)
+    if names:
+        panels[0].legend(fontsize="small")
+    return ax if np.ndim(ax) == 0 else (panels[0] if panels.size == 1 else ax)
+
+
+def table(benchmark: Benchmark):
+    """Return a rich Table: a row for each solver on each problem."""
+    from rich.table import Table
+
+    result = Table(title="CPU time of one run, median of interleaved rounds")
+    columns = ("problem", "solver", "ms to 1e-6", "ms to 1e-10", "best error", "events", "prepare s", "remark")
+    for name in columns:
+        result.add_column(name, justify="left" if name in ("problem", "solver", "remark") else "right")
+    last = None
+    for curve in benchmark.curves:
+        if last not in (None, curve.problem):
+            result.add_section()
+        result.add_row(curve.problem, *_row(curve))
+        last = curve.problem
+    return result
+
+
+def _row(curve) -> tuple[str, ...]:
+    best = min((p.error for p in curve.points), default=math.nan)
+    found = "-"
+    if curve.events is not None and curve.points:
+        wrong = sum(p.events != curve.events for p in curve.points)
+        found = f"{curve.events}" if not wrong else f"{curve.events}, wrong in {wrong} of {len(curve.points)}"
+    times = (_milliseconds(curve.time_to(error)) for error in (1e-6, 1e-10))
+    return (curve.solver, *times, f"{best:.1e}", found, f"{curve.prepared:.3f}", curve.failure)
+
+
+def _milliseconds(seconds: float) -> str:
+    return "not reached" if math.isnan(seconds) else f"{1e3 * seconds:.3g}"

@@ -1,0 +1,94 @@
+"""SciPy: DOP853 restarted at terminal events for the law with its jump, LSODA for the regularised one."""
+
+from collections.abc import Callable
+from math import sin
+
+from symfric.bench.problems import Oscillator, Problem
+from symfric.bench.result import Answer
+
+WORKAROUNDS = (
+    "the sign of slip is held constant between events; the sign function in the right-hand side would never end",
+    "events fall only: after a release the guard starts at zero and rises",
+    "the stick phase is solved in closed form and costs no step",
+    "right-hand side in plain floats, without NumPy",
+)
+
+
+def prepare_events(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Return a function that runs ``solve_ivp(method="DOP853")`` from event to event."""
+    from scipy.integrate import solve_ivp
+
+    o = problem.oscillator
+    slips = {sign: _slipping(o, sign) for sign in (-1, 1)}
+    guards = {sign: _guard(o, sign) for sign in (-1, 1)}
+    release, end = o.mu_s + o.held, o.horizon
+
+    def run() -> Answer:
+        t, y, sign, events = 0.0, [o.x0, 0.0], o.start, 0
+        while True:
+            part = solve_ivp(
+                slips[sign], (t, end), y, method="DOP853", rtol=tolerance, atol=tolerance, events=guards[sign]
+            )
+            if part.status == 0:
+                return Answer((part.y[0, -1], part.y[1, -1]), events)
+            if part.status < 0:
+                raise RuntimeError(part.message)
+            t, x, events = float(part.t[-1]), float(part.y[0, -1]), events + 1
+            force = o.held - x + (o.drive * sin(o.Omega * t) if o.drive else 0.0)
+            if abs(force) > o.mu_s:
+                y, sign = [x, o.v_b], 1 if force > 0 else -1
+                continue
+            if o.settles:
+                return Answer((x, o.v_b), events)
+            if o.drive:
+                raise NotImplementedError("a forced mass sticks; the loop has no rule for that")
+            t_release = t + (release - x) / o.v_b
+            if t_release >= end:
+                return Answer((x + o.v_b * (end - t), o.v_b), events)
+            t, y, sign, events = t_release, [release, o.v_b], -1, events + 1
+
+    return run
+
+
+def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Return a function that runs ``solve_ivp(method="LSODA")`` through the kinks of the regularised law."""
+    from scipy.integrate import solve_ivp
+
+    o = problem.oscillator
+    slope = o.mu_s / o.v_s
+
+    def rate(t, y):
+        x, u = y
+        w = u - o.v_b
+        speed = abs(w) - o.v_s
+        mu = slope * w if speed < 0 else (1 if w > 0 else -1) * (o.mu_s + speed * (o.c1 + o.c3 * speed * speed))
+        return [u, -2 * o.beta * u - x - mu]
+
+    def run() -> Answer:
+        whole = solve_ivp(rate, (0, o.horizon), [o.x0, 0.0], method="LSODA", rtol=tolerance, atol=tolerance)
+        if whole.status:
+            raise RuntimeError(whole.message)
+        return Answer((whole.y[0, -1], whole.y[1, -1]), 0)
+
+    return run
+
+
+def _slipping(o: Oscillator, sign: int):
+    """Right-hand side with the sign of slip held."""
+    c1, c3, v_b, damping, drive, Omega, rest = o.c1, o.c3, o.v_b, 2 * o.beta, o.drive, o.Omega, sign * o.mu_s
+
+    def rate(t, y):
+        x, u = y
+        w = u - v_b
+        force = -x - damping * u - rest - w * (c1 + c3 * w * w)
+        return [u, force + drive * sin(Omega * t) if drive else force]
+
+    return rate
+
+
+def _guard(o: Oscillator, sign: int):
+    def guard(_, y):
+        return sign * (y[1] - o.v_b)
+
+    guard.terminal, guard.direction = True, -1
+    return guard

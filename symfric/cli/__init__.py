@@ -1,0 +1,74 @@
+"""The command line: words in, tables and files out. Exit status 0, 1 (no answer), 2 (bad input), 130 (interrupted)."""
+
+import importlib
+
+import click
+
+from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.model.names import nearest
+
+COMMANDS = {  # name: module and attribute, imported when asked for
+    "study": "symfric.cli.commands:study",
+    "explain": "symfric.cli.commands:explain",
+    "scenes": "symfric.cli.commands:scenes",
+}
+
+
+class BadInput(click.ClickException):
+    """One line on stderr, exit status 2."""
+
+    exit_code = 2
+
+
+class NoAnswer(click.ClickException):
+    """One line on stderr, exit status 1."""
+
+    exit_code = 1
+
+
+class Commands(click.Group):
+    """Loads a command when it is named and turns the package's errors into one line and an exit status."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names in the order of `COMMANDS`."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command, or raise with the nearest known name."""
+        if cmd_name not in COMMANDS:
+            ctx.fail(f"no command {cmd_name!r}{nearest(cmd_name, COMMANDS)}")
+        module, attribute = COMMANDS[cmd_name].split(":")
+        return getattr(importlib.import_module(module), attribute)
+
+    def invoke(self, ctx: click.Context):
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except SceneError as error:
+            raise BadInput(str(error)) from None
+        except (NotFound, NoRoute, RunFailed) as error:
+            raise NoAnswer(str(error)) from None
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            return ctx.exit(130)
+
+
+def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool):
+    if wanted:
+        from symfric.report.versions import package_version
+
+        click.echo(f"symfric {package_version('symfric')}")
+        ctx.exit()
+
+
+@click.command(cls=Commands, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show it.")
+@click.pass_context
+def main(ctx: click.Context):
+    """Vibration caused and damped by dry friction.
+
+    \b
+    Example: symfric study examples/belt.toml -o out/
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())

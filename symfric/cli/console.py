@@ -1,0 +1,91 @@
+"""What the commands share: options, progress on stderr, folders to write to."""
+
+import contextlib
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import click
+
+from symfric.errors import SceneError
+
+Progress = Callable[[str, float], None]
+PATIENCE = 1.0  # seconds of silence before progress is shown
+
+
+def common_options(command):
+    """Add ``--json`` and ``--quiet``."""
+    command = click.option("--quiet", "-q", is_flag=True, help="No progress and no summary.")(command)
+    return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(command)
+
+
+def print_json(data) -> None:
+    """Print data as JSON; NaN and infinity, which JSON does not have, must be None already."""
+    click.echo(json.dumps(data, indent=2, allow_nan=False))
+
+
+@contextlib.contextmanager
+def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
+    """Yield a function of (stage, fraction done): a bar on a terminal, a line per stage elsewhere, nothing if quiet."""
+    if quiet:
+        yield lambda _stage, _fraction: None
+    elif sys.stderr.isatty():
+        with _bar() as report:
+            yield report
+    else:
+        yield _Lines()
+
+
+@contextlib.contextmanager
+def _bar() -> Iterator[Progress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    start = time.monotonic()
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    bar = Bar(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task("", total=1.0)
+
+    def report(stage: str, fraction: float) -> None:
+        if time.monotonic() - start > PATIENCE and not bar.live.is_started:
+            bar.start()
+        bar.update(task, description=stage, completed=fraction)
+
+    try:
+        yield report
+    finally:
+        if bar.live.is_started:
+            bar.stop()
+
+
+class _Lines:
+    """One plain line for each stage, no more than one a second."""
+
+    def __init__(self):
+        self.last, self.stage = time.monotonic(), ""
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        now = time.monotonic()
+        if stage != self.stage and now - self.last > PATIENCE:
+            click.echo(f"{100 * fraction:3.0f} % {stage}", err=True)
+            self.last, self.stage = now, stage
+
+
+def writable_folder(path: Path) -> Path:
+    """Create a folder and prove that a file can be written there, before any work is done."""
+    try:
+        if path.exists() and not path.is_dir():
+            raise SceneError(f"{path} is a file; name a folder for the results with -o")
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".symfric-probe"
+        probe.write_bytes(b"")
+        probe.unlink()
+    except (OSError, ValueError) as error:
+        if isinstance(error, SceneError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"cannot write to {path} ({reason}); name another folder with -o") from None
+    return path

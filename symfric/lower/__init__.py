@@ -1,0 +1,1 @@
+"""From SymPy to CasADi: a scene becomes a hybrid automaton of smooth functions with the mode as data."""

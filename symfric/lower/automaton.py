@@ -1,0 +1,246 @@
+"""A scene as a hybrid automaton: smooth CasADi functions in which the mode is data.
+
+The mode of contact i is a stick flag s_i (1 sticks, 0 slips) and a direction d_i = +-1 of its slip w_i; of switch j a
+sign sigma_j. With f the applied forces, J = dw/du and lambda the friction forces,
+
+    M u' = f + J^T lambda,   lambda_i = -d_i N_i mu(d_i w_i) where i slips,   w_i' = 0 where i sticks.
+
+The sticking forces follow from ``(I - S + S A S) lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
+``A = J M^-1 J^T`` and ``S = diag(s)``: one graph serves every mode, and for a constant mass matrix everything that
+depends on the mode alone is computed once per mode, not once per step.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.printer import Printer, Switches
+from symfric.model.names import SPEED, TIME
+from symfric.model.outputs import friction_force, slip
+from symfric.model.scene import Scene
+
+
+@dataclass(frozen=True)
+class Automaton:
+    """Smooth functions of a scene and the layout of their arguments.
+
+    Attributes
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
+        Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
+        ``N mu_s -+ lambda`` while it sticks; then one row for each switch; then one for each load that varies.
+    gauge : casadi.Function
+        ``(y, t, p) -> (w, scale, pull)``, each (n_c,): slips, the sum of the magnitudes of their terms, and the slip
+        acceleration that the largest static friction can cause; the scales of zero tests.
+    states, contacts, loads : tuples of str
+        Names; `loads` lists the contacts whose normal load varies.
+    sticks : tuple of bool
+        Whether each contact can stick; a smooth law cannot.
+    parameters : tuple of Symbol
+        Order of the first entries of p; then, for each input, start, value and slope of its current sample interval.
+    inputs : tuple of Symbol
+    n_switches : int
+    autonomous : bool
+        Whether time appears nowhere.
+    anchors : tuple of (int, float)
+        For each contact the index of the one velocity it depends on and its factor, or (-1, 0) if there are several.
+    """
+
+    field: ca.Function
+    gauge: ca.Function
+    states: tuple[str, ...]
+    contacts: tuple[str, ...]
+    loads: tuple[str, ...]
+    sticks: tuple[bool, ...]
+    parameters: tuple[sp.Symbol, ...]
+    inputs: tuple[sp.Symbol, ...]
+    n_switches: int
+    autonomous: bool
+    anchors: tuple[tuple[int, float], ...]
+
+    @property
+    def n_mode(self) -> int:
+        """Length of the mode vector ``m = [s; d; sigma]``."""
+        return 2 * len(self.contacts) + self.n_switches
+
+    @property
+    def n_guards(self) -> int:
+        """Number of guard rows."""
+        return 2 * len(self.contacts) + self.n_switches + len(self.loads)
+
+
+def vanishing(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Integer]:
+    """Return the parameters that are exactly zero and may be dropped from the equations, `varied` ones excepted."""
+    zero = {s: sp.Integer(0) for s, v in scene.values.items() if v == 0 and s.name not in varied}
+    kept = dict(zero)
+    for symbol in zero:
+        changed = [e.xreplace({symbol: sp.Integer(0)}) for e in _expressions(scene) if symbol in e.free_symbols]
+        if any(e.has(sp.nan, sp.zoo, sp.oo, -sp.oo) for e in changed):
+            del kept[symbol]
+    return kept
+
+
+def _expressions(scene: Scene) -> list[sp.Expr]:
+    parts = [*scene.system.expressions]
+    for c in scene.contacts:
+        parts += [c.slip, c.normal, c.profile, c.law.kinetic, c.law.stick, *c.law.breaks]
+    return parts
+
+
+class _Lowering:
+    """The symbols and intermediate graphs of one lowering; lives only inside `lower`."""
+
+    def __init__(self, scene: Scene, zero: dict[sp.Symbol, sp.Integer]):
+        system = scene.system
+        self.scene, self.zero = scene, zero
+        self.y = ca.SX.sym("y", len(system.states))
+        self.t = ca.SX.sym("t")
+        self.parameters = tuple(s for s in scene.parameters if s not in zero)
+        self.inputs = tuple(scene.inputs)
+        self.p = ca.SX.sym("p", len(self.parameters) + 3 * len(self.inputs))
+        self.switches = Switches()
+        self.symbols = {TIME: self.t}
+        self.symbols.update({s: self.y[i] for i, s in enumerate(system.states)})
+        self.symbols.update({s: self.p[i] for i, s in enumerate(self.parameters)})
+        for k, s in enumerate(self.inputs):
+            start, value, slope = ca.vertsplit(self.p[len(self.parameters) + 3 * k : len(self.parameters) + 3 * k + 3])
+            self.symbols[s] = value + slope * (self.t - start)
+        self.moving = {*system.states, TIME, *self.inputs}
+        self.print = Printer(self.symbols, self.moving, self.switches)
+        n = len(scene.contacts)
+        self.s, self.d = ca.SX.sym("s", n), ca.SX.sym("d", n)
+
+    def sx(self, expr: sp.Expr) -> ca.SX:
+        return self.print(sp.sympify(expr).xreplace(self.zero))
+
+    def vector(self, exprs) -> ca.SX:
+        return ca.vertcat(*(self.sx(e) for e in exprs)) if len(exprs) else ca.SX(0, 1)
+
+    def contact(self, i: int) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Return slip, load times profile, and coefficient of friction at the slip speed of contact i."""
+        c = self.scene.contacts[i]
+        w = self.sx(c.slip)
+        load = self.sx(c.normal * c.profile)
+        inside = {**self.symbols, SPEED: self.d[i] * w}
+        law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
+        return w, load, law(c.law.kinetic.xreplace(self.zero))
+
+
+def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
+    """Build the automaton of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    rows : sequence of Expr
+        Expressions wanted along the run; may contain `friction_force` and `slip`.
+    varied : frozenset of str
+        Parameters that will change although they are zero now; the other zeros are dropped from the equations.
+
+    Raises
+    ------
+    SceneError
+        If an expression has no CasADi form.
+    """
+    low = _Lowering(scene, vanishing(scene, varied))
+    system, n, nc = scene.system, len(scene.system.q), len(scene.contacts)
+    u = low.y[n : 2 * n]
+    f = low.vector(system.force)
+    mass = ca.vertcat(*(ca.horzcat(*(low.sx(system.mass[i, j]) for j in range(n))) for i in range(n)))
+    parts = [low.contact(i) for i in range(nc)]
+    w = ca.vertcat(*(p[0] for p in parts)) if nc else ca.SX(0, 1)
+    load = ca.vertcat(*(p[1] for p in parts)) if nc else ca.SX(0, 1)
+    sliding = ca.vertcat(*(-low.d[i] * parts[i][1] * parts[i][2] for i in range(nc))) if nc else ca.SX(0, 1)
+    rate, friction = _accelerations(low, ca.sparsify(mass), f, w, sliding)
+    guards = []
+    for i in range(nc):
+        bound = load[i] * low.sx(scene.contacts[i].law.stick)
+        if scene.contacts[i].law.smooth:
+            guards += [low.d[i] * w[i], ca.SX(1)]
+        else:
+            guards += [ca.if_else(low.s[i], bound - friction[i], low.d[i] * w[i])]
+            guards += [ca.if_else(low.s[i], bound + friction[i], 1)]
+    for i, c in enumerate(scene.contacts):
+        low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction[i], w[i]
+        low.moving |= {friction_force(c.name), slip(c.name)}
+    wanted = low.vector(list(rows))
+    z_rate = low.vector(system.z_rate)
+    loads = tuple(c.name for c in scene.contacts if (c.normal * c.profile).xreplace(low.zero).free_symbols & low.moving)
+    guards += low.switches.guards
+    guards += [load[i] for i, c in enumerate(scene.contacts) if c.name in loads]
+    out = [ca.vertcat(u, rate, z_rate), ca.vertcat(*guards) if guards else ca.SX(0, 1), wanted]
+    out = [ca.densify(e) for e in out]
+    mode = ca.vertcat(low.s, low.d, *low.switches.signs)
+    field = ca.Function("field", [low.y, low.t, low.p, mode], out, ["y", "t", "p", "m"], ["rate", "guards", "rows"])
+    return Automaton(
+        field=field,
+        gauge=_gauge(low, w, u, mass, load),
+        states=tuple(s.name for s in system.states),
+        contacts=tuple(c.name for c in scene.contacts),
+        loads=loads,
+        sticks=tuple(not c.law.smooth for c in scene.contacts),
+        parameters=low.parameters,
+        inputs=low.inputs,
+        n_switches=len(low.switches.signs),
+        autonomous=not ca.depends_on(ca.vertcat(*out), low.t),
+        anchors=tuple(_anchor(scene, c) for c in scene.contacts),
+    )
+
+
+def _accelerations(low: _Lowering, mass: ca.SX, f: ca.SX, w: ca.SX, sliding: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return u' and the friction forces of all contacts in the mode held by (s, d)."""
+    n, nc = f.numel(), w.numel()
+    u, q = low.y[n : 2 * n], low.y[:n]
+    D, LT, order = ca.ldl(mass)
+    solve = lambda b: ca.ldl_solve(b, D, LT, order)  # noqa: E731
+    if nc == 0:
+        return solve(f), ca.SX(0, 1)
+    J = ca.jacobian(w, u)
+    slipping = ca.SX(sliding)
+    for i, c in enumerate(low.scene.contacts):
+        if not c.law.smooth:
+            slipping[i] = ca.if_else(low.s[i], 0, sliding[i])
+    free = solve(f + J.T @ slipping)
+    sticking = [i for i, c in enumerate(low.scene.contacts) if not c.law.smooth]
+    if not sticking:
+        return free, slipping
+    Jk, s = J[sticking, :], low.s[sticking]
+    pull = solve(Jk.T)
+    A = Jk @ pull
+    drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
+    S = ca.diag(s)
+    system = ca.sparsify(ca.SX.eye(len(sticking)) - S + S @ A @ S)
+    Ds, Ls, perm = ca.ldl(system)
+    held = ca.ldl_solve(-S @ (Jk @ free + drift), Ds, Ls, perm)
+    friction, rate = ca.SX(slipping), ca.densify(free + pull @ held)
+    for k, i in enumerate(sticking):
+        friction[i] = slipping[i] + held[k]
+        index, factor = _anchor(low.scene, low.scene.contacts[i])
+        if index >= 0:  # a body held by the ground follows it exactly, not to rounding
+            rate[index - n] = ca.if_else(s[k], -drift[k] / factor, rate[index - n])
+    return rate, friction
+
+
+def _gauge(low: _Lowering, w: ca.SX, u: ca.SX, mass: ca.SX, load: ca.SX) -> ca.Function:
+    n_c = w.numel()
+    J = ca.jacobian(w, u) if n_c else ca.SX(0, u.numel())
+    still = ca.substitute(w, u, ca.SX.zeros(u.numel())) if n_c else w
+    terms = ca.fabs(J) @ ca.fabs(u) + ca.fabs(still)
+    bounds = [load[i] * low.sx(c.law.stick + sp.Abs(c.law.at_rest)) for i, c in enumerate(low.scene.contacts)]
+    D, LT, order = ca.ldl(ca.sparsify(mass))
+    inverse = [(J[i, :] @ ca.ldl_solve(J[i, :].T, D, LT, order)) for i in range(n_c)]
+    pull = ca.vertcat(*(a * ca.fabs(b) for a, b in zip(inverse, bounds, strict=True))) if n_c else w
+    out = [ca.densify(e) for e in (w, terms, pull)]
+    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], ["w", "scale", "pull"])
+
+
+def _anchor(scene: Scene, contact) -> tuple[int, float]:
+    slopes = [contact.slip.diff(u) for u in scene.system.u]
+    present = [i for i, e in enumerate(slopes) if e != 0]
+    if len(present) == 1 and slopes[present[0]].is_number:
+        return len(scene.system.q) + present[0], float(slopes[present[0]])
+    return -1, 0.0
+

@@ -1,0 +1,206 @@
+"""The one bridge from SymPy to CasADi; it refuses by name what it does not know.
+
+Kinks (Abs, Max, Min, conditions of a Piecewise) of quantities that move become *switches*: a sign held as data and a
+guard that stays positive as long as the sign is right. Every printed expression is therefore smooth.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import casadi as ca
+import sympy as sp
+from sympy.core.relational import Relational
+
+from symfric.errors import SceneError
+from symfric.model.numeric import expand_integrals
+
+_UNARY: dict[type, Callable] = {
+    sp.exp: ca.exp,
+    sp.log: ca.log,
+    sp.sin: ca.sin,
+    sp.cos: ca.cos,
+    sp.tan: ca.tan,
+    sp.asin: ca.asin,
+    sp.acos: ca.acos,
+    sp.atan: ca.atan,
+    sp.sinh: ca.sinh,
+    sp.cosh: ca.cosh,
+    sp.tanh: ca.tanh,
+    sp.asinh: ca.asinh,
+    sp.acosh: ca.acosh,
+    sp.atanh: ca.atanh,
+    sp.erf: ca.erf,
+}
+_RELATIONS = {sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge}
+
+
+@dataclass
+class Switches:
+    """Signs of the kinks met while printing, each an SX symbol of value -1 or +1, and their guards."""
+
+    signs: list[ca.SX] = field(default_factory=list)
+    guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
+    _known: dict = field(default_factory=dict)
+
+    def of(self, quantity: ca.SX, key) -> ca.SX:
+        """Return the sign of `quantity` as data; the same `key` gives the same switch."""
+        if key not in self._known:
+            sign = ca.SX.sym(f"sigma_{len(self.signs)}")
+            self.signs.append(sign)
+            self.guards.append(sign * quantity)
+            self._known[key] = sign
+        return self._known[key]
+
+
+@dataclass
+class Printer:
+    """Print SymPy expressions as CasADi SX.
+
+    Attributes
+    ----------
+    symbols : dict of Symbol to SX
+        What every symbol stands for.
+    moving : set of Symbol
+        Symbols that change along a run; kinks of anything else are evaluated, not switched.
+    switches : Switches
+        Collects the kinks.
+    scope : str
+        Distinguishes switches of equal SymPy expressions whose symbols stand for different SX.
+    """
+
+    symbols: dict[sp.Symbol, ca.SX]
+    moving: set[sp.Symbol]
+    switches: Switches
+    scope: str = ""
+    _memo: dict = field(default_factory=dict)
+
+    def __call__(self, expr: sp.Expr) -> ca.SX:
+        """Return the SX of a scalar expression."""
+        return self._print(expand_integrals(sp.sympify(expr)))
+
+    def _print(self, e) -> ca.SX:
+        if e not in self._memo:
+            self._memo[e] = self._convert(e)
+        return self._memo[e]
+
+    def _convert(self, e) -> ca.SX:
+        if isinstance(e, sp.Symbol):
+            if e not in self.symbols:
+                raise SceneError(f"no value for {e}; add it to Scene.values")
+            return self.symbols[e]
+        if e.is_Number or isinstance(e, sp.NumberSymbol):
+            return ca.SX(float(e))
+        if e.is_Add:
+            return _sum([self._print(a) for a in e.args])
+        if e.is_Mul:
+            return self._product(e)
+        if e.is_Pow:
+            return self._power(e)
+        if e.func in _UNARY:
+            return _UNARY[e.func](self._print(e.args[0]))
+        if isinstance(e, sp.Abs):
+            return self._absolute(e.args[0])
+        if isinstance(e, sp.Max | sp.Min):
+            return self._extreme(e)
+        if isinstance(e, sp.Piecewise):
+            return self._piecewise(e)
+        if isinstance(e, sp.atan2):
+            return ca.atan2(self._print(e.args[0]), self._print(e.args[1]))
+        raise SceneError(f"{type(e).__name__} in {e} has no translation to CasADi; rewrite it with known functions")
+
+    def _product(self, e) -> ca.SX:
+        over, under = [], []
+        for a in e.args:
+            if a.is_Pow and a.exp.is_Number and a.exp.is_negative:
+                under.append(self._print(a.base**-a.exp))
+            else:
+                over.append(self._print(a))
+        top = _fold(over)
+        return top / _fold(under) if under else top
+
+    def _power(self, e) -> ca.SX:
+        base, exponent = e.args
+        if base is sp.E:
+            return ca.exp(self._print(exponent))
+        b = self._print(base)
+        if exponent.is_Integer:
+            n = int(exponent)
+            return _integer_power(b, n) if n > 0 else 1 / _integer_power(b, -n)
+        if exponent == sp.Rational(1, 2):
+            return ca.sqrt(b)
+        if exponent == -sp.Rational(1, 2):
+            return 1 / ca.sqrt(b)
+        return b ** self._print(exponent)
+
+    def _moves(self, e) -> bool:
+        return bool(e.free_symbols & self.moving)
+
+    def _absolute(self, a) -> ca.SX:
+        x = self._print(a)
+        return self.switches.of(x, (self.scope, a)) * x if self._moves(a) else ca.fabs(x)
+
+    def _extreme(self, e) -> ca.SX:
+        larger = isinstance(e, sp.Max)
+        result, so_far = self._print(e.args[0]), e.args[0]
+        for a in e.args[1:]:
+            x = self._print(a)
+            if not self._moves(e):
+                result = ca.fmax(result, x) if larger else ca.fmin(result, x)
+                continue
+            sign = self.switches.of(result - x, (self.scope, so_far, a))
+            first = sign > 0 if larger else sign < 0
+            result = ca.if_else(first, result, x)
+            so_far = e.func(so_far, a)
+        return result
+
+    def _piecewise(self, e) -> ca.SX:
+        if e.args[-1].cond != sp.true:
+            raise SceneError(f"the Piecewise {e} has no last branch with the condition True")
+        result = self._print(e.args[-1].expr)
+        for piece in reversed(e.args[:-1]):
+            result = ca.if_else(self._condition(piece.cond), self._print(piece.expr), result)
+        return result
+
+    def _condition(self, c) -> ca.SX:
+        if c in (sp.true, sp.false):
+            return ca.SX(1 if c == sp.true else 0)
+        if isinstance(c, sp.And | sp.Or):
+            combine = ca.logic_and if isinstance(c, sp.And) else ca.logic_or
+            result = self._condition(c.args[0])
+            for a in c.args[1:]:
+                result = combine(result, self._condition(a))
+            return result
+        if isinstance(c, sp.Not):
+            return ca.logic_not(self._condition(c.args[0]))
+        if not isinstance(c, Relational) or type(c) not in _RELATIONS:
+            raise SceneError(f"the condition {c} is not one of <, <=, >, >=, and, or, not")
+        if not self._moves(c):
+            return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
+        gap = c.gts - c.lts
+        return self.switches.of(self._print(gap), (self.scope, gap)) > 0
+
+
+def _sum(terms: list[ca.SX]) -> ca.SX:
+    result = terms[0]
+    for term in terms[1:]:
+        result = result + term
+    return result
+
+
+def _fold(factors: list[ca.SX]) -> ca.SX:
+    result = ca.SX(1)
+    for factor in factors:
+        result = result * factor
+    return result
+
+
+def _integer_power(base: ca.SX, n: int) -> ca.SX:
+    """Multiply out by squaring, so that a zero base has all its derivatives."""
+    result = None
+    while n:
+        if n & 1:
+            result = base if result is None else result * base
+        n >>= 1
+        if n:
+            base = base * base
+    return result

@@ -1,0 +1,220 @@
+"""What the solver says: one motion with its stick intervals, and the steady vibration over a range of values."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symfric.model.names import TIME
+from symfric.model.outputs import End, Max, Min, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve import prepare, simulate
+
+SAMPLES = 4000  # of a motion to draw
+PATH = "motion of the study"  # an output's name no file is likely to use
+SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless the file says otherwise
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One computed motion, sampled for drawing.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_t,)
+    x : ndarray, shape (n_x, n_t)
+    names : tuple of str
+    sticks : dict of str to tuple of (start, end)
+        Intervals in which each contact sticks.
+    outputs : dict of str to float
+        Scalar outputs of the scene.
+    route, status, advice : str
+    events : int
+    energy_residual : float
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    names: tuple[str, ...]
+    sticks: Mapping[str, tuple[tuple[float, float], ...]]
+    outputs: Mapping[str, float]
+    route: str
+    status: str
+    advice: str
+    events: int
+    energy_residual: float
+
+    @property
+    def sticking(self) -> np.ndarray:
+        """Whether any contact sticks at each time, shape (n_t,)."""
+        on = np.zeros(self.t.shape, dtype=bool)
+        for intervals in self.sticks.values():
+            for start, end in intervals:
+                on |= (self.t >= start) & (self.t <= end)
+        return on
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Steady vibration of one coordinate; NaN where the run failed.
+
+    Attributes
+    ----------
+    largest, smallest : float
+        Over the window.
+    period : float
+        Time between upward passages through the middle; NaN if it does not vibrate.
+    stick_fraction : float
+        Part of the window in which a contact sticks.
+    """
+
+    largest: float
+    smallest: float
+    period: float = float("nan")
+    stick_fraction: float = float("nan")
+
+    @property
+    def half_range(self) -> float:
+        """(largest - smallest) / 2."""
+        return 0.5 * (self.largest - self.smallest)
+
+
+def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
+    """Compute the scene's motion and whatever scalar outputs it wants."""
+    run = simulate(scene.wanting({**scene.outputs, PATH: Trajectory()}), tolerance=tolerance)
+    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
+    scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
+    return Motion(
+        t,
+        run(t),
+        run.names,
+        stick_intervals(run),
+        scalars,
+        run.route,
+        run.status.name,
+        run.advice,
+        int(run.stats.get("events", 0)),
+        float(run.energy_residual()),
+    )
+
+
+def stick_intervals(run) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Return the intervals in which each contact of a run sticks."""
+    result = {}
+    for contact, row in zip(run.scene.contacts, run.mode, strict=True):
+        stuck = np.concatenate([[False], row[:-1] == 0, [False]])
+        starts, ends = np.flatnonzero(stuck[1:] & ~stuck[:-1]), np.flatnonzero(~stuck[1:] & stuck[:-1])
+        result[contact.name] = tuple((float(run.t[a]), float(run.t[b])) for a, b in zip(starts, ends, strict=True))
+    return result
+
+
+def frequencies(scene: Scene) -> set[sp.Expr]:
+    """Return the frequencies of the harmonic functions of time in a scene, as expressions of its parameters."""
+    found = set()
+    for e in (*scene.system.expressions, *(c.slip for c in scene.contacts), *(c.normal for c in scene.contacts)):
+        for wave in e.atoms(sp.sin, sp.cos):
+            rate = wave.args[0].diff(TIME)
+            if not rate.is_zero:
+                found.add(sp.Abs(rate))
+    return found
+
+
+def is_excited(scene: Scene) -> bool:
+    """Return whether time enters the equations with the scene's own values."""
+    expressions = (*scene.system.expressions, *(c.slip for c in scene.contacts), *(c.normal for c in scene.contacts))
+    zero = {k: 0 for k, v in scene.values.items() if v == 0}
+    return any(TIME in e.subs(zero).free_symbols for e in expressions if TIME in e.free_symbols)
+
+
+def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[float, float]:
+    """Return the times to wait and to measure; the first in whole periods of a single excitation.
+
+    The window is a run of its own, which starts at t = 0: only so does it continue the first one's excitation.
+    """
+    settle = SETTLE * scene.horizon if settle is None else settle
+    window = WINDOW * scene.horizon if window is None else window
+    if is_excited(scene):
+        rates = {abs(float(f.subs(scene.values))) for f in frequencies(scene)} - {0.0}
+        if len(rates) == 1:
+            period = 2 * np.pi / rates.pop()
+            settle = max(1.0, round(settle / period)) * period
+    return settle, window
+
+
+def vibration(scene: Scene, coordinate: str, settle: float, window: float, tolerance: float = 1e-9) -> Vibration:
+    """Return the steady vibration of a coordinate with its period and its share of sticking."""
+    end = simulate(scene.wanting({"end": End()}).until(settle), tolerance=tolerance).checked()
+    start = dict(zip(end.names, end.final.tolist(), strict=True))
+    scene = scene.starting(start).until(window)
+    x = _symbol(scene, coordinate)
+    wanted = {"high": Max(x), "low": Min(x), PATH: Trajectory()}
+    run = simulate(scene.wanting(wanted), tolerance=tolerance).checked()
+    high, low = float(run["high"]), float(run["low"])
+    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
+    stuck = np.zeros(t.shape, dtype=bool)
+    for intervals in stick_intervals(run).values():
+        for a, b in intervals:
+            stuck |= (t >= a) & (t < b)
+    fraction = float(np.sum(np.diff(t)[stuck[:-1]]) / run.t_final)
+    i = run.names.index(coordinate)
+    still = high - low <= 1e-7 * max(abs(high), abs(low), 1e-300)
+    period = float("nan") if still else _period(lambda s: run(s)[i] - 0.5 * (high + low), t)
+    return Vibration(high, low, period, fraction)
+
+
+def _period(f: Callable, t: np.ndarray) -> float:
+    """Return the mean time between upward zeros of f, refined by bisection."""
+    from scipy.optimize import brentq
+
+    values = f(t)
+    turns = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
+    if turns.size < 2:
+        return float("nan")
+    first, last = (brentq(lambda s: float(f(s)), t[k], t[k + 1], xtol=1e-14 * t[-1]) for k in (turns[0], turns[-1]))
+    return (last - first) / (turns.size - 1)
+
+
+def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress: Callable) -> list[Vibration]:
+    """Return the steady vibration for each value of a parameter.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        Coordinate, settling time and window.
+    progress : callable ``(fraction) -> None``
+    """
+    symbol = scene.parameter(parameter)
+    fixed = not any(symbol in f.free_symbols for f in frequencies(scene))
+    measure = _prepared(scene, plan) if fixed else None
+    result = []
+    for k, value in enumerate(values):
+        progress(k / len(values))
+        if not fixed:
+            measure = _prepared(scene.where({parameter: float(value)}), plan)
+        result.append(measure({parameter: float(value)}))
+    return result
+
+
+def _prepared(scene: Scene, plan) -> Callable[[Mapping[str, float]], Vibration]:
+    """Compile settling and measuring once; return a function from values to the vibration."""
+    settle, window = settling(scene, plan.settle, plan.window)
+    x = _symbol(scene, plan.coordinate)
+    names = tuple(s.name for s in scene.system.states)
+    first = prepare(scene.wanting({"end": End()}).until(settle))
+    second = prepare(scene.wanting({"high": Max(x), "low": Min(x)}).until(window))
+
+    def measure(values: Mapping[str, float]) -> Vibration:
+        end = first.run(values=values)
+        if end.advice:
+            return Vibration(float("nan"), float("nan"))
+        run = second.run(values=values, initial=dict(zip(names, end.final.tolist(), strict=True)))
+        if run.advice:
+            return Vibration(float("nan"), float("nan"))
+        return Vibration(float(run["high"]), float(run["low"]))
+
+    return measure
+
+
+def _symbol(scene: Scene, name: str) -> sp.Symbol:
+    return next(s for s in scene.system.states if s.name == name)

@@ -1,0 +1,282 @@
+"""A checked document to a `Scene`: ready models and laws by their signatures, own equations by the parser."""
+
+import inspect
+import keyword
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model import laws, library
+from symfric.model import outputs as kinds
+from symfric.model.laws import Law
+from symfric.model.names import SPEED, TIME, nearest
+from symfric.model.scene import Scene
+from symfric.model.system import Contact, System
+from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
+from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
+
+OF_EXPRESSION = {"max": kinds.Max, "min": kinds.Min, "half_range": kinds.HalfRange, "integral": kinds.Integral}
+PLAIN = {"end": kinds.End, "stop_time": kinds.StopTime, "trajectory": kinds.Trajectory, "events": kinds.Events}
+
+
+@dataclass(frozen=True)
+class LawSpec:
+    """A friction law as the file names it, for reading.
+
+    Attributes
+    ----------
+    contact, law : str
+    coefficients : dict
+        Argument of the law to a number, the text of an expression, or a list of them.
+    """
+
+    contact: str
+    law: str
+    coefficients: dict
+
+
+def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]:
+    """Return the public functions of a module whose annotation says they return `result`."""
+    found = inspect.getmembers(module, inspect.isfunction)
+    return {
+        name: f
+        for name, f in found
+        if not name.startswith("_") and f.__module__ == module.__name__ and f.__annotations__.get("return") is result
+    }
+
+
+def ready_scenes() -> dict[str, Callable]:
+    """Return the ready scenes by name."""
+    return functions_returning(library, Scene)
+
+
+def friction_laws() -> dict[str, Callable]:
+    """Return the friction laws by name."""
+    return functions_returning(laws, Law)
+
+
+def build_scene(document: Document) -> tuple[Scene, tuple[LawSpec, ...]]:
+    """Return the scene a document describes and its laws for reading."""
+    _check_names(document)
+    if isinstance(document.scene, ReadyScene):
+        scene, specs = _from_library(document, document.scene)
+    else:
+        scene, specs = _from_equations(document, document.scene)
+    if document.outputs:
+        scene = scene.wanting(_outputs(document, scene))
+    return scene, specs
+
+
+def _check_names(document: Document) -> None:
+    """Raise on names that an expression could not hold or that are taken."""
+    given = [("values", name) for name in document.values]
+    if isinstance(document.scene, OwnScene):
+        given += [(f"scene.{k}", n) for k in ("coordinates", "velocities", "z") for n in getattr(document.scene, k)]
+    for place, name in given:
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z_0-9]*", name):
+            raise SceneError(f"{place}: {shorten(name, 40)!r} is no name; use letters, digits and _")
+        if keyword.iskeyword(name):
+            raise SceneError(f"{place}: {name} is a word Python reserves; rename it, for example {name}_")
+        if name in RESERVED or name == TIME.name:
+            raise SceneError(f"{place}: {name} is taken ({'time' if name == TIME.name else 'a function'}); rename it")
+
+
+def _call(place: str, function: Callable, arguments: Mapping):
+    """Call a function of the model layer; a wrong kind of argument is the file's fault, not ours."""
+    try:
+        return function(**arguments)
+    except SceneError:
+        raise
+    except (TypeError, ValueError, AttributeError, ArithmeticError, IndexError) as error:
+        raise SceneError(f"{place}: {function.__name__} cannot use these arguments ({shorten(error, 100)})") from None
+
+
+def _check_arguments(place: str, function: Callable, given: Mapping, elsewhere: str = "") -> None:
+    """Raise on an argument the function does not have and on one it needs."""
+    parameters = inspect.signature(function).parameters
+    for name in given:
+        if name not in parameters:
+            raise SceneError(
+                f"{place}: {function.__name__} has no argument {shorten(name, 40)!r}{nearest(name, parameters)}"
+            )
+    needed = [n for n, p in parameters.items() if p.default is inspect.Parameter.empty and n not in given]
+    if needed:
+        raise SceneError(f"{elsewhere or place} needs {needed[0]}, an argument of {function.__name__}; add it")
+
+
+def _law(friction: Friction, place: str, names: Mapping[str, sp.Expr]) -> Law:
+    """Return the law of one contact."""
+    known = friction_laws()
+    if friction.law not in known:
+        raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
+    function, given = known[friction.law], friction.__pydantic_extra__
+    _check_arguments(f"[{place}]", function, given)
+
+    def read(value, where: str, own: Mapping[str, sp.Expr]):
+        if isinstance(value, list):
+            return [read(v, f"{where}[{i}]", own) for i, v in enumerate(value)]
+        if not isinstance(value, str):
+            return _exact(value)
+        result = parse_expression(value, own, where)
+        if not result.free_symbols:
+            raise SceneError(f"{where} is the string {shorten(value, 30)!r}; write the number without quotes")
+        return result
+
+    coefficients = {}
+    for key, value in given.items():
+        own = {**names, SPEED.name: SPEED} if key == "kinetic" else names
+        coefficients[key] = read(value, f"{place}.{key}", own)
+    try:
+        return _call(f"[{place}]", function, coefficients)
+    except SceneError as error:
+        raise SceneError(f"[{place}]: {str(error).removeprefix(f'[{place}]: ')}") from None
+
+
+def _exact(value: float) -> float | int:
+    """Return a whole number as such, so that equations read 2*x and not 2.0*x."""
+    return int(value) if value.is_integer() and abs(value) < 1e15 else value
+
+
+def _spec(friction: Friction, contact: str) -> LawSpec:
+    return LawSpec(contact, friction.law, dict(friction.__pydantic_extra__))
+
+
+def _contact_place(document: Document, i: int) -> str:
+    """Return where the i-th contact stands, for messages."""
+    if len(document.friction) == 1:
+        return "friction"
+    return f"friction.{shorten(document.friction[i].name or i + 1, 30)}"
+
+
+def _real(names) -> dict[str, sp.Symbol]:
+    return {name: sp.Symbol(name, real=True) for name in names}
+
+
+def _from_library(document: Document, section: ReadyScene) -> tuple[Scene, tuple[LawSpec, ...]]:
+    """Return a ready scene; `[values]` holds its numbers, `[scene]` its options, `[friction]` its law."""
+    known = ready_scenes()
+    if section.model not in known:
+        raise SceneError(f"scene.model: no ready scene {shorten(section.model, 40)!r}{nearest(section.model, known)}")
+    function = known[section.model]
+    parameters = inspect.signature(function).parameters
+    own = [k for k in section.__pydantic_extra__ if k in OwnScene.model_fields and k not in parameters]
+    if own:
+        raise SceneError(f"scene.{own[0]}: a ready scene brings its own equations; remove {own[0]}, or model")
+    arguments = dict(section.__pydantic_extra__)
+    _check_options(function, arguments)
+    law_values = {}
+    for name, value in document.values.items():
+        if name in arguments:
+            raise SceneError(f"values.{name} is also given in [scene]; keep one")
+        (arguments if name in parameters else law_values)[name] = value
+    specs = ()
+    if document.friction:
+        arguments["law"], specs = _only_law(document, function, law_values)
+    unknown = set(law_values) - {s.name for s in arguments["law"].free_symbols} if document.friction else law_values
+    for name in law_values:
+        if name in unknown:
+            hint = nearest(name, [p for p in parameters if p != "law"])
+            raise SceneError(f"values.{name}: {section.model} has no argument {name}{hint}")
+    _check_arguments("[scene]", function, arguments, "[values]")
+    scene = _call("[scene]", function, arguments)
+    unset = {s.name: law_values.get(s.name, document.values.get(s.name)) for s, v in scene.values.items() if v is None}
+    scene = scene.where({n: v for n, v in unset.items() if v is not None})
+    specs = tuple(replace(spec, contact=scene.contacts[0].name) for spec in specs)
+    return (scene.starting(section.initial) if section.initial else scene), specs
+
+
+def _check_options(function: Callable, options: Mapping) -> None:
+    """Raise where a number is given as text: the function's default says what it wants."""
+    for name, value in options.items():
+        parameter = inspect.signature(function).parameters.get(name)
+        numeric = parameter is not None and isinstance(parameter.default, float | int)
+        if name == "law":
+            raise SceneError("scene.law: the friction law has its own section; write [friction] with law = ...")
+        if numeric and not isinstance(parameter.default, bool) and (isinstance(value, str | bool | list)):
+            raise SceneError(f"scene.{name} is {shorten(repr(value), 30)}, not a number; write a plain number")
+
+
+def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[Law, tuple[LawSpec, ...]]:
+    """Return the law of a ready scene, which has one contact that the model places itself."""
+    if "law" not in inspect.signature(function).parameters:
+        raise SceneError(f"[friction]: {function.__name__} has its own friction; remove the section")
+    if len(document.friction) > 1:
+        raise SceneError(f"[friction]: {function.__name__} has one contact, the file gives {len(document.friction)}")
+    friction = document.friction[0]
+    for key in ("slip", "normal", "profile"):
+        if getattr(friction, key) is not None:
+            raise SceneError(f"friction.{key}: {function.__name__} places its contact itself; remove {key}")
+    law = _law(friction, "friction", _real([*values, *document.values]))
+    return law, (_spec(friction, friction.name or ""),)
+
+
+def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple[LawSpec, ...]]:
+    """Return a scene of own equations."""
+    states = _real([*section.coordinates, *section.velocities, *section.z])
+    parameters = _real(document.values)
+    names = {**states, **parameters, TIME.name: TIME}
+
+    def read(value, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
+        if isinstance(value, str):
+            return parse_expression(value, known, place)
+        return sp.sympify(_exact(value))
+
+    rows = [[read(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
+    if len({len(row) for row in rows}) > 1:
+        raise SceneError("scene.mass: the rows differ in length; write a square matrix")
+    system = System(
+        q=[states[n] for n in section.coordinates],
+        u=[states[n] for n in section.velocities],
+        mass=rows,
+        force=[read(e, f"scene.force[{i}]", names) for i, e in enumerate(section.force)],
+        z=[states[n] for n in section.z],
+        z_rate=[read(e, f"scene.z_rate[{i}]", names) for i, e in enumerate(section.z_rate)],
+    )
+    contacts, specs = [], []
+    for i, friction in enumerate(document.friction):
+        place = _contact_place(document, i)
+        for key in ("slip", "normal"):
+            if getattr(friction, key) is None:
+                raise SceneError(f"{place}.{key} is missing; own equations say where the contact acts")
+        name = friction.name or ("contact" if len(document.friction) == 1 else f"contact {i + 1}")
+        parts = {
+            key: read(getattr(friction, key), f"{place}.{key}", names)
+            for key in ("slip", "normal", "profile")
+            if getattr(friction, key) is not None
+        }
+        contacts.append(Contact(name, law=_law(friction, place, parameters), **parts))
+        specs.append(_spec(friction, name))
+    initial = {n: read(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
+    scene = Scene(
+        system=system,
+        contacts=contacts,
+        values={parameters[n]: v for n, v in document.values.items()},
+        initial=initial,
+        horizon=section.horizon,
+    )
+    return scene, tuple(specs)
+
+
+def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
+    """Return the outputs, written as ``max(x)``, ``integral(k*x*u)``, ``end``, ..."""
+    names = {s.name: s for s in (*scene.system.states, *scene.parameters)} | {TIME.name: TIME}
+    contacts = [c.name for c in scene.contacts]
+    result = {}
+    for name, text in document.outputs.items():
+        place = f"outputs.{shorten(name, 40)}"
+        match = re.fullmatch(r"\s*([A-Za-z_]+)\s*(?:\((.*)\))?\s*", text, re.DOTALL)
+        word, inside = match.groups() if match else (shorten(text, 40), None)
+        if word in PLAIN and not (inside or "").strip():
+            result[name] = PLAIN[word]()
+        elif word in OF_EXPRESSION:
+            if inside is None:
+                raise SceneError(f"{place}: {word} of what? write {word}({scene.system.q[0].name})")
+            result[name] = OF_EXPRESSION[word](parse_expression(inside, names, place, contacts))
+        else:
+            known = [*PLAIN, *OF_EXPRESSION]
+            raise SceneError(f"{place}: no output {shorten(word, 40)!r}{nearest(word, known)}")
+    return result

@@ -1,0 +1,326 @@
+"""Expressions of scene files: text to SymPy through a whitelist over Python's `ast`; nothing is ever executed.
+
+Every constant is followed by its value in floating point, so that a number too large to write down is refused before
+SymPy is asked to compute it.
+"""
+
+import ast
+import math
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.names import nearest
+from symfric.model.outputs import friction_force, slip
+
+MAX_CHARACTERS = 10_000
+MAX_BRACKETS = 50  # depth of nested brackets
+MAX_DEPTH = 60  # depth of the syntax tree, chains of + - * / counted once
+MAX_NODES = 3_000
+MAX_EXPONENT = 64
+MAX_BRANCHING = 30  # abs, min, max and pieces of piecewise together: SymPy compares them with one another
+LARGEST = 1e300
+
+
+FUNCTIONS = {  # one argument: SymPy's function and its value on floats
+    "sin": (sp.sin, math.sin),
+    "cos": (sp.cos, math.cos),
+    "tan": (sp.tan, math.tan),
+    "exp": (sp.exp, math.exp),
+    "log": (sp.log, math.log),
+    "sqrt": (sp.sqrt, math.sqrt),
+    "abs": (sp.Abs, abs),
+    "sinh": (sp.sinh, math.sinh),
+    "cosh": (sp.cosh, math.cosh),
+    "tanh": (sp.tanh, math.tanh),
+    "asin": (sp.asin, math.asin),
+    "acos": (sp.acos, math.acos),
+    "atan": (sp.atan, math.atan),
+}
+EXTREMES = {"min": (sp.Min, min), "max": (sp.Max, max)}
+OF_CONTACTS = {"friction_force": friction_force, "slip": slip}
+COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
+RESERVED = {*FUNCTIONS, *EXTREMES, *OF_CONTACTS, "piecewise", "pi"}
+
+REFUSED = {  # syntax with a cure better than "use numbers, names, ..."
+    ast.Attribute: "a dot after a name is not allowed",
+    ast.Subscript: "square brackets after a name are not allowed",
+    ast.Lambda: "lambda is not allowed",
+    ast.NamedExpr: "an assignment is not allowed",
+    ast.JoinedStr: "a string is not allowed",
+    ast.ListComp: "a comprehension is not allowed",
+    ast.GeneratorExp: "a comprehension is not allowed",
+    ast.IfExp: "if ... else is not allowed; write piecewise((a, x < 1), b)",
+    ast.Tuple: "a comma outside a function's brackets is not allowed",
+    ast.Compare: "a comparison is allowed inside piecewise((a, x < 1), b) only",
+}
+
+
+@dataclass(frozen=True)
+class _Term:
+    """An expression and, where it is a constant, its value."""
+
+    expr: sp.Expr
+    value: float | None = None
+
+
+def shorten(text: str, length: int = 60) -> str:
+    """Return text on one line, control characters escaped, cut to `length`."""
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
+    return text if len(text) <= length else text[: length - 3] + "..."
+
+
+def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contacts: Sequence[str] = ()) -> sp.Expr:
+    """Read one expression.
+
+    Parameters
+    ----------
+    text : str
+        Numbers, names, ``+ - * / **``, brackets, the functions of `FUNCTIONS`, ``min``, ``max``, ``pi`` and
+        ``piecewise((value, condition), ..., otherwise)``.
+    names : mapping of name to Expr
+        What each name means; any other is refused.
+    place : str
+        Where the text stands, for messages: ``scene.force[0]``.
+    contacts : sequence of str
+        Contacts that ``friction_force("name")`` and ``slip("name")`` may ask for.
+
+    Returns
+    -------
+    Expr
+
+    Raises
+    ------
+    SceneError
+        On anything else, with the place and the cure.
+    """
+    tree = _syntax_tree(text, place)
+    result = _Reader(names, place, tuple(contacts)).term(tree).expr
+    if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        raise SceneError(f"{place}: {shorten(text)!r} is not finite; look for a division by zero")
+    if result.has(sp.I):
+        raise SceneError(f"{place}: {shorten(text)!r} is not real")
+    return result
+
+
+def _syntax_tree(text: str, place: str) -> ast.expr:
+    """Return Python's syntax tree of the text, or raise; limits first, because the parser recurses."""
+    if len(text) > MAX_CHARACTERS:
+        raise SceneError(f"{place}: {len(text)} characters; an expression has at most {MAX_CHARACTERS}")
+    text = re.sub(r"\s+", " ", text).strip()
+    if not text:
+        raise SceneError(f"{place}: the expression is empty")
+    depth = 0
+    for position, character in enumerate(text):
+        depth += (character in "([{") - (character in ")]}")
+        if depth > MAX_BRACKETS:
+            raise SceneError(f"{place}: more than {MAX_BRACKETS} nested brackets at character {position + 1}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        at = f" at character {error.offset}" if error.offset else ""
+        hint = "check brackets and operators"
+        if re.search(r"(?<![=<>!:])=(?!=)", text):
+            hint = "write the expression alone, without '='"
+        elif re.search(r"(?<![\w.])[\d.]+[A-Za-z_(]|\)\s*[\w(]", text):
+            hint = "write * between factors"
+        raise SceneError(f"{place}: cannot read {shorten(text)!r}{at}; {hint}") from None
+    except (ValueError, RecursionError, MemoryError, OverflowError):
+        raise SceneError(f"{place}: {shorten(text, 30)!r} is nested too deeply or too long; write it simpler") from None
+
+
+class _Reader:
+    """Walks one syntax tree; counts what it has seen."""
+
+    def __init__(self, names: Mapping[str, sp.Expr], place: str, contacts: tuple[str, ...]):
+        self.names, self.place, self.contacts = names, place, contacts
+        self.nodes = self.branching = 0
+
+    def refuse(self, message: str):
+        """Raise with the place."""
+        raise SceneError(f"{self.place}: {message}")
+
+    def term(self, node: ast.AST, depth: int = 0) -> _Term:
+        """Return what a node means."""
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            self.refuse(f"more than {MAX_NODES} terms; split the expression")
+        if depth > MAX_DEPTH:
+            self.refuse(f"nested more than {MAX_DEPTH} deep; write it simpler")
+        match node:
+            case ast.Constant():
+                return self.constant(node.value)
+            case ast.Name():
+                return self.name(node.id)
+            case ast.UnaryOp(op=ast.USub() | ast.UAdd()):
+                inner = self.term(node.operand, depth + 1)
+                return inner if isinstance(node.op, ast.UAdd) else self.combine(lambda a: -a, inner)
+            case ast.BinOp(op=ast.Add() | ast.Sub()):
+                return self.chain(node, (ast.Add, ast.Sub), depth)
+            case ast.BinOp(op=ast.Mult() | ast.Div()):
+                return self.chain(node, (ast.Mult, ast.Div), depth)
+            case ast.BinOp(op=ast.Pow()):
+                return self.power(self.term(node.left, depth + 1), self.term(node.right, depth + 1))
+            case ast.BinOp(op=ast.BitXor()):
+                self.refuse("^ is not a power; write **")
+            case ast.Call():
+                return self.call(node, depth)
+        what = REFUSED.get(type(node), "this is not allowed here")
+        cure = "" if ";" in what or "piecewise" in what else "; use numbers, names, + - * / ** and known functions"
+        return self.refuse(f"{what}{cure} (at character {getattr(node, 'col_offset', 0) + 1})")
+
+    def constant(self, value) -> _Term:
+        """Return a number as an Integer or a Float."""
+        if isinstance(value, str | bytes):
+            self.refuse(f"the string {shorten(repr(value), 30)} is not allowed inside an expression")
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse(f"{shorten(repr(value), 30)} is not a real number")
+        if abs(value) > LARGEST:
+            self.refuse(f"a number is larger than {LARGEST:g}")
+        return _Term(sp.Integer(value) if isinstance(value, int) else sp.Float(value), float(value))
+
+    def name(self, name: str) -> _Term:
+        """Return the meaning of a name."""
+        if name in self.names:
+            return _Term(self.names[name])
+        if name == "pi":
+            return _Term(sp.pi, math.pi)
+        if name in RESERVED:
+            self.refuse(f"{name} is a function; write {name}(...)")
+        return self.refuse(f"unknown name {shorten(name, 40)}{nearest(name, self.names)}")
+
+    def combine(self, operation, *terms: _Term) -> _Term:
+        """Apply an operation to expressions and, if all are constants, first to their values."""
+        value = None
+        if all(t.value is not None for t in terms):
+            value = self.evaluate(operation, *(t.value for t in terms))
+        return _Term(operation(*(t.expr for t in terms)), value)
+
+    def evaluate(self, operation, *values: float) -> float:
+        """Return the value of an operation on numbers, or say what is wrong with it."""
+        try:
+            value = operation(*values)
+        except ZeroDivisionError:
+            self.refuse("division by zero")
+        except OverflowError:
+            self.refuse(f"a number is larger than {LARGEST:g}")
+        except ValueError:
+            self.refuse(f"a function has no real value at {', '.join(format(v, 'g') for v in values)}")
+        if isinstance(value, complex):
+            self.refuse("a root of a negative number is not real")
+        if not abs(value) <= LARGEST:
+            self.refuse(f"a number is larger than {LARGEST:g}")
+        return value
+
+    def chain(self, node: ast.BinOp, kinds: tuple[type, type], depth: int) -> _Term:
+        """Read ``a + b - c`` or ``a * b / c`` without recursion along the chain."""
+        operands = []
+        while isinstance(node, ast.BinOp) and isinstance(node.op, kinds):
+            operands.append((type(node.op), node.right))
+            node = node.left
+        terms = [self.term(node, depth + 1)]
+        for kind, operand in reversed(operands):
+            term = self.term(operand, depth + 1)
+            if kind is ast.Sub:
+                term = self.combine(lambda a: -a, term)
+            elif kind is ast.Div:
+                if term.expr.is_zero:
+                    self.refuse("division by zero")
+                value = None if term.value is None else self.evaluate(lambda a: 1 / a, term.value)
+                term = _Term(1 / term.expr, value)
+            terms.append(term)
+        adding = kinds[0] is ast.Add
+        value = None
+        if all(t.value is not None for t in terms):
+            value = self.evaluate(sum if adding else math.prod, [t.value for t in terms])
+        return _Term((sp.Add if adding else sp.Mul)(*(t.expr for t in terms)), value)
+
+    def power(self, base: _Term, exponent: _Term) -> _Term:
+        """Return a power with an exponent of reasonable size."""
+        if exponent.value is not None:
+            if abs(exponent.value) > MAX_EXPONENT:
+                self.refuse(f"an exponent is larger than {MAX_EXPONENT}")
+            if (2 * exponent.value).is_integer():  # x**2.0 is the polynomial x**2, x**0.5 the root
+                exponent = _Term(sp.Rational(int(2 * exponent.value), 2), exponent.value)
+        return self.combine(lambda a, b: a**b, base, exponent)
+
+    def call(self, node: ast.Call, depth: int) -> _Term:
+        """Return a known function of its arguments."""
+        if not isinstance(node.func, ast.Name):
+            self.refuse("only known functions can be called, such as sin(x)")
+        name = node.func.id
+        if name not in RESERVED - {"pi"}:
+            self.refuse(f"unknown function {shorten(name, 40)}{nearest(name, RESERVED - {'pi'})}")
+        if node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
+            self.refuse(f"{name}(...) takes plain arguments only")
+        if name in OF_CONTACTS:
+            return self.of_contact(name, node.args)
+        if name == "piecewise":
+            return self.piecewise(node.args, depth)
+        if name in EXTREMES:
+            if len(node.args) < 2:
+                self.refuse(f"{name}(...) takes at least two arguments here")
+            self.branch(len(node.args))
+            symbolic, numeric = EXTREMES[name]
+        else:
+            if len(node.args) != 1:
+                self.refuse(f"{name}(...) takes one argument, not {len(node.args)}")
+            self.branch(name == "abs")
+            symbolic, numeric = FUNCTIONS[name]
+        terms = [self.term(a, depth + 1) for a in node.args]
+        value = None
+        if all(t.value is not None for t in terms):
+            value = self.evaluate(numeric, *(t.value for t in terms))
+        return _Term(symbolic(*(t.expr for t in terms)), value)
+
+    def branch(self, count: int):
+        """Count what SymPy compares pairwise."""
+        self.branching += count
+        if self.branching > MAX_BRANCHING:
+            self.refuse(f"more than {MAX_BRANCHING} of abs, min, max and pieces of piecewise; split the expression")
+
+    def of_contact(self, name: str, arguments: list[ast.expr]) -> _Term:
+        """Return the symbol of a contact's friction force or slip."""
+        if not self.contacts:
+            self.refuse(f"{name}(...) is allowed in [outputs] only")
+        if len(arguments) != 1 or not isinstance(getattr(arguments[0], "value", None), str):
+            self.refuse(f'{name}(...) takes the name of a contact in quotes, as {name}("{self.contacts[0]}")')
+        contact = arguments[0].value
+        if contact not in self.contacts:
+            self.refuse(f"no contact {shorten(contact, 30)!r}{nearest(contact, self.contacts)}")
+        return _Term(OF_CONTACTS[name](contact))
+
+    def piecewise(self, arguments: list[ast.expr], depth: int) -> _Term:
+        """Return ``piecewise((value, condition), ..., otherwise)``."""
+        if len(arguments) < 2 or isinstance(arguments[-1], ast.Tuple):
+            self.refuse("piecewise needs pairs and a last value for all other cases: piecewise((a, x < 1), b)")
+        self.branch(len(arguments))
+        pieces = []
+        for pair in arguments[:-1]:
+            if not isinstance(pair, ast.Tuple) or len(pair.elts) != 2:
+                self.refuse("piecewise takes pairs (value, condition) and a last value: piecewise((a, x < 1), b)")
+            value, condition = pair.elts
+            pieces.append((self.term(value, depth + 2).expr, self.condition(condition, depth + 2)))
+        pieces.append((self.term(arguments[-1], depth + 1).expr, True))
+        return _Term(sp.Piecewise(*pieces))
+
+    def condition(self, node: ast.AST, depth: int):
+        """Return a comparison, or several joined by and / or."""
+        if depth > MAX_DEPTH:
+            self.refuse(f"nested more than {MAX_DEPTH} deep; write it simpler")
+        if isinstance(node, ast.BoolOp):
+            self.branch(len(node.values))
+            parts = [self.condition(v, depth + 1) for v in node.values]
+            return sp.And(*parts) if isinstance(node.op, ast.And) else sp.Or(*parts)
+        if not isinstance(node, ast.Compare) or not all(type(op) in COMPARISONS for op in node.ops):
+            self.refuse("a condition of piecewise is a comparison with < <= > >=, such as x < 1")
+        self.branch(len(node.ops))
+        sides = [self.term(n, depth + 1).expr for n in (node.left, *node.comparators)]
+        pairs = zip(node.ops, sides[:-1], sides[1:], strict=True)
+        return sp.And(*(COMPARISONS[type(op)](a, b) for op, a, b in pairs))

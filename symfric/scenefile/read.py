@@ -1,0 +1,239 @@
+"""The door for scene files: a path or text to a `SceneFile`, every finding one line that names file, place and cure."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.names import nearest
+from symfric.model.scene import Scene
+from symfric.scenefile.build import LawSpec, build_scene
+from symfric.scenefile.expressions import shorten
+from symfric.scenefile.schema import Designs, Quench, Sweep, read_document
+
+MAX_BYTES = 1_000_000
+MAX_NESTING = 40  # brackets in TOML itself; its reader recurses
+MAX_DOTS = 20  # parts of a dotted key
+MAX_MESSAGE = 400
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What ``[sweep]`` asks for.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the value that varies.
+    start, stop : float
+    number : int
+        Equally spaced values, both ends included.
+    coordinate : str
+        State whose vibration is measured.
+    settle, window : float or None
+        Time to wait for the steady vibration and time to measure it over; None: chosen from the scene.
+    """
+
+    parameter: str
+    start: float
+    stop: float
+    number: int
+    coordinate: str
+    settle: float | None = None
+    window: float | None = None
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """A scene with what its file asks about it.
+
+    Attributes
+    ----------
+    path, title, description : str
+    scene : Scene
+    model : str or None
+        Name of the ready scene; None for own equations.
+    laws : tuple of LawSpec
+        As written; empty where a ready scene keeps its default law.
+    units : mapping of name to str
+        For labels only.
+    sweep : SweepPlan or None
+    quench : Quench or None
+    """
+
+    path: str
+    title: str
+    description: str
+    scene: Scene
+    model: str | None
+    laws: tuple[LawSpec, ...]
+    units: Mapping[str, str]
+    sweep: SweepPlan | None
+    quench: Quench | None
+
+
+def read_scene_file(path: str | Path) -> SceneFile:
+    """Read a scene file.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be read, is not TOML, or does not describe a scene; one line, naming file, place and cure.
+    """
+    return _named(str(path), lambda: _text_of(Path(path)))
+
+
+def read_scene_text(text: str, name: str = "scene file") -> SceneFile:
+    """Read the text of a scene file; `name` stands for the file in messages."""
+    return _named(name, lambda: text)
+
+
+def _named(name: str, text_of) -> SceneFile:
+    """Read, with the file's name before every message."""
+    shown = shorten(name, 120)
+    try:
+        return _scene_file(name, text_of())
+    except SceneError as error:
+        message = str(error).replace("Scene.values", "[values]").replace("Scene.initial", "scene.initial")
+        message = message.replace("sf.TIME", "t")
+        raise SceneError(shorten(f"{shown}: {message}", MAX_MESSAGE)) from None
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a file of sensible size."""
+    try:
+        if path.is_dir():
+            raise SceneError("is a folder; name a scene file in it")
+        if not path.exists():
+            beside = sorted(p.name for p in path.parent.glob("*.toml"))[:50] if path.parent.is_dir() else []
+            hint = nearest(path.name, beside) if beside else ""
+            raise SceneError("no such file" + (hint if "did you" in hint else "; check the path"))
+        if not path.is_file():
+            raise SceneError("is not a regular file; name a scene file")
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"cannot be read ({reason}); check the path and its permissions") from None
+    if len(data) > MAX_BYTES:
+        raise SceneError(f"is larger than {MAX_BYTES // 1000} kB; a scene file is a page of text")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise SceneError(
+            f"is not text (byte {data[error.start]:#04x} in line {line}); save the scene file as UTF-8"
+        ) from None
+
+
+def _toml(text: str) -> dict:
+    """Return the parsed TOML."""
+    if not text.strip():
+        raise SceneError("is empty; a scene file has at least a section [scene]")
+    _check_nesting(text)
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(
+            f"is not TOML: {_lower(str(error))}; mind quotes around text and one key = value a line"
+        ) from None
+    except (RecursionError, MemoryError):
+        raise SceneError("is nested too deeply; a scene file has sections, keys and lists of lists") from None
+    except (ValueError, OverflowError) as error:
+        raise SceneError(f"is not TOML: {_lower(str(error))}") from None
+
+
+def _check_nesting(text: str) -> None:
+    """Raise on lines that would make the TOML reader recurse or search for very long."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.count("[") > MAX_NESTING and "[" * MAX_NESTING in line.replace(" ", ""):
+            raise SceneError(f"more than {MAX_NESTING} nested brackets (at line {number})")
+        key = line.partition("=")[0]
+        if key.count(".") > MAX_DOTS and not set(key) & set("'\"#"):
+            raise SceneError(f"a key of more than {MAX_DOTS} parts (at line {number}); use sections")
+
+
+def _lower(message: str) -> str:
+    return message[:1].lower() + message[1:]
+
+
+def _scene_file(name: str, text: str) -> SceneFile:
+    document = read_document(_toml(text))
+    scene, laws = build_scene(document)
+    if None in scene.values.values():
+        scene.numbers()  # raises, naming the value
+    for key in document.units:
+        known = [s.name for s in (*scene.system.states, *scene.parameters)]
+        if key != "t" and key not in known:
+            raise SceneError(f"units.{shorten(key, 40)}: no such state or value{nearest(key, [*known, 't'])}")
+    return SceneFile(
+        path=name,
+        title=document.title,
+        description=document.description,
+        scene=scene,
+        model=getattr(document.scene, "model", None),
+        laws=laws,
+        units=document.units,
+        sweep=None if document.sweep is None else _sweep_plan(document.sweep, scene),
+        quench=_checked_quench(document.design, scene),
+    )
+
+
+def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
+    """Return the parameters that drive a contact like a belt: those a slip holds beside the velocities."""
+    found = []
+    for contact in scene.contacts:
+        drive = contact.slip.subs(dict.fromkeys(scene.system.u, 0))
+        found += sorted(drive.free_symbols & set(scene.parameters), key=str)
+    return tuple(dict.fromkeys(found))
+
+
+def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan:
+    """Return the plan with its names checked and the belt speed where no parameter is named."""
+    parameter, coordinate = sweep.parameter, sweep.coordinate
+    if parameter is None:
+        speeds = belt_speeds(scene)
+        if not speeds:
+            raise SceneError("sweep.parameter is missing and no contact has a belt speed; name one of [values]")
+        parameter = speeds[0].name
+    names = [s.name for s in scene.parameters]
+    if parameter not in names:
+        raise SceneError(f"sweep.parameter: no value {shorten(parameter, 40)!r}{nearest(parameter, names)}")
+    states = [s.name for s in (*scene.system.q, *scene.system.u)]
+    if coordinate is None:
+        coordinate = states[0]
+    if coordinate not in states:
+        raise SceneError(f"sweep.coordinate: no state {shorten(coordinate, 40)!r}{nearest(coordinate, states)}")
+    if sweep.from_ >= sweep.to:
+        raise SceneError(f"sweep.from is {sweep.from_:g} and sweep.to is {sweep.to:g}; the first must be smaller")
+    for key, value in (("from", sweep.from_), ("to", sweep.to)):
+        try:
+            scene.where({parameter: value})
+        except SceneError as error:
+            raise SceneError(f"sweep.{key}: with {parameter} = {value:g}, {error}") from None
+    return SweepPlan(parameter, sweep.from_, sweep.to, sweep.number, coordinate, sweep.settle, sweep.window)
+
+
+def _checked_quench(design: Designs, scene: Scene) -> Quench | None:
+    """Return the quench question with its ranges and the values it varies checked."""
+    quench = design.quench
+    if quench is None:
+        return None
+    for key in ("speeds", "Omega", "a"):
+        low, high = getattr(quench, key)
+        if not 0 <= low <= high:
+            raise SceneError(f"design.quench.{key} is [{low:g}, {high:g}]; write [smallest, largest], not negative")
+    if quench.margin < 0:
+        raise SceneError(f"design.quench.margin is {quench.margin:g}; it must not be negative")
+    names = [s.name for s in scene.parameters]
+    for key in ("a", "Omega"):
+        if key not in names:
+            raise SceneError(
+                f"design.quench: the scene has no value {key}; it needs an excitation a*Omega**2*sin(Omega*t)"
+            )
+    return quench

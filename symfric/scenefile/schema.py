@@ -1,0 +1,265 @@
+"""The sections of a scene file and the types of their keys; pydantic's findings become one line with place and cure."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from symfric.errors import SceneError
+from symfric.model.names import nearest
+from symfric.scenefile.expressions import LARGEST, shorten
+
+MAX_TABLES = 200  # entries of one table or list
+
+
+def _number(value) -> float:
+    """Return a TOML number as a float; anything else is an error, a number in quotes too."""
+    if isinstance(value, str):
+        raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"is {_kind(value)}, not a number; write a plain number")
+    if not abs(value) <= LARGEST:
+        raise ValueError(f"is {shorten(value, 20)}; it must be finite")
+    return float(value)
+
+
+def _term(value) -> float | str:
+    """Return a number or the text of an expression."""
+    return value if isinstance(value, str) else _number(value)
+
+
+def _coefficient(value) -> float | str | list[float | str]:
+    """Return what a friction law takes: a number, an expression, or a list of them."""
+    return [_term(v) for v in value] if isinstance(value, list) else _term(value)
+
+
+def _option(value) -> float | str | bool | list:
+    """Return an option of a ready scene."""
+    return value if isinstance(value, bool) else _coefficient(value)
+
+
+def _mass(value) -> list[list[float | str]]:
+    """Return the rows of the mass matrix: one entry, the diagonal, or all rows may be given."""
+    entries = _as_list(value)
+    if any(isinstance(row, list) for row in entries):
+        if not all(isinstance(row, list) for row in entries):
+            raise ValueError("mixes rows and entries; write all rows, or the diagonal alone")
+        return [[_term(e) for e in row] for row in entries]
+    return [[_term(e) if i == j else 0.0 for j in range(len(entries))] for i, e in enumerate(entries)]
+
+
+def _text(value) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"is {_kind(value)}, not text; put it in quotes")
+    return value
+
+
+def _as_list(value) -> list:
+    """Let a single entry stand for a list of one."""
+    return value if isinstance(value, list) else [value]
+
+
+def _kind(value) -> str:
+    names = {bool: "true or false", int: "a number", float: "a number", list: "a list", dict: "a table"}
+    return names.get(type(value), f"a {type(value).__name__}")
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Positive = Annotated[float, BeforeValidator(_number), Field(gt=0)]
+Term = Annotated[float | str, BeforeValidator(_term)]
+Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
+Option = Annotated[Any, BeforeValidator(_option)]
+Text = Annotated[str, BeforeValidator(_text), Field(max_length=10_000)]
+Names = Annotated[list[Text], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
+Terms = Annotated[list[Term], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
+Mass = Annotated[Any, BeforeValidator(_mass)]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Section(BaseModel):
+    """A table that knows its keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ReadyScene(Section):
+    """``[scene]`` with a model; its other keys are arguments of the model's function."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Option]
+
+    model: Text
+    initial: dict[str, Number] = {}
+
+
+class OwnScene(Section):
+    """``[scene]`` with own equations."""
+
+    coordinates: Names
+    velocities: Names
+    mass: Mass
+    force: Terms
+    z: Names = []
+    z_rate: Terms = []
+    initial: dict[str, Term]
+    horizon: Positive
+
+
+class Friction(Section):
+    """One contact: the law with its coefficients and, for own equations, where it acts."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Coefficient]
+
+    law: Text
+    name: Text | None = None
+    slip: Term | None = None
+    normal: Term | None = None
+    profile: Term | None = None
+
+
+class Sweep(Section):
+    """``[sweep]``: one parameter over equally spaced values, and how the vibration is measured at each."""
+
+    parameter: Text | None = None
+    from_: Number = Field(alias="from")
+    to: Number
+    number: Annotated[int, Field(ge=2, le=10_000, strict=True)] = 40
+    coordinate: Text | None = None
+    settle: Positive | None = None
+    window: Positive | None = None
+
+
+class Quench(Section):
+    """``[design.quench]``: the arguments of ``sf.design.quench``."""
+
+    speeds: Range
+    Omega: Range
+    a: Range
+    minimise: Literal["intensity", "power", "force"] = "intensity"
+    margin: Number = 0.0
+
+
+class Designs(Section):
+    """``[design]``: one table for each question."""
+
+    quench: Quench | None = None
+
+
+class Document(Section):
+    """A whole scene file."""
+
+    title: Text = ""
+    description: Text = ""
+    scene: ReadyScene | OwnScene
+    values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = {}
+    friction: Annotated[list[Friction], Field(max_length=MAX_TABLES)] = []
+    outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = {}
+    sweep: Sweep | None = None
+    design: Designs = Designs()
+    units: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = {}
+
+
+def read_document(raw: dict) -> Document:
+    """Check the types and keys of a parsed file.
+
+    Parameters
+    ----------
+    raw : dict
+        What `tomllib` returns.
+
+    Raises
+    ------
+    SceneError
+        Naming ``section.key`` and the cure; the first finding only.
+    """
+    data = dict(raw)
+    contacts, places = _friction_tables(data.pop("friction", None), data.pop("contact", None))
+    if "scene" not in data:
+        known = [*Document.model_fields, "contact"]
+        close = next((nearest(k, ["scene"]) for k in data if k not in known and "mean" in nearest(k, ["scene"])), "")
+        raise SceneError("there is no [scene] section" + (close or "; add one with a model, or with own equations"))
+    scene = _checked(ReadyScene if "model" in _table(data["scene"], "scene") else OwnScene, data.pop("scene"), "scene")
+    friction = [_checked(Friction, c, p) for c, p in zip(contacts, places, strict=True)]
+    return _checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
+
+
+def _table(value, place: str) -> dict:
+    if not isinstance(value, dict):
+        raise SceneError(f"{place} is {_kind(value)}; write a section [{place}]")
+    return value
+
+
+def _friction_tables(friction, contact) -> tuple[list[dict], list[str]]:
+    """Return one table for each contact and its place: ``[friction]``, ``[friction.name]`` or ``[[contact]]``."""
+    if friction is not None and contact is not None:
+        raise SceneError("both [friction] and [[contact]] are given; they mean the same, keep one")
+    if contact is not None:
+        tables = contact if isinstance(contact, list) else [contact]
+        places = [f"contact[{i}]" for i in range(len(tables))]
+    elif friction is None:
+        return [], []
+    else:
+        friction = _table(friction, "friction")
+        if friction and all(isinstance(v, dict) for v in friction.values()):
+            places = [f"friction.{shorten(name, 30)}" for name in friction]
+            tables = [{"name": name, **table} for name, table in friction.items()]
+        else:
+            tables, places = [friction], ["friction"]
+    if len(tables) > MAX_TABLES:
+        raise SceneError(f"{len(tables)} contacts; at most {MAX_TABLES} are read")
+    return [_table(t, p) for t, p in zip(tables, places, strict=True)], places
+
+
+def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ()):
+    """Return the data as a section, or raise the first finding as one line."""
+    if isinstance(data, dict) and len(data) > MAX_TABLES:
+        raise SceneError(f"{place or 'the file'} has {len(data)} keys; at most {MAX_TABLES} are read")
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        finding = error.errors(include_url=False)[0]
+    except RecursionError:
+        raise SceneError(f"{place or 'the file'} is nested too deeply") from None
+    raise SceneError(_one_line(kind, finding, place, extra)) from None
+
+
+def _one_line(kind: type[Section], finding: dict, place: str, extra: tuple[str, ...]) -> str:
+    """Turn one of pydantic's findings into place, what is wrong and cure."""
+    where, section = place, kind
+    path = list(finding["loc"])
+    for i, step in enumerate(path):
+        if isinstance(step, int):
+            where += f"[{step}]"
+        else:
+            where += ("." if where else "") + shorten(step, 40)
+        if i < len(path) - 1:
+            section = _inner(section, step)
+    last = shorten(path[-1], 40) if path else ""
+    match finding["type"]:
+        case "extra_forbidden":
+            known = [f.alias or n for n, f in section.model_fields.items()] + list(extra)
+            inside = where.rpartition(".")[0]
+            return f"{f'[{inside}]' if inside else 'the file'} has no key {last!r}{nearest(last, known)}"
+        case "missing":
+            return f"{where} is missing; add it"
+        case "value_error":
+            return f"{where} {finding['ctx']['error']}"
+        case "greater_than":
+            return f"{where} is {finding['input']}; it must be positive"
+        case "dict_type" | "model_type":
+            return f"{where} is {_kind(finding['input'])}; write a section [{where}]"
+        case "literal_error":
+            return f"{where} is {shorten(repr(finding['input']), 30)}; it must be {finding['ctx']['expected']}"
+        case "string_too_long":
+            return f"{where} is longer than {finding['ctx']['max_length']} characters; shorten it"
+    given = shorten(repr(finding["input"]), 40)
+    return f"{where} is {given}: {finding['msg'][0].lower()}{finding['msg'][1:]}"
+
+
+def _inner(section: type[Section], step) -> type[Section]:
+    """Return the section a key leads to, where it is one."""
+    field = section.model_fields.get(step) if isinstance(step, str) else None
+    for candidate in (Sweep, Designs, Quench, ReadyScene, OwnScene, Friction):
+        if field is not None and candidate in (field.annotation, *getattr(field.annotation, "__args__", ())):
+            return candidate
+    return section

@@ -1,0 +1,261 @@
+"""What a route returns: numbers, a status, and the dense motion if it was wanted."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from symfric.errors import RunFailed, SceneError
+from symfric.model.names import nearest
+from symfric.model.outputs import End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.status import ADVICE, Status
+
+
+@dataclass(frozen=True)
+class Event:
+    """A contact changes its mode.
+
+    Attributes
+    ----------
+    t : float
+    contact : str
+    before, after : int
+        Modes: -1 slips backward, 0 sticks, +1 slips forward.
+    """
+
+    t: float
+    contact: str
+    before: int
+    after: int
+
+    @property
+    def kind(self) -> str:
+        """'stick', 'slip' (a release) or 'reversal'."""
+        if self.after == 0:
+            return "stick"
+        return "slip" if self.before == 0 else "reversal"
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A piecewise polynomial motion.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Start of every step.
+    h : ndarray, shape (n,)
+        Length of every step.
+    coefficients : ndarray, shape (n, n_x, order + 1)
+        Taylor coefficients of the state in powers of the time since the start of the step.
+    mode : ndarray of int, shape (n, n_contacts)
+    """
+
+    t: np.ndarray
+    h: np.ndarray
+    coefficients: np.ndarray
+    mode: np.ndarray
+
+    def step_of(self, t: np.ndarray) -> np.ndarray:
+        """Return the index of the step that holds each time; at an event the step that begins there."""
+        return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 1)
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """Return the state, shape (n_x, *t.shape)."""
+        k = self.step_of(t)
+        s = t - self.t[k]
+        c = self.coefficients[k]
+        x = c[..., -1]
+        for j in range(c.shape[-1] - 2, -1, -1):
+            x = x * s[..., None] + c[..., j]
+        return np.moveaxis(x, -1, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """What a route hands over before it is made readable.
+
+    Attributes
+    ----------
+    ranges, integrals : dict of str to value
+        Smallest and largest value, or the integral, of the expression of each such output.
+    rest : float
+        Time since which the system rests, NaN if it moves.
+    events : tuple of arrays (n,), (n, 3), or None
+        Times; contact, mode before, mode after.
+    """
+
+    final: np.ndarray
+    t_final: float
+    status: Status
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    integrals: dict[str, float] = field(default_factory=dict)
+    rest: float = float("nan")
+    path: Path | None = None
+    events: tuple[np.ndarray, np.ndarray] | None = None
+    stats: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One computed motion.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was run, with the values and the start of this run.
+    route : str
+    tolerance : float
+    final : ndarray, shape (n_x,)
+        State ``[q; u; z]`` at `t_final`.
+    t_final : float
+    status : Status
+        OK, or why it ended early; see `advice`.
+    stats : dict
+        Counts of steps, events, kinks and grazes.
+    """
+
+    scene: Scene
+    route: str
+    tolerance: float
+    final: np.ndarray
+    t_final: float
+    status: Status
+    stats: dict[str, float]
+    raw: Raw = field(repr=False)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the states, in the order of the rows of `x`."""
+        return tuple(s.name for s in self.scene.system.states)
+
+    @property
+    def advice(self) -> str:
+        """What to do about the status; empty if all is well."""
+        return ADVICE[self.status]
+
+    def checked(self) -> "Run":
+        """Return self; raise `RunFailed` with advice if the run ended before its horizon."""
+        if self.status != Status.OK:
+            raise RunFailed(f"{self.status.name} at t = {self.t_final:.9g}: {self.advice}")
+        return self
+
+    def _path(self) -> Path:
+        if self.raw.path is None:
+            raise SceneError("no motion was kept; want it with outputs={'path': sf.Trajectory()}")
+        return self.raw.path
+
+    @cached_property
+    def t(self) -> np.ndarray:
+        """Times of the steps and of every event, shape (n_t,)."""
+        path = self._path()
+        return np.append(path.t, self.t_final)
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """States at the times `t`, shape (n_x, n_t)."""
+        return np.column_stack([self._path().coefficients[:, :, 0].T, self.final])
+
+    @cached_property
+    def mode(self) -> np.ndarray:
+        """Modes from each time on, shape (n_contacts, n_t): -1 slips backward, 0 sticks, +1 slips forward."""
+        mode = self._path().mode.T
+        return np.column_stack([mode, mode[:, -1:]]) if mode.shape[1] else mode
+
+    def __call__(self, t) -> np.ndarray:
+        """Return the state at times t by dense output, shape (n_x, ...).
+
+        Raises
+        ------
+        SceneError
+            If no trajectory was wanted, or a time lies outside the run.
+        """
+        t = np.asarray(t, dtype=float)
+        if t.size and (np.min(t) < 0 or np.max(t) > self.t_final * (1 + 1e-15)):
+            raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
+        return self._path()(t)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Changes of mode in the order of time, the first mode apart.
+
+        Raises
+        ------
+        SceneError
+            If neither `Trajectory` nor `Events` was wanted; their number is in `stats` in any case.
+        """
+        if self.raw.events is None:
+            raise SceneError("no events were kept; want them with outputs={'events': sf.Events()}")
+        contacts = [c.name for c in self.scene.contacts]
+        rows = zip(*self.raw.events, strict=True)
+        return tuple(Event(float(t), contacts[i], int(a), int(b)) for t, (i, a, b) in rows)
+
+    @cached_property
+    def outputs(self) -> dict[str, object]:
+        """What the scene wanted, by name."""
+        return {name: self._output(name, output) for name, output in self.scene.outputs.items()}
+
+    def _output(self, name: str, output):
+        if isinstance(output, End):
+            return self.final
+        if isinstance(output, Integral):
+            return self.raw.integrals[name]
+        if isinstance(output, Max):
+            return self.raw.ranges[name][1]
+        if isinstance(output, Min):
+            return self.raw.ranges[name][0]
+        if isinstance(output, HalfRange):
+            low, high = self.raw.ranges[name]
+            return 0.5 * (high - low)
+        if isinstance(output, StopTime):
+            return self.raw.rest
+        if isinstance(output, Trajectory):
+            return self.raw.path
+        if isinstance(output, Events):
+            return self.events
+        raise SceneError(f"output {name!r} of type {type(output).__name__} is unknown to Run")
+
+    def __getitem__(self, name: str):
+        """Return an output by its name, or a state's values at the times `t`."""
+        if name in self.scene.outputs:
+            return self._output(name, self.scene.outputs[name])
+        if name in self.names:
+            return self.x[self.names.index(name)]
+        raise SceneError(f"{name!r} is neither an output nor a state{nearest(name, [*self.scene.outputs, *self.names])}")
+
+    def energy_residual(self) -> float:
+        """Return how well the energies balance, dimensionless; see `symfric.solve.energy`."""
+        from symfric.solve.energy import energy_residual
+
+        return energy_residual(self)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists: status, final state, counts and scalar outputs."""
+        scalars = {k: v for k, v in self.outputs.items() if isinstance(v, float)}
+        return {
+            "route": self.route,
+            "status": self.status.name,
+            "t_final": self.t_final,
+            "final": dict(zip(self.names, self.final.tolist(), strict=True)),
+            "outputs": scalars,
+            "stats": dict(self.stats),
+        }
+
+    def to_xarray(self):
+        """Return the motion at the times `t` as an xarray.Dataset with one variable for each state and contact."""
+        import xarray as xr
+
+        data = {n: ("t", row) for n, row in zip(self.names, self.x, strict=True)}
+        data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.scene.contacts, self.mode, strict=True)}
+        return xr.Dataset(data, coords={"t": self.t}, attrs={"status": self.status.name, "route": self.route})
+
+    def plot(self, ax=None):
+        """Draw the coordinates against time; return the Axes."""
+        from symfric.solve.drawing import plot_run
+
+        return plot_run(self, ax)
+
+    def __repr__(self) -> str:
+        events = int(self.stats.get("events", 0))
+        return f"Run({self.status.name}, {self.route}, t_final={self.t_final:g}, {events} events)"

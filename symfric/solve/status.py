@@ -1,0 +1,35 @@
+"""How a run ended, as data."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """How a run ended; a number, because a compiled route can only return numbers."""
+
+    OK = 0
+    EVENT_BUDGET = 1
+    STEP_BUDGET = 2
+    STEP_COLLAPSE = 3
+    CHATTER = 4
+    NOT_FINITE = 5
+    LOST_CONTACT = 6
+    UNDECIDED = 7
+    INTEGRATOR = 8
+
+
+ADVICE = {
+    Status.OK: "",
+    Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
+    Status.STEP_BUDGET: "more steps than the budget; shorten the horizon, loosen the tolerance or raise max_steps",
+    Status.STEP_COLLAPSE: "the step shrank to the rounding of time: the motion is singular here, or stiff beyond this "
+    "route; look at the final state, or try route='integrators'",
+    Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and "
+    "check that static friction is not smaller than kinetic friction",
+    Status.NOT_FINITE: "the motion or a force left the finite numbers; look at the final state, and at divisions and "
+    "roots in the forces",
+    Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write the "
+    "load as Max(load, 0) if they may",
+    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here; look at contacts that "
+    "act on the same body",
+    Status.INTEGRATOR: "the integrator gave up; loosen the tolerance or use route='taylor'",
+}

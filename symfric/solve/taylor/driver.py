@@ -1,0 +1,385 @@
+"""The event loop: compiled once, kept on disk, and given every model's machine code by its address."""
+
+import numpy as np
+from numba import njit
+
+from symfric.solve.status import Status
+from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
+from symfric.solve.taylor.settle import EPS, expand, prelude, settle
+from symfric.solve.taylor.workspace import (
+    CHUNK,
+    EVENTS,
+    EXPAND,
+    FLAGGED,
+    GO,
+    GRAZES,
+    H_LAST,
+    INTEGRAL,
+    KEEP_EVENTS,
+    KEEP_PATH,
+    KEPT_EVENTS,
+    KEPT_STEPS,
+    MARK_EVENTS,
+    MARK_T,
+    MAX_EVENTS,
+    MAX_STEPS,
+    N_Q,
+    PHASE,
+    REST,
+    SEGMENT,
+    SETTLE,
+    STALL,
+    STEPS,
+    T_END,
+    T_LOW,
+    TOLERANCE,
+)
+
+PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
+
+_OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
+_COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
+_LOST = int(Status.LOST_CONTACT)
+_STALLED = 200  # events without time advancing
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def launch(w, y, p):
+    """Reset the workspace, start from state y at t = 0 with parameters p, and drive."""
+    n_x, n_c = y.size, w.sticks.size
+    for i in range(n_x):
+        w.y[i] = y[i]
+    w.y[n_x] = 0.0
+    for k in range(w.p.size):
+        w.p[k] = p[k] if k < p.size else w.segment_p[0, k - p.size]
+    for k in range(w.m.size):
+        w.m[k] = 0.0 if k < n_c else 1.0
+    w.counts[:] = 0
+    w.clock[T_LOW], w.clock[H_LAST], w.clock[REST], w.clock[MARK_T] = 0.0, 0.0, np.nan, 0.0
+    w.scale[:] = 0.0
+    w.hit[:] = 0
+    w.fresh[:] = 0
+    for e in range(w.kind.size):
+        w.total[e, 0], w.total[e, 1], w.total[e, 2], w.total[e, 3] = np.inf, -np.inf, 0.0, 0.0
+    return drive(w)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def drive(w):
+    """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
+    n_x, n_c = w.y.size - 1, w.sticks.size
+    pause = w.counts[STEPS] + w.limits[CHUNK]
+    while True:
+        if w.y[n_x] >= w.clock[T_END]:
+            return _OK
+        if w.counts[STEPS] >= w.limits[MAX_STEPS]:
+            return _STEPS
+        if w.counts[STEPS] >= pause:
+            return PAUSED
+        if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+            return PATH_FULL
+        if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] + n_c >= w.event_t.size:
+            return EVENTS_FULL
+        if w.counts[PHASE] == SETTLE:
+            status = _switch(w, n_x, n_c)
+            if status != _OK:
+                return status
+        if w.counts[PHASE] == EXPAND:
+            expand(w)
+            w.counts[PHASE] = GO
+        h = _step_size(w, n_x)
+        if not h > 0.0:
+            status = _start_singular(w, n_x, n_c)
+            if status != _OK:
+                return status
+            continue
+        limit = min(w.clock[T_END], w.segment_t[w.counts[SEGMENT] + 1])
+        left = (limit - w.y[n_x]) - w.clock[T_LOW]
+        last = h >= left
+        if last:
+            h = left
+        tau = _first_event(w, n_x, n_c, h)
+        if tau < h:
+            last = False
+        elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
+            return _COLLAPSE
+        if tau > 0.0 or last:
+            _advance(w, n_x, n_c, tau)
+        for i in range(n_x):
+            if not abs(w.y[i]) < np.inf:
+                return _NAN
+        if last:
+            w.y[n_x], w.clock[T_LOW] = limit, 0.0
+            if limit < w.clock[T_END]:
+                _next_segment(w)
+                continue
+        w.counts[PHASE] = SETTLE if w.counts[FLAGGED] else EXPAND
+        if w.counts[FLAGGED] == 2:
+            return _LOST
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _step_size(w, n_x):
+    """Return the step at which the last two terms of every row fall below the tolerance; NaN if a term is not finite."""
+    order = w.c.shape[1] - 1
+    tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
+    if before == 0.0:
+        return _first_step(w)
+    worst, worst_below = 0.0, 0.0
+    for r in range(w.c.shape[0]):
+        a, b = abs(w.c[r, order]), abs(w.c[r, order - 1])
+        if not (a < np.inf and b < np.inf):
+            return np.nan
+        if a == 0.0 and b == 0.0:
+            continue
+        scale = max(w.scale[r], abs(w.c[r, 1]) * before, EPS * abs(w.c[r, 0]) / tolerance)
+        if scale == 0.0:
+            scale = _largest_term(w, r, before)
+        worst = max(worst, a / scale)
+        worst_below = max(worst_below, b / scale)
+    if worst == 0.0 and worst_below == 0.0:
+        return np.inf
+    h = np.inf
+    if worst > 0.0:
+        h = (tolerance / worst) ** (1.0 / order)
+    if worst_below > 0.0:
+        h = min(h, (tolerance / worst_below) ** (1.0 / (order - 1)))
+    return h
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _largest_term(w, r, h):
+    largest, power = 0.0, 1.0
+    for k in range(1, w.c.shape[1]):
+        power *= h
+        largest = max(largest, abs(w.c[r, k]) * power)
+    return max(largest, 1e-300)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _first_step(w):
+    """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
+    order = w.c.shape[1] - 1
+    tolerance = w.clock[TOLERANCE]
+    h = np.inf
+    for r in range(w.c.shape[0]):
+        for last in range(order - 1, order + 1):
+            a = abs(w.c[r, last])
+            if not a < np.inf:
+                return np.nan
+            if a == 0.0:
+                continue
+            reach = 0.0
+            for k in range(1, last):
+                if w.c[r, k] != 0.0:
+                    reach = max(reach, (tolerance * abs(w.c[r, k]) / a) ** (1.0 / (last - k)))
+            if reach == 0.0:
+                reach = (tolerance * max(abs(w.c[r, 0]), 1e-300) / a) ** (1.0 / last)
+            h = min(h, reach)
+    return h
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _first_event(w, n_x, n_c, h):
+    """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
+    order = w.c.shape[1] - 1
+    n_g = w.hit.size
+    w.counts[FLAGGED] = 0
+    w.power[0] = 1.0
+    for k in range(1, order + 1):
+        w.power[k] = w.power[k - 1] * h
+    tau, which = h, -1
+    for g in range(n_g):
+        w.hit[g] = 0
+        r = n_x + g
+        total = 0.0
+        for k in range(1, order + 1):
+            total += abs(w.c[r, k]) * w.power[k]
+        begin = w.c[r, 0]
+        if w.fresh[g] == 0 and begin > total:
+            continue
+        if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
+            continue  # zero throughout, to rounding
+        s = _crossing(w, r, g, begin, total, h)
+        if s * h < tau:
+            tau, which = s * h, g
+        elif which >= 0 and s * h <= tau * (1.0 + 4.0 * EPS):
+            w.hit[g] = 1
+    if which >= 0:
+        w.hit[which] = 1
+        for g in range(which):
+            if w.hit[g]:  # an earlier candidate that turned out to be later
+                w.hit[g] = 0
+        w.counts[FLAGGED] = 2 if which >= w.m.size else 1
+    return tau
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _crossing(w, r, g, begin, total, h):
+    """Return the fraction of the step at which guard row r becomes negative, 2.0 if it does not."""
+    order = w.c.shape[1] - 1
+    first = 0
+    if w.fresh[g]:
+        first = 1
+        while first < order and abs(w.c[r, first]) * w.power[first] <= 1e-13 * total:
+            first += 1
+        if total == 0.0:
+            return 2.0
+        if w.c[r, first] < 0.0:
+            return 0.0
+    elif begin < 0.0 or (begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0):
+        return 0.0
+    if first == order:
+        return 2.0
+    for k in range(first, order + 1):
+        w.poly[k - first] = w.c[r, k] * w.power[k]
+    return first_crossing(w.poly, order - first, w.table, w.stack, w.found)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _advance(w, n_x, n_c, tau):
+    """Move the state over the step, keep what is wanted of it, and update the scales."""
+    order = w.c.shape[1] - 1
+    if w.limits[KEEP_PATH]:
+        k = w.counts[KEPT_STEPS]
+        w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] + w.clock[T_LOW], tau
+        for r in range(n_x):
+            for j in range(order + 1):
+                w.path_c[k, r, j] = w.c[r, j]
+        for i in range(n_c):
+            w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        w.counts[KEPT_STEPS] += 1
+    if w.kind.size:
+        _accumulate(w, n_x + w.hit.size, tau)
+    for r in range(w.c.shape[0]):
+        if r < n_x:
+            w.y[r] = value(w.c[r], order, tau)
+            w.scale[r] = max(w.scale[r], abs(w.y[r] - w.start[r]), abs(w.c[r, 1]) * tau)
+        elif r < n_x + w.hit.size:
+            w.scale[r] = max(w.scale[r], abs(w.c[r, 0]))
+        else:
+            w.scale[r] = max(w.scale[r], abs(w.c[r, 1]) * tau)
+    gain = tau + w.clock[T_LOW]
+    new = w.y[n_x] + gain
+    w.clock[T_LOW] = gain - (new - w.y[n_x])
+    w.y[n_x] = new
+    w.clock[H_LAST] = max(tau, 0.1 * w.clock[H_LAST])
+    w.counts[STEPS] += 1
+    if tau > 0.0:
+        w.counts[STALL] = 0
+        for g in range(w.fresh.size):
+            w.fresh[g] = 0
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _accumulate(w, first, tau):
+    """Update ranges and integrals of the wanted rows over a step."""
+    order = w.c.shape[1] - 1
+    for e in range(w.kind.size):
+        c = w.c[first + e]
+        if w.kind[e] == INTEGRAL:
+            area = 0.0
+            for k in range(order, -1, -1):
+                area = area * tau + c[k] / (k + 1)
+            area = area * tau + w.total[e, 3]
+            new = w.total[e, 2] + area
+            w.total[e, 3] = area - (new - w.total[e, 2])
+            w.total[e, 2] = new
+            continue
+        power = 1.0
+        for k in range(order + 1):
+            w.poly[k] = c[k] * power
+            power *= tau
+        low, high = w.total[e, 0], w.total[e, 1]
+        low, high = extend_range(w.poly, order, low, high, w.table, w.stack, w.found, w.slope)
+        w.total[e, 0], w.total[e, 1] = low, high
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _switch(w, n_x, n_c):
+    """Settle the mode after an event and log what changed."""
+    status = settle(w)
+    if status != _OK:
+        return status
+    starting = w.clock[H_LAST] == 0.0 and w.counts[STEPS] == 0
+    changed, at_rest = 0, n_c > 0
+    for i in range(n_c):
+        mode = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        at_rest = at_rest and mode == 0
+        if mode != w.old[i] and not starting:
+            changed += 1
+            if w.limits[KEEP_EVENTS]:
+                k = w.counts[KEPT_EVENTS]
+                w.event_t[k] = w.y[n_x] + w.clock[T_LOW]
+                w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = i, w.old[i], mode
+                w.counts[KEPT_EVENTS] += 1
+    if starting:
+        _begin(w, n_x)
+    for i in range(w.limits[N_Q], 2 * w.limits[N_Q]):
+        at_rest = at_rest and abs(w.y[i]) <= 1e-13 * w.scale[i]
+    if not at_rest:
+        w.clock[REST] = np.nan
+    elif not w.clock[REST] >= 0.0:
+        w.clock[REST] = w.y[n_x] + w.clock[T_LOW]
+    w.counts[EVENTS] += changed
+    w.counts[GRAZES] += changed == 0 and not starting
+    w.counts[STALL] += 1
+    w.counts[PHASE] = EXPAND
+    return _budget(w, n_x)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _budget(w, n_x):
+    if w.counts[STALL] > _STALLED:
+        return _CHATTER
+    if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
+        return _EVENTS
+    if w.counts[EVENTS] - w.counts[MARK_EVENTS] > 1000:
+        t = w.y[n_x]
+        if t - w.clock[MARK_T] < 4e-13 * max(t, 1e-3 * w.clock[T_END]):
+            return _CHATTER
+        w.counts[MARK_EVENTS], w.clock[MARK_T] = w.counts[EVENTS], t
+    return _OK
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _begin(w, n_x):
+    """Note the first value of every row, and the size of every guard."""
+    expand(w)
+    for r in range(w.c.shape[0]):
+        w.start[r] = w.c[r, 0]
+        w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _next_segment(w):
+    """Load the next slope of the inputs."""
+    w.counts[SEGMENT] += 1
+    n = w.segment_p.shape[1]
+    for k in range(n):
+        w.p[w.p.size - n + k] = w.segment_p[w.counts[SEGMENT], k]
+    for g in range(w.hit.size):
+        w.hit[g] = 0
+    prelude(w)
+    w.counts[PHASE] = SETTLE
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _start_singular(w, n_x, n_c):
+    """Take one tiny Euler step away from a point where the law has no Taylor series (a root of the speed at rest)."""
+    h = 1e-13 * max(w.clock[H_LAST], 1e-6 * w.clock[T_END])
+    w.counts[STALL] += 1
+    if w.counts[STALL] > _STALLED:
+        return _NAN
+    for r in range(n_x):
+        if not np.isfinite(w.c[r, 1]):
+            return _NAN
+    for r in range(n_x):
+        w.y[r] += h * w.c[r, 1]
+    w.y[n_x] += h
+    for i in range(n_c):
+        if w.m[i] < 0.5 and w.anchor[i] >= 0 and w.fresh[2 * i]:
+            w.y[w.anchor[i]] += w.m[n_c + i] * h * w.gauge[2, i] / w.factor[i] * 1e-3
+        w.fresh[2 * i] = 0
+    w.counts[PHASE] = EXPAND
+    return _OK

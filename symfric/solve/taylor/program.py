@@ -1,0 +1,203 @@
+"""The route `taylor`: a scene compiled once, run many times."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.model.names import Key, finite, name_of
+from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.run import Path, Raw, Run
+from symfric.solve.status import Status
+from symfric.solve.taylor.jets import expand
+from symfric.solve.taylor.jit import MachineCode, compile_functions
+from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, make_workspace
+
+FINEST, COARSEST = 1e-16, 0.1  # tolerances
+
+
+@dataclass(frozen=True)
+class Taylor:
+    """Settings of the route `taylor`.
+
+    Attributes
+    ----------
+    order : int or None
+        Order of the Taylor series, from the tolerance unless given.
+    max_steps, max_events : int
+        Budgets; a run that needs more ends with a status.
+    """
+
+    order: int | None = None
+    max_steps: int = 100_000_000
+    max_events: int = 20_000_000
+
+    def __post_init__(self):
+        if self.order is not None and not 3 <= self.order <= 60:
+            raise SceneError(f"the order of the Taylor series is {self.order}; it must lie between 3 and 60")
+        if self.max_steps < 1 or self.max_events < 1:
+            raise SceneError("the budgets max_steps and max_events must be positive")
+
+
+def order_for(tolerance: float) -> int:
+    """Return the order that costs least: about half the logarithm of the tolerance (Jorba and Zou, 2005), and some."""
+    return max(6, math.ceil(-0.5 * math.log(tolerance)) + 4)
+
+
+class TaylorProgram:
+    """A scene compiled for one tolerance; `run` repeats it with other numbers. Not to be shared between threads."""
+
+    route = "taylor"
+
+    def __init__(self, scene: Scene, tolerance: float, settings: Taylor, varied: frozenset[str] = frozenset()):
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
+        self._varied = varied
+        outputs = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+        rows = list(dict.fromkeys((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr) for o in outputs.values()))
+        self._row = {n: rows.index((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr)) for n, o in outputs.items()}
+        self.automaton: Automaton = lower(scene, [e for _, e in rows], varied)
+        series = expand(self.automaton.field, settings.order or order_for(self.tolerance))
+        functions = [series.prelude, series.series, series.probe, _joined_gauge(self.automaton.gauge)]
+        self.code: MachineCode = compile_functions(functions)
+        self.work: Workspace = make_workspace(
+            self.automaton, series, self.code.addresses, [k for k, _ in rows], _segments(scene, self.automaton)
+        )
+        wanted = scene.outputs.values()
+        keep_path = any(isinstance(o, Trajectory) for o in wanted)
+        keep_events = keep_path or any(isinstance(o, Events) for o in wanted)
+        self.work.clock[4:] = scene.horizon, self.tolerance
+        self.work.limits[:] = (
+            settings.max_steps, settings.max_events, 1_000_000, keep_path, keep_events, len(scene.system.q),
+        )
+        self._keep_path, self._keep_events = keep_path, keep_events
+        self._general: TaylorProgram | None = None
+        self._start = self._numbers(scene)
+
+    def _numbers(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        numbers = scene.numbers()
+        y = np.array([numbers[s] for s in scene.system.states])
+        return y, np.array([numbers[s] for s in self.automaton.parameters])
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start.
+
+        Parameters
+        ----------
+        values, initial : mapping of symbol or name to number
+            Changes to the scene's own.
+        progress : callable, optional
+            Called with the fraction done, about once for every million steps.
+
+        Returns
+        -------
+        Run
+        """
+        scene, start = self.scene, self._start
+        if values or initial:
+            scene = _changed(scene, values or {}, initial or {})
+            dropped = {s.name for s in vanishing(self.scene, self._varied)} & {name_of(k) for k in values or {}}
+            if any(scene.values[scene.parameter(name)] != 0 for name in dropped):
+                return self._widened(dropped).run(values, initial, progress)
+            start = self._numbers(scene)
+        status = self._drive(*start, progress)
+        return self._collect(scene, status)
+
+    def _widened(self, names: set[str]) -> "TaylorProgram":
+        """Return the program in which the parameters `names`, zero so far, may be anything."""
+        if self._general is None or not names <= self._general._varied:
+            self._general = TaylorProgram(self.scene, self.tolerance, self.settings, self._varied | names)
+        return self._general
+
+    def _drive(self, y: np.ndarray, p: np.ndarray, progress) -> Status:
+        from symfric.solve.taylor import driver
+
+        w = self.work
+        code = driver.launch(w, y, p)
+        while code < 0:
+            if code == driver.PATH_FULL:
+                w = w._replace(path_t=_double(w.path_t), path_c=_double(w.path_c), path_m=_double(w.path_m))
+            elif code == driver.EVENTS_FULL:
+                w = w._replace(event_t=_double(w.event_t), event_i=_double(w.event_i))
+            elif progress is not None:
+                progress(min(1.0, float(w.y[-1]) / self.scene.horizon))
+            self.work = w
+            code = driver.drive(w)
+        return Status(code)
+
+    def _collect(self, scene: Scene, status: Status) -> Run:
+        w = self.work
+        n_x = w.y.size - 1
+        steps, events, kinks, grazes, kept, kept_events = (int(k) for k in w.counts[:6])
+        final, t_final = w.y[:n_x].copy(), float(w.y[n_x])
+        path = log = None
+        if self._keep_path:
+            path = Path(w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy())
+        if self._keep_events:
+            log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
+        total = w.total.tolist()
+        raw = Raw(
+            final=final,
+            t_final=t_final,
+            status=status,
+            ranges={n: (total[k][0], total[k][1]) for n, k in self._row.items()},
+            integrals={n: total[k][2] for n, k in self._row.items()},
+            rest=float(w.clock[2]),
+            path=path,
+            events=log,
+        )
+        stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes, "order": w.c.shape[1] - 1}
+        return Run(scene, self.route, self.tolerance, final, t_final, status, stats, raw)
+
+
+def check_tolerance(tolerance: float) -> float:
+    """Return the tolerance as a float within what double precision can do, or say what is wrong with it."""
+    tolerance = finite(tolerance, "tolerance")
+    if not FINEST <= tolerance <= COARSEST:
+        raise SceneError(f"tolerance is {tolerance}; it must lie between {FINEST:g} and {COARSEST:g}")
+    return tolerance
+
+
+def _changed(scene: Scene, values: Mapping[Key, float], initial: Mapping[Key, float]) -> Scene:
+    if values:
+        scene = scene.where(values)
+    return scene.starting(initial) if initial else scene
+
+
+def _double(array: np.ndarray) -> np.ndarray:
+    return np.concatenate([array, np.zeros_like(array)])
+
+
+def _joined_gauge(gauge: ca.Function) -> ca.Function:
+    """Return the gauge as a function of ([y; t], p) with one output, the calling convention of the machine code."""
+    state, p = ca.SX.sym("y", gauge.nnz_in(0) + 1), ca.SX.sym("p", gauge.nnz_in(2))
+    return ca.Function("gauge", [state, p], [ca.vertcat(*gauge(state[:-1], state[-1], p))])
+
+
+def _segments(scene: Scene, automaton: Automaton) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times at which an input changes its slope, and start, value and slope of every input from there on."""
+    signals = [scene.inputs[s] for s in automaton.inputs]
+    edges = [np.array([0.0])]
+    edges += [g for s in signals if (g := s.t0 + s.dt * np.arange(s.samples.size)).size]
+    times = np.unique(np.concatenate(edges))
+    times = times[(times >= 0) & (times < scene.horizon)]
+    data = np.zeros((times.size, 3 * len(signals)))
+    for k, s in enumerate(signals):
+        index = np.floor((times - s.t0) / s.dt + 1e-9).astype(int)
+        inside = (index >= 0) & (index < s.samples.size - 1)
+        at = np.clip(index, 0, s.samples.size - 2)
+        data[:, 3 * k] = s.t0 + s.dt * at
+        data[:, 3 * k + 1] = np.where(inside, s.samples[at], 0.0)
+        data[:, 3 * k + 2] = np.where(inside, (s.samples[at + 1] - s.samples[at]) / s.dt, 0.0)
+    return np.append(times, np.inf), data
+
+

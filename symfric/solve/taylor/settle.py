@@ -1,0 +1,199 @@
+"""The next mode, decided by the forces.
+
+Contacts whose slip is zero are tried as sticking; a contact whose force would exceed its static bound is released in
+the direction of the excess, one that would slip against its direction is caught again. One contact is changed at a
+time, the worst first and, if that runs long, the one of least index: Murty's rule for the complementarity problem
+``0 <= bound -+ lambda  complementary to  +- acceleration >= 0``. Ties at the bound are decided by the next derivatives.
+"""
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+from symfric.solve.status import Status
+from symfric.solve.taylor.workspace import KINKS
+
+EPS = 2.0**-52
+ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
+TIE = 1e-13  # of a derivative, relative to its scale
+
+_OK, _UNDECIDED = int(Status.OK), int(Status.UNDECIDED)
+
+
+@intrinsic
+def call_code(typing_context, address, a, b, out):
+    """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
+
+    def generate(context, builder, signature, args):
+        pointer = ir.DoubleType().as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
+        target = builder.inttoptr(args[0], kind.as_pointer())
+        builder.call(target, [builder.inttoptr(x, pointer) for x in args[1:]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def prelude(w):
+    """Recompute what depends on parameters and mode alone."""
+    call_code(w.code[0], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def expand(w):
+    """Compute all Taylor coefficients at the present state."""
+    call_code(w.code[1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def probe(w):
+    """Compute the first three coefficients in the mode on trial."""
+    call_code(w.code[2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def settle(w):
+    """Choose the mode of every contact and switch at the present state; return a status.
+
+    Contacts and switches that reached zero are named by ``w.hit``; the modes are left in ``w.m``, and ``w.fresh`` names
+    the guards that start the new mode at zero.
+    """
+    n_x, n_c = w.y.size - 1, w.sticks.size
+    n_s = w.m.size - 2 * n_c
+    _try_sticking(w, n_x, n_c)
+    horizon = w.clock[4]
+    for i in range(w.turns.size):
+        w.turns[i] = 0
+    rounds = 60 + 12 * (n_c + n_s)
+    for turn in range(rounds):
+        prelude(w)
+        probe(w)
+        least = turn > 20 + 4 * n_c
+        if _change_contact(w, n_x, n_c, horizon, least):
+            continue
+        if _change_switch(w, n_x, n_c, n_s, horizon):
+            continue
+        _mark_fresh(w, n_x, n_c, n_s)
+        return _OK
+    return _UNDECIDED
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _try_sticking(w, n_x, n_c):
+    """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
+    call_code(w.code[3], w.y.ctypes.data, w.p.ctypes.data, w.gauge.ctypes.data)
+    for i in range(n_c):
+        slip, size = w.gauge[0, i], w.gauge[1, i]
+        w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        stuck = w.m[i] > 0.5
+        if stuck:
+            w.zero[i] = abs(slip) <= 1e-9 * size
+        else:
+            w.zero[i] = w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
+        if not w.zero[i]:
+            w.m[i] = 0.0
+            w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
+            continue
+        if w.sticks[i] == 0:
+            continue
+        if w.anchor[i] >= 0:
+            w.y[w.anchor[i]] -= slip / w.factor[i]
+        if stuck and (w.hit[2 * i] or w.hit[2 * i + 1]):
+            w.m[i] = 0.0
+            w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
+        else:
+            w.m[i] = 1.0
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _change_contact(w, n_x, n_c, horizon, least):
+    """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
+    worst, measure, side = -1, 0.0, 0
+    for i in range(n_c):
+        if not w.zero[i]:
+            continue
+        if w.m[i] > 0.5:
+            size, where = _excess(w, n_x + 2 * i, horizon)
+        else:
+            size, where = _backing(w, n_x + 2 * i, w.gauge[2, i], horizon), 0
+        if size <= TIE and w.turns[i] >= 2:
+            continue  # a tie to rounding: either mode is right
+        if size > measure:
+            worst, measure, side = i, size, where
+            if least:
+                break
+    if worst < 0:
+        return False
+    w.turns[worst] += 1
+    if w.m[worst] > 0.5:
+        w.m[worst] = 0.0
+        w.m[n_c + worst] = side
+    elif w.sticks[worst]:
+        w.m[worst] = 1.0
+    else:
+        w.m[n_c + worst] = -w.m[n_c + worst]
+    return True
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _excess(w, row, horizon):
+    """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
+    over, under = w.probe[row, 0], w.probe[row + 1, 0]
+    scale = 0.5 * abs(over + under) + 0.5 * abs(over - under)
+    g, slope, way = (over, w.probe[row, 1], -1) if over < under else (under, w.probe[row + 1, 1], 1)
+    if g < -ROUNDING * scale:
+        return -g / scale, way
+    if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
+        return 0.5 * TIE, way
+    return 0.0, 0
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _backing(w, row, pull, horizon):
+    """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
+    first, second = w.probe[row, 1], w.probe[row, 2]
+    if first < -TIE * pull:
+        return -first / pull if pull > 0.0 else 1.0
+    if first <= TIE * pull and second * horizon < -TIE * pull:
+        return 0.5 * TIE
+    return 0.0
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _change_switch(w, n_x, n_c, n_s, horizon):
+    """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    for j in range(n_s):
+        g = 2 * n_c + j
+        row = n_x + g
+        value, slope, curve = w.probe[row, 0], w.probe[row, 1], w.probe[row, 2]
+        if w.turns[n_c + j] >= 2:
+            continue
+        if w.hit[g] or abs(value) <= ROUNDING * w.scale[row]:
+            wrong = slope < 0.0 or (slope == 0.0 and curve < 0.0)
+        else:
+            wrong = value < 0.0
+        if wrong:
+            w.turns[n_c + j] += 1
+            w.m[2 * n_c + j] = -w.m[2 * n_c + j]
+            w.counts[KINKS] += 1
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, _nrt=False)
+def _mark_fresh(w, n_x, n_c, n_s):
+    """Name the guards that start the new mode at zero."""
+    for i in range(n_c):
+        a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
+        if w.m[i] > 0.5:
+            scale = 0.5 * abs(a + b) + 0.5 * abs(a - b)
+            w.fresh[2 * i] = abs(a) <= ROUNDING * scale
+            w.fresh[2 * i + 1] = abs(b) <= ROUNDING * scale
+        else:
+            w.fresh[2 * i] = w.zero[i]
+            w.fresh[2 * i + 1] = 0
+    for j in range(n_s):
+        g = 2 * n_c + j
+        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= ROUNDING * w.scale[n_x + g]

@@ -1,0 +1,254 @@
+"""Van der Pol averaging of one coordinate about steady sliding: how fast the amplitude grows and where it rests."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import SPEED, Key
+from symfric.model.scene import Scene
+from symfric.model.system import Contact
+from symfric.theory.equilibrium import rests_smoothly, solve
+from symfric.theory.harmonics import Arc, arc_mean, ranges
+from symfric.theory.quadrature import numeric
+from symfric.theory.sliding import branches, field_of
+from symfric.theory.slow_flow import SlowFlow, stationary
+
+AMPLITUDE = sp.Symbol("A", positive=True)
+
+
+def average(scene: Scene, order: int = 1) -> SlowFlow:
+    r"""Average the motion of one coordinate about steady sliding over its period.
+
+    Parameters
+    ----------
+    scene : Scene
+        One coordinate with constant mass and a restoring stiffness; damping, friction and everything else is taken
+        as small beside them. Slips depend on the velocity only. A contact without sliding speed (a free oscillator on
+        a floor) is averaged about the middle of its band of rest.
+    order : {1, 2}
+        1: any law, also where the mass overhauls the contact. 2: forces and laws that are polynomials in pure slip.
+
+    Returns
+    -------
+    SlowFlow
+        In the scene's symbols; in numbers where the law has branches or the equilibrium no closed form.
+
+    Raises
+    ------
+    SceneError
+        If the scene has several coordinates, first-order states, a time-dependent force, or a force outside the order.
+    NotFound
+        If steady sliding does not exist or has no restoring stiffness.
+
+    Notes
+    -----
+    With :math:`x = \bar x + A\sin\psi`, :math:`x' = \omega A\cos\psi` and the rest of the acceleration -h,
+    :math:`A' = -\langle h\cos\psi\rangle/\omega`, :math:`\psi' = \omega + \langle h\sin\psi\rangle/(\omega A)`:
+    Thomsen (11)-(13). The integrals are split where the slip velocity changes its sign, as in Thomsen (45), (46);
+    sticking, which then fills a part of the period, is an effect of first order. Order 2 carries the expansion of
+    Krylov, Bogoliubov and Mitropolsky as far as relative errors of second order in the amplitude need.
+    """
+    if order not in (1, 2):
+        raise SceneError(f"order is {order!r}; averaging is carried to order 1 or 2")
+    oscillator = _oscillator(scene)
+    if order == 2:
+        from symfric.theory.second_order import second_order
+
+        return second_order(oscillator)
+    return _first_order(oscillator)
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """One contact seen from the oscillator: slip ``side (W + V cos theta)``, ``V = |J| omega A``.
+
+    Attributes
+    ----------
+    contact : Contact
+    W, pull : Expr
+        Sliding speed and |J|, both >= 0.
+    flip : int
+        ``cos psi = flip cos theta``.
+    """
+
+    contact: Contact
+    W: sp.Expr
+    pull: sp.Expr
+    flip: int
+
+
+@dataclass(frozen=True, eq=False)
+class Oscillator:
+    """A scene of one coordinate about steady sliding, in symbols or numbers.
+
+    Attributes
+    ----------
+    q, u : Symbol
+    position, omega, mass : Expr
+        Of the equilibrium, natural frequency, mass.
+    force : Expr
+        Without the contacts, in q and u.
+    frictions : tuple of Friction
+    values : dict of Symbol to float
+        Of the parameters that remain.
+    """
+
+    q: sp.Symbol
+    u: sp.Symbol
+    position: sp.Expr
+    omega: sp.Expr
+    mass: sp.Expr
+    force: sp.Expr
+    frictions: tuple[Friction, ...]
+    values: dict[sp.Symbol, float]
+
+    @property
+    def rest(self) -> sp.Expr:
+        """The small part -h of the acceleration without friction, with q measured from the equilibrium."""
+        return (self.force.subs(self.q, self.position + self.q) / self.mass + self.omega**2 * self.q).expand()
+
+
+def _oscillator(scene: Scene) -> Oscillator:
+    """Check the scene, find its equilibrium and split it into oscillator and rest."""
+    system = scene.system
+    if len(system.q) != 1 or system.z:
+        raise SceneError(
+            f"the scene has {len(system.states)} states; averaging takes one coordinate and its velocity "
+            "(use sf.hopf for the onset of vibration in larger scenes)"
+        )
+    field = field_of(scene)
+    (q,), (u,), system = system.q, system.u, field.system
+    _refuse_kinks(system.force[0], "force[0]")
+    if q in system.mass[0].free_symbols:
+        raise SceneError(f"the mass is {system.mass[0]}; averaging takes a constant mass")
+    contacts = [_checked(c, q, u) for c in field.contacts]
+    sliding = [c for c in contacts if not (c.slip.subs(u, 0).is_zero and not rests_smoothly(c.law, scene.values))]
+    balanced = field_of(replace(scene.wanting({}), contacts=sliding, values=_used(scene, sliding)))
+    start = np.array([scene.numbers()[s] for s in (q, u)])
+    x = solve(balanced, balanced.vector(scene.values), start)
+    signs = dict(zip(balanced.signs, map(int, balanced.directions(x, balanced.vector(scene.values))), strict=True))
+    total = balanced.parts[0].subs(signs).subs(u, 0)
+    numbers = {k: sp.Float(v) for k, v in scene.values.items()}
+    symbolic = total.is_polynomial(q) and sp.degree(total, q) < 2 and not any(c.law.breaks for c in contacts)
+    symbolic = symbolic and not total.has(sp.Integral)
+    if symbolic:
+        numbers = {}
+        line = sp.expand(total)
+        stiffness, position = -line.coeff(q, 1), line.coeff(q, 0)
+        position = sp.Integer(0) if position.is_zero else position / stiffness
+    else:
+        total = total.subs(numbers)
+        position = sp.Float(float(x[0]))
+        stiffness = -total.diff(q).subs(q, position).doit()
+    mass = system.mass[0].subs(numbers)
+    _check_stiffness(stiffness, scene)
+    frictions = tuple(_friction(c, u, numbers, scene) for c in contacts)
+    force = system.force[0].subs(numbers)
+    remaining = {} if numbers else dict(scene.values)
+    return Oscillator(q, u, position, sp.sqrt(stiffness / mass), mass, force, frictions, remaining)
+
+
+def _used(scene: Scene, contacts: list[Contact]) -> dict:
+    known = set().union(*(e.free_symbols for e in scene.system.expressions), *(c.free_symbols for c in contacts))
+    starts = [v.free_symbols for v in scene.initial.values() if isinstance(v, sp.Expr)]
+    known = known.union(*starts)
+    return {k: v for k, v in scene.values.items() if k in known}
+
+
+def _checked(contact: Contact, q: sp.Symbol, u: sp.Symbol) -> Contact:
+    if q in contact.slip.free_symbols:
+        raise SceneError(
+            f"slip of contact {contact.name!r} is {contact.slip}; averaging takes slips that depend on u only"
+        )
+    _refuse_kinks(contact.normal * contact.profile, f"normal or profile of contact {contact.name!r}")
+    return contact
+
+
+def _refuse_kinks(expr: sp.Expr, what: str) -> None:
+    if expr.has(sp.Abs, sp.Max, sp.Min, sp.Piecewise):
+        raise SceneError(f"{what} is {expr}; averaging takes forces without kinks (sf.limit_cycle takes any)")
+
+
+def _check_stiffness(stiffness: sp.Expr, scene: Scene) -> None:
+    value = float(stiffness.subs(scene.values))
+    if not value > 0:
+        raise NotFound(f"the stiffness at the equilibrium is {value:.6g}; averaging needs a restoring one")
+
+
+def _friction(contact: Contact, u: sp.Symbol, numbers: dict, scene: Scene) -> Friction:
+    slip = sp.expand(contact.slip).subs(numbers)
+    J, w = slip.coeff(u, 1), slip.coeff(u, 0)
+    turn = -1 if float(J.subs(scene.values)) < 0 else 1
+    side = -1 if float(w.subs(scene.values)) < 0 else 1
+    loaded = replace(
+        contact, law=contact.law.where(numbers) if numbers else contact.law,
+        normal=contact.normal.subs(numbers), profile=contact.profile.subs(numbers),
+    )
+    return Friction(loaded, side * w, turn * J, side * turn)
+
+
+def _first_order(o: Oscillator) -> SlowFlow:
+    A = AMPLITUDE
+    sine_part, cosine_part = (_smooth_mean(o, weight) for weight in (0, 1))
+    edges, positive = [], []
+    for friction in o.frictions:
+        edge, sine, cosine = _friction_means(o, friction)
+        edges += edge
+        sine_part, cosine_part = sine_part + sine, cosine_part + cosine
+        positive += [] if friction.W.is_zero else [friction.W]
+        positive.append(friction.pull)
+    rate = cosine_part / o.omega
+    frequency = o.omega - sine_part / (o.omega * A)
+    rate, frequency = (_tidy(e) for e in (rate, frequency))
+    evaluate = numeric((A, *o.values), (rate,))
+    numbers = tuple(o.values.values())
+    limits = tuple(float(e.subs(o.values)) for e in edges)
+    amplitudes, stable = stationary(lambda a: evaluate(a, *numbers)[0], limits)
+    return SlowFlow(A, rate, frequency, amplitudes, stable, 1, dict(o.values), tuple(positive))
+
+
+def _tidy(expr: sp.Expr) -> sp.Expr:
+    """Expand polynomials; leave integrals and branches as they were built."""
+    return sp.expand(expr) if not expr.has(sp.Integral) else expr
+
+
+def _smooth_mean(o: Oscillator, weight: int) -> sp.Expr:
+    """Return the mean of the acceleration -h without friction times sin psi (weight 0) or cos psi (weight 1)."""
+    A = AMPLITUDE
+
+    def body(_, sine, cosine):
+        rest = o.rest.subs({o.q: A * sine, o.u: o.omega * A * cosine}, simultaneous=True)
+        return sp.expand(rest * (cosine if weight else sine))
+
+    arcs = Arc(sp.Integer(0), sp.pi, sp.Integer(0))
+    return arc_mean(body, arcs, sp.Integer(0), sp.Integer(0))
+
+
+def _friction_means(o: Oscillator, friction: Friction):
+    """Return the amplitudes at which the formula changes, and the two means of the friction's acceleration."""
+    A, contact = AMPLITUDE, friction.contact
+    V = friction.pull * o.omega * A
+    load = contact.normal * contact.profile * friction.pull / o.mass
+    load = load.subs(o.q, o.position + o.q)
+
+    def body(weight):
+        def integrand(law, sine, cosine):
+            at = {o.q: A * friction.flip * sine, o.u: o.omega * A * friction.flip * cosine}
+            product = -load.subs(at, simultaneous=True) * law * (cosine if weight else sine)
+            return sp.expand(product) if product.is_polynomial(sine, cosine) else product
+
+        return integrand
+
+    kinetic = branches(contact.law.kinetic, (SPEED,))
+    parts, edges = ([], []), []
+    for top, arcs in ranges(kinetic, contact.law.breaks, friction.W, V):
+        edge = top / (friction.pull * o.omega) if top != sp.oo else sp.oo
+        for weight in (0, 1):
+            mean = sp.Add(*(arc_mean(body(weight), arc, friction.W, V) for arc in arcs))
+            parts[weight].append((_tidy(mean), True if edge == sp.oo else A < edge))
+        edges += [] if edge == sp.oo else [edge]
+    sine, cosine = (sp.Piecewise(*p) if len(p) > 1 else p[0][0] for p in parts)
+    return edges, sine, cosine

@@ -1,0 +1,180 @@
+"""Steady sliding: the states at rest while every contact slips."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import SPEED
+from symfric.model.numeric import numeric_function
+from symfric.model.scene import Scene
+from symfric.theory.sliding import Field, field_of
+
+STARTS = 12  # random starts after the scene's own and zero
+_SEED = 31
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium:
+    """Steady sliding of a scene.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n_x,)
+        The state ``[q; u; z]``, with u = 0.
+    sliding : dict of str to float
+        Slip velocity of each contact, by its name.
+    names : tuple of str
+        Names of the states.
+    """
+
+    x: np.ndarray
+    sliding: dict[str, float]
+    names: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        states = ", ".join(f"{k}={v:.6g}" for k, v in zip(self.names, self.x, strict=True))
+        slips = ", ".join(f"{k} {v:.6g}" for k, v in self.sliding.items()) or "no contacts"
+        return f"Equilibrium({states}; sliding: {slips})"
+
+    def to_dict(self) -> dict:
+        """Return plain Python numbers."""
+        return {"x": dict(zip(self.names, self.x.tolist(), strict=True)), "sliding": dict(self.sliding)}
+
+
+def equilibrium(scene: Scene) -> Equilibrium:
+    """Find steady sliding: u = 0 with every contact slipping.
+
+    Parameters
+    ----------
+    scene : Scene
+        Any number of coordinates, contacts and first-order states; forces may have kinks, but not depend on time.
+
+    Returns
+    -------
+    Equilibrium
+        The one found from the scene's start; other starts are tried only where that search fails.
+
+    Raises
+    ------
+    SceneError
+        If the forces depend on time, or a contact does not slip while u = 0.
+    NotFound
+        If no position balances the forces.
+
+    Notes
+    -----
+    Solves ``force - J^T sign(w) N mu(|w|) = 0`` and ``z_rate = 0`` at u = 0; for one mass on a belt it is Thomsen (7).
+    """
+    field = field_of(scene)
+    p = field.vector(scene.values)
+    numbers = scene.numbers()
+    x = solve(field, p, np.array([numbers[s] for s in field.states]))
+    return Equilibrium(x, slips(field, p, x), tuple(s.name for s in field.states))
+
+
+def slips(field: Field, p: np.ndarray, x: np.ndarray) -> dict[str, float]:
+    """Return the slip velocity of each contact by name."""
+    values = field.slip(x, p, np.ones(len(field.contacts)))
+    return {c.name: float(w) for c, w in zip(field.contacts, values, strict=True)}
+
+
+def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Return the state of steady sliding, shape (n_x,), by Newton's method from several starts.
+
+    Parameters
+    ----------
+    field : Field
+    p : ndarray
+        Parameters, as `Field.vector` returns them.
+    start : ndarray, shape (n_x,)
+        Where to look first; its velocities are ignored.
+    """
+    n, n_x = field.n, len(field.states)
+    free = np.r_[0:n, 2 * n : n_x]
+    origin = np.array(start, dtype=float)
+    origin[n : 2 * n] = 0.0
+    _check_slipping(field, p, origin)
+    rng = np.random.default_rng(_SEED)
+    size = 1.0 + np.max(np.abs(origin))
+    starts = [origin, np.zeros(n_x)]
+    starts += [origin + _scatter(rng, size * 3.0 ** (k - STARTS // 2), free, n_x) for k in range(STARTS)]
+    for guess in starts:
+        x = _newton(field, p, guess, free)
+        if x is not None:
+            _check_slipping(field, p, x)
+            return x
+    residual = field.value(origin, p, field.directions(origin, p))
+    names = [s.name for s in (*field.system.u, *field.system.z)]
+    worst = int(np.argmax(np.abs(residual))) if np.all(np.isfinite(residual)) else 0
+    raise NotFound(
+        f"no steady sliding: no position balances the forces (largest unbalance at the start: {names[worst]}' = "
+        f"{residual[worst]:.6g}); a coordinate without a spring has none"
+    )
+
+
+def _scatter(rng, size, free, n_x):
+    step = np.zeros(n_x)
+    step[free] = size * rng.standard_normal(len(free))
+    return step
+
+
+def _newton(field: Field, p, guess, free) -> np.ndarray | None:
+    """Run SciPy's hybrid method, then plain Newton steps down to rounding; None if the residual stays."""
+    from scipy import optimize
+
+    def place(y):
+        x = np.zeros(len(field.states))
+        x[free] = y
+        return x, field.directions(x, p)
+
+    def value(y):
+        x, s = place(y)
+        return field.value(x, p, s)
+
+    def slope(y):
+        x, s = place(y)
+        return field.jacobian(x, p, s)[:, free]
+
+    y = guess[free]
+    if not np.all(np.isfinite(value(y))):
+        return None
+    with np.errstate(all="ignore"):
+        y = optimize.root(value, y, jac=slope, method="hybr", options={"xtol": 1e-13}).x
+        for _ in range(4):
+            g, a = value(y), slope(y)
+            if not (np.all(np.isfinite(g)) and np.all(np.isfinite(a))):
+                return None
+            better = y - np.linalg.lstsq(a, g, rcond=None)[0]
+            if not np.sum(np.abs(value(better))) < np.sum(np.abs(g)):
+                break
+            y = better
+        g, a = value(y), slope(y)
+        scale = np.abs(a) @ np.abs(y) + np.abs(value(np.zeros_like(y)))
+    if np.all(np.isfinite(g)) and np.all(np.abs(g) <= 1e-10 * scale + 1e-290):
+        return place(y)[0]
+    return None
+
+
+def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
+    """Raise if a contact whose law jumps at rest has no slip."""
+    values = dict(zip(field.parameters, p, strict=True))
+    for contact, w in zip(field.contacts, field.slip(x, p, np.ones(len(field.contacts))), strict=True):
+        if abs(w) < 1e-15 and not rests_smoothly(contact.law, values):
+            raise SceneError(
+                f"contact {contact.name!r} does not slip while u = 0 (its slip is {contact.slip}); "
+                "steady sliding needs a relative velocity, such as a belt's, or a regularised law"
+            )
+
+
+def rests_smoothly(law, values: dict[sp.Symbol, float]) -> bool:
+    """Whether the friction passes through zero slip without a jump."""
+    if law.smooth:
+        return True
+    symbols = tuple(sorted(law.free_symbols, key=str))
+    numbers = [values[s] for s in symbols]
+    if float(numeric_function(symbols, law.stick)(*numbers)) != 0:
+        return False
+    low, high = (float(numeric_function((SPEED, *symbols), law.kinetic)(v, *numbers)) for v in (1e-12, 1e-3))
+    return abs(low) <= 1e-6 * abs(high)

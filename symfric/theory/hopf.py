@@ -1,0 +1,204 @@
+"""Where steady sliding starts to oscillate, and whether it does so gently or by a jump."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import Key, finite
+from symfric.model.scene import Scene
+from symfric.theory.equilibrium import solve
+from symfric.theory.sliding import Field, curvature, field_of
+from symfric.theory.stability import linearise
+
+DEGENERATE = 1e-9  # of the cubic coefficient relative to the terms it is the sum of
+
+
+@dataclass(frozen=True, repr=False)
+class HopfPoint:
+    """A pair of eigenvalues on the imaginary axis.
+
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    omega : float
+        Frequency of the oscillation that starts there, rad/time.
+    first_lyapunov : float
+        Coefficient a of ``r' = sigma r + a r^3``, r the amplitude of the first coordinate; 1/(time length^2).
+    kind : {"supercritical", "subcritical", "degenerate"}
+        Small stable cycles on the unstable side, small unstable ones on the stable side, or undecided by cubic terms.
+    parameter : str
+    """
+
+    value: float
+    omega: float
+    first_lyapunov: float
+    kind: str
+    parameter: str
+
+    def __repr__(self) -> str:
+        return (
+            f"HopfPoint({self.parameter}={self.value:.15g}, omega={self.omega:.6g}, {self.kind}, "
+            f"first_lyapunov={self.first_lyapunov:.6g})"
+        )
+
+    def to_dict(self) -> dict:
+        """Return plain Python values."""
+        return {
+            "parameter": self.parameter,
+            "value": self.value,
+            "omega": self.omega,
+            "first_lyapunov": self.first_lyapunov,
+            "kind": self.kind,
+        }
+
+
+def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoint:
+    """Find where steady sliding starts to oscillate.
+
+    Parameters
+    ----------
+    scene : Scene
+        Every contact slips at the equilibrium, and no force depends on time.
+    parameter : Symbol or str
+        The value to vary; the one stored in the scene is ignored.
+    bracket : (float, float)
+        Ends of the search interval; steady sliding is stable at one and unstable at the other.
+
+    Returns
+    -------
+    HopfPoint
+
+    Raises
+    ------
+    NotFound
+        If the growth rate keeps its sign on the bracket, jumps, or a real eigenvalue crosses instead of a pair.
+    SceneError
+        As `equilibrium` does, or if the bracket is empty.
+
+    Notes
+    -----
+    Solves ``max Re eig J = 0`` with ``J = d rhs / d x``, shape (n_x, n_x). For one mass on a belt the answer is closed:
+    Thomsen (19). The cubic coefficient is that of the normal form on the centre manifold (Kuznetsov, Elements of
+    Applied Bifurcation Theory, section 5.4, the projection method), with the amplitude of the first coordinate as r.
+    """
+    symbol = scene.parameter(parameter)
+    low, high = (finite(v, f"an end of the bracket of {symbol.name}") for v in bracket)
+    if not low < high:
+        raise SceneError(f"the bracket of {symbol.name} is ({low:g}, {high:g}); give (low, high) with low < high")
+    field, leading = _tracker(scene, symbol, low, high)
+    value = _crossing(leading, symbol.name, low, high)
+    step = 1e-9 * (high - low)
+    (before, size_1, *_), (after, size_2, *_) = (leading(float(np.clip(value + d, low, high))) for d in (-step, step))
+    eigenvalue, size, x, p = leading(value)
+    if abs(after.real - before.real) > 1e-3 * min(size_1, size_2):
+        raise NotFound(
+            f"the growth rate jumps at {symbol.name} = {value:.12g}, from {before.real:.3g} to {after.real:.3g}: "
+            "a law or a force has a kink there, or another equilibrium takes over"
+        )
+    if abs(eigenvalue.imag) < 1e-6 * size:
+        raise NotFound(
+            f"a real eigenvalue crosses zero at {symbol.name} = {value:.12g}: steady sliding is lost without "
+            "oscillation, and this is no Hopf point"
+        )
+    a, terms = cubic_coefficient(field, p, x)
+    kind = "degenerate" if abs(a) <= DEGENERATE * terms else ("supercritical" if a < 0 else "subcritical")
+    return HopfPoint(value, abs(eigenvalue.imag), a, kind, symbol.name)
+
+
+def _tracker(scene: Scene, symbol, low: float, high: float):
+    """Return the scene's field and a function from a value to its leading eigenvalue, following the equilibrium."""
+    ends = [scene.where({symbol: v}) for v in (low, high)]
+    field = field_of(ends[1 if low == 0 else 0], vary=(symbol,))
+    numbers = ends[0].numbers()
+    last = [np.array([numbers[s] for s in field.states])]
+
+    def leading(value: float):
+        p = field.vector({**scene.values, symbol: value})
+        x = solve(field, p, last[0])
+        last[0] = x
+        eigenvalues = np.linalg.eigvals(linearise(field, p, x)[3])
+        k = int(np.argmax(eigenvalues.real))
+        return complex(eigenvalues[k]), float(np.max(np.abs(eigenvalues))), x, p
+
+    return field, leading
+
+
+def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
+    """Return the value at which the growth rate changes its sign, to rounding."""
+    from scipy import optimize
+
+    def growth(value):
+        return leading(value)[0].real
+
+    at_low, at_high = growth(low), growth(high)
+    if at_low * at_high > 0:
+        word = "unstable" if at_low > 0 else "stable"
+        raise NotFound(
+            f"steady sliding is {word} at both ends of the bracket of {name}: the growth rate is {at_low:.6g} at "
+            f"{low:g} and {at_high:.6g} at {high:g}; widen or move the bracket"
+        )
+    return float(optimize.brentq(growth, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=300))
+
+
+def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float, float]:
+    """Return the coefficient a of ``r' = a r^3`` at a Hopf point, and the sum of the magnitudes of its terms.
+
+    Notes
+    -----
+    On the centre manifold ``x = z q + conj(z q) + ...`` obeys ``z' = i omega z + c z |z|^2`` with
+    ``c = <p, C(q, q, q*) + B(q*, (2 i omega - A)^-1 B(q, q)) - 2 B(q, A^-1 B(q, q*))>/2``; the amplitude of the first
+    coordinate is ``r = 2 |z| |q_1|``, so that ``a = Re c/(4 |q_1|^2)``.
+    """
+    n_x = len(field.states)
+    M, _, _, A = linearise(field, p, x)
+    B, C = multilinear(field, p, x, M, A)
+    values, right = np.linalg.eig(A)
+    k = int(np.argmax(values.real + (values.imag > 0) * 1e-6 * np.max(np.abs(values))))
+    omega, q = abs(values[k].imag), right[:, k] if values[k].imag > 0 else right[:, k].conj()
+    duals, left = np.linalg.eig(A.T)
+    w = left[:, int(np.argmin(np.abs(duals + 1j * omega)))]
+    w = w / np.conj(np.vdot(w, q))
+    if abs(q[0]) < 1e-10 * np.linalg.norm(q):
+        raise NotFound(
+            f"coordinate {field.states[0].name} takes no part in the oscillation; first_lyapunov measures its "
+            "amplitude, so write one that does as the first coordinate"
+        )
+    bent = np.linalg.solve(2j * omega * np.eye(n_x) - A, B(q, q))
+    shift = np.linalg.solve(A, B(q, q.conj()))
+    terms = [np.vdot(w, t).real / (8 * abs(q[0]) ** 2) for t in (C(q, q, q.conj()), B(q.conj(), bent), -2 * B(q, shift))]
+    return float(sum(terms)), float(sum(abs(t) for t in terms))
+
+
+def multilinear(field: Field, p: np.ndarray, x: np.ndarray, M: np.ndarray, A: np.ndarray):
+    """Return the second and third derivatives of the state's rate as symmetric multilinear functions.
+
+    Notes
+    -----
+    From ``M(q) a(x) = G(x)`` differentiated two and three times at a = 0.
+    """
+    n, n_x = field.n, len(field.states)
+    G2, G3, M1, M2 = curvature(field)(x, p, field.directions(x, p))
+    rows = slice(n, 2 * n)
+
+    def place(accelerations, rates):
+        result = np.zeros(n_x, dtype=complex)
+        result[rows] = np.linalg.solve(M, accelerations)
+        result[2 * n :] = rates
+        return result
+
+    def B(u, v):
+        g = G2 @ v @ u
+        bend = (M1 @ u) @ (A[rows] @ v) + (M1 @ v) @ (A[rows] @ u)
+        return place(g[:n] - bend, g[n:])
+
+    def C(u, v, w):
+        g = G3 @ w @ v @ u
+        bend = np.zeros(n, dtype=complex)
+        for one, two, three in ((u, v, w), (v, w, u), (w, u, v)):
+            bend += (M1 @ one) @ B(two, three)[rows] + (M2 @ two @ one) @ (A[rows] @ three)
+        return place(g[:n] - bend, g[n:])
+
+    return B, C

@@ -1,0 +1,85 @@
+"""Expressions with definite integrals as NumPy functions: the nodes are an array axis, not copies of the integrand."""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from symfric.model.numeric import NODES, gauss_legendre
+
+LARGEST = 1 << 20  # numbers held at once in nested quadrature
+
+
+def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr]) -> Callable:
+    """Return ``f(*arrays) -> list of arrays`` that evaluates several expressions elementwise.
+
+    Parameters
+    ----------
+    symbols : sequence of Symbol
+    entries : sequence of Expr
+        May hold definite integrals, also nested ones, with limits in the symbols; each is a Gauss-Legendre sum.
+
+    Returns
+    -------
+    callable
+        Takes one array or number per symbol, which broadcast.
+    """
+    return _compiled(tuple(symbols), tuple(entries))
+
+
+@lru_cache(maxsize=128)
+def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable:
+    integrals = {}
+    for e in entries:
+        _collect(e, integrals)
+    outer = [e.xreplace(integrals) for e in entries]
+    plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=["numpy", "scipy"], cse=True)
+    sums = [_quadrature(symbols, integral) for integral in integrals]
+    depth = max((_depth(e) for e in entries), default=0)
+
+    def evaluate(*arguments):
+        arguments = [np.asarray(a, dtype=float) for a in arguments]
+        shape = np.broadcast_shapes(*(a.shape for a in arguments)) if arguments else ()
+        size = int(np.prod(shape))
+        if size > 1 and size * NODES**depth > LARGEST:
+            rows = max(1, LARGEST // NODES**depth)
+            flat = [np.broadcast_to(a, shape).ravel() for a in arguments]
+            parts = [evaluate(*(a[k : k + rows] for a in flat)) for k in range(0, size, rows)]
+            return [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
+        with np.errstate(all="ignore"):
+            values = plain(*arguments, *(s(*arguments) for s in sums))
+        return [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in values]
+
+    return evaluate
+
+
+def _collect(expr: sp.Expr, found: dict) -> None:
+    """Collect the outermost integrals of an expression, each with a symbol to stand for it."""
+    if isinstance(expr, sp.Integral):
+        found.setdefault(expr, sp.Dummy(f"integral_{len(found)}"))
+    elif expr.has(sp.Integral):
+        for argument in expr.args:
+            _collect(argument, found)
+
+
+def _depth(expr: sp.Expr) -> int:
+    if isinstance(expr, sp.Integral):
+        return 1 + _depth(expr.function)
+    return max((_depth(a) for a in expr.args), default=0) if expr.has(sp.Integral) else 0
+
+
+def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral) -> Callable:
+    ((variable, low, high),) = integral.limits
+    inner = sp.Dummy("node")
+    limits = _compiled(symbols, (low, high))
+    body = _compiled((*symbols, inner), (integral.function.xreplace({variable: inner}),))
+    nodes, weights = gauss_legendre()
+
+    def evaluate(*arguments):
+        start, stop = limits(*arguments)
+        start, width = start[..., None], (stop - start)[..., None]
+        (values,) = body(*(a[..., None] for a in arguments), start + width * nodes)
+        return np.sum(values * weights * width, axis=-1)
+
+    return evaluate

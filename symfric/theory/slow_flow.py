@@ -1,0 +1,130 @@
+"""The averaged equation of one amplitude, and where it rests."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.names import Key, name_of, nearest
+from symfric.theory.quadrature import numeric
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlowFlow:
+    """Slow change of an amplitude: ``A' = rate(A)``.
+
+    Call it with numbers, ``flow(A)`` or ``flow(A, {"v_b": 0.3})``, for the rate.
+
+    Attributes
+    ----------
+    amplitude : Symbol
+        A, the amplitude of the coordinate (of its first harmonic for order 2); a length.
+    rate : Expr
+        A', in A and the parameters.
+    frequency : Expr
+        Of the oscillation at amplitude A, rad/time.
+    amplitudes : ndarray, shape (n,)
+        Stationary amplitudes A > 0, increasing; for order 2 half ranges. A = 0, steady sliding itself, is always
+        stationary and not listed.
+    stable : ndarray of bool, shape (n,)
+        Whether neighbouring amplitudes return to each.
+    order : int
+    values : dict of Symbol to float
+        Parameters of `rate` and their numbers; empty where numbers had to be put in.
+    positive : tuple of Expr
+        Must stay positive for the formulas to hold: the sliding speeds and the slopes of the slips.
+    """
+
+    amplitude: sp.Symbol
+    rate: sp.Expr
+    frequency: sp.Expr
+    amplitudes: np.ndarray
+    stable: np.ndarray
+    order: int
+    values: dict[sp.Symbol, float]
+    positive: tuple[sp.Expr, ...] = ()
+
+    def __call__(self, A, values: Mapping[Key, float] | None = None):
+        """Return the rate A' at amplitudes A, any shape, for other values of some parameters if given."""
+        return self._evaluate(self.rate, A, values)
+
+    def frequency_at(self, A, values: Mapping[Key, float] | None = None):
+        """Return the frequency at amplitudes A, any shape."""
+        return self._evaluate(self.frequency, A, values)
+
+    def _evaluate(self, expr, A, values):
+        numbers = dict(self.values)
+        named = {s.name: s for s in numbers}
+        for key, value in (values or {}).items():
+            name = name_of(key)
+            if name not in named:
+                raise SceneError(f"{name} is no parameter of the slow flow{nearest(name, named)}")
+            numbers[named[name]] = float(value)
+        for e in self.positive:
+            if values and not float(e.subs(numbers)) > 0:
+                raise SceneError(f"{e} is not positive for these values; average the scene with them instead")
+        (result,) = numeric((self.amplitude, *numbers), (expr,))(A, *numbers.values())
+        return result.copy() if np.ndim(result) else float(result)
+
+    def plot(self, ax=None):
+        """Draw the rate against the amplitude, mark where it rests, and return the Axes."""
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.subplots()[1]
+        top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
+        A = np.linspace(top / 400, top, 400)
+        ax.axhline(0.0, color="0.6", linewidth=0.8)
+        ax.plot(A, self(A))
+        for a, good in zip(self.amplitudes, self.stable, strict=True):
+            ax.plot(a, 0.0, "o", color="k", fillstyle="full" if good else "none")
+        ax.set_xlabel("amplitude A")
+        ax.set_ylabel("rate A'")
+        return ax
+
+    def __repr__(self) -> str:
+        pairs = zip(self.amplitudes, self.stable, strict=True)
+        found = ", ".join(f"{a:.6g} {'stable' if s else 'unstable'}" for a, s in pairs) or "none but zero"
+        return f"SlowFlow(order {self.order}; stationary amplitudes: {found})"
+
+    def to_dict(self) -> dict:
+        """Return plain Python values, expressions as strings."""
+        return {
+            "order": self.order,
+            "rate": str(self.rate),
+            "frequency": str(self.frequency),
+            "amplitudes": self.amplitudes.tolist(),
+            "stable": self.stable.tolist(),
+        }
+
+
+def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return every amplitude at which the rate changes its sign, and whether it is stable.
+
+    Parameters
+    ----------
+    rate : callable
+        Vectorised ``A -> A'``.
+    edges : tuple of float
+        Amplitudes at which the formula changes; the search is dense on both sides of each and spans six decades
+        below the first and above the last (about A = 1 without any).
+    """
+    from scipy import optimize
+
+    edges = [e for e in edges if e > 0] or [1.0]
+    grid = np.geomspace(1e-6 * min(edges), 1e6 * max(edges), 6000)
+    near = 10.0 ** np.linspace(-14, -0.5, 136)
+    grid = np.unique(np.concatenate([grid, *(e * (1 + side * near) for e in edges for side in (-1, 1))]))
+    values = rate(grid)
+    good = np.isfinite(values)
+    grid, values = grid[good], values[good]
+    if not grid.size:
+        return np.array([]), np.array([], dtype=bool)
+    relative = np.abs(values) / grid
+    kept = relative > 1e-13 * np.median(relative)
+    grid, values = grid[kept], values[kept]
+    turns = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+    roots = [optimize.brentq(lambda a: float(rate(a)), grid[k], grid[k + 1], xtol=1e-300, rtol=1e-15) for k in turns]
+    return np.array(roots), values[turns] > 0 if turns.size else np.array([], dtype=bool)

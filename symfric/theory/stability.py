@@ -1,0 +1,191 @@
+"""Stability of steady sliding: the linearised equations, what theorems say of them, and what the eigenvalues say."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from symfric.model.scene import Scene
+from symfric.theory.equilibrium import solve
+from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_hurwitz
+from symfric.theory.sliding import Field, field_of
+
+ROUNDING = 1e-12  # of a matrix entry relative to the matrix
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Stability:
+    """Linearised motion about steady sliding, ``M q'' + B q' + K q = 0``, friction included.
+
+    Attributes
+    ----------
+    M, B, K : ndarray, shape (n, n)
+        Mass, damping and gyroscopic, stiffness and circulatory matrix.
+    definiteness : {"stable", "unstable", "undecided"}
+        What the matrices alone prove.
+    reason : str
+        The theorem, or what is missing for one.
+    stable : bool
+        Whether every eigenvalue has a negative real part, beyond rounding.
+    margin : float
+        ``-max Re``, the decay rate of the slowest motion, 1/time.
+    eigenvalues : ndarray of complex, shape (n_x,)
+        Of the state matrix, largest real part first.
+    state_matrix : ndarray, shape (n_x, n_x)
+    names : tuple of str
+        Names of the states.
+    """
+
+    M: np.ndarray
+    B: np.ndarray
+    K: np.ndarray
+    definiteness: str
+    reason: str
+    stable: bool
+    margin: float
+    eigenvalues: np.ndarray
+    state_matrix: np.ndarray
+    names: tuple[str, ...]
+
+    @cached_property
+    def hurwitz(self) -> Hurwitz:
+        """The Routh-Hurwitz criterion on the characteristic polynomial of `state_matrix`."""
+        return routh_hurwitz(characteristic_coefficients(self.state_matrix))
+
+    @property
+    def statespace(self):
+        """A `control.StateSpace` from one generalised force per coordinate to the coordinates."""
+        import control
+
+        n, n_x = len(self.M), len(self.state_matrix)
+        push = np.zeros((n_x, n))
+        push[n : 2 * n] = np.linalg.inv(self.M)
+        q = list(self.names[:n])
+        return control.ss(
+            self.state_matrix,
+            push,
+            np.eye(n, n_x),
+            np.zeros((n, n)),
+            states=list(self.names),
+            inputs=[f"force_{name}" for name in q],
+            outputs=q,
+        )
+
+    def plot(self, ax=None):
+        """Draw the eigenvalues in the complex plane and return the Axes."""
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.subplots()[1]
+        ax.axvline(0.0, color="0.6", linewidth=0.8)
+        ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
+        ax.set_xlabel("real part")
+        ax.set_ylabel("imaginary part")
+        return ax
+
+    def __repr__(self) -> str:
+        word = "stable" if self.stable else "not stable"
+        return f"Stability({word}, margin {self.margin:.6g}; matrices: {self.definiteness}, {self.reason})"
+
+    def to_dict(self) -> dict:
+        """Return plain Python numbers."""
+        return {
+            "M": self.M.tolist(),
+            "B": self.B.tolist(),
+            "K": self.K.tolist(),
+            "definiteness": self.definiteness,
+            "reason": self.reason,
+            "stable": self.stable,
+            "margin": self.margin,
+            "eigenvalues": [[v.real, v.imag] for v in self.eigenvalues.tolist()],
+        }
+
+
+def stability(scene: Scene) -> Stability:
+    """Judge steady sliding by the definiteness of its matrices and by its eigenvalues.
+
+    Parameters
+    ----------
+    scene : Scene
+        Every contact slips at u = 0, and no force depends on time.
+
+    Returns
+    -------
+    Stability
+
+    Raises
+    ------
+    SceneError, NotFound
+        As `equilibrium` does.
+
+    Notes
+    -----
+    ``B = -dG/du`` and ``K = -dG/dq`` of the forces G with friction; for one mass on a belt B is
+    ``2 beta + gamma2 mu'(v_b)``, Thomsen (17).
+    """
+    field = field_of(scene)
+    p = field.vector(scene.values)
+    numbers = scene.numbers()
+    x = solve(field, p, np.array([numbers[s] for s in field.states]))
+    M, B, K, matrix = linearise(field, p, x)
+    eigenvalues = np.linalg.eigvals(matrix)
+    eigenvalues = eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))]
+    definiteness, reason = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
+    growth = float(np.max(eigenvalues.real))
+    beyond = 1e-13 * float(np.max(np.abs(eigenvalues)))
+    names = tuple(s.name for s in field.states)
+    return Stability(M, B, K, definiteness, reason, growth < -beyond, -growth, eigenvalues, matrix, names)
+
+
+def linearise(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return M, B, K, each (n, n), and the state matrix (n_x, n_x) about the steady sliding x."""
+    n, n_x = field.n, len(field.states)
+    s = field.directions(x, p)
+    mass, slopes = field.mass(x, p, s), field.jacobian(x, p, s)
+    matrix = np.zeros((n_x, n_x))
+    matrix[:n, n : 2 * n] = np.eye(n)
+    matrix[n : 2 * n] = np.linalg.solve(mass, slopes[:n])
+    matrix[2 * n :] = slopes[n:]
+    return mass, 0.0 - slopes[:n, n : 2 * n], 0.0 - slopes[:n, :n], matrix
+
+
+_STATES = "first-order states stand beside the coordinates, and the theorems speak of M, B and K alone"
+
+
+def judge(M: np.ndarray, B: np.ndarray, K: np.ndarray) -> tuple[str, str]:
+    """Return what the matrices of ``M q'' + B q' + K q = 0`` prove, and the theorem or what is missing for it.
+
+    Notes
+    -----
+    M is symmetric and positive definite. With V = (q'^T M q' + q^T K q)/2 as Lyapunov function a symmetric positive
+    K and a damping with positive symmetric part make rest asymptotically stable (Thomson, Tait and Chetaev), and a
+    symmetric K with a negative eigenvalue makes it unstable under such a damping. The eigenvalues sum to
+    -tr(M^-1 B), and their product is det K / det M; a wrong sign of either leaves one in the right half plane.
+    """
+    trace = np.trace(np.linalg.solve(M, B))
+    if trace < -ROUNDING * np.sum(np.abs(np.linalg.solve(M, B))):
+        return "unstable", "tr(M^-1 B) < 0: the eigenvalues sum to a positive number"
+    scale_k = np.linalg.norm(K)
+    if _nonsingular(K) and np.linalg.det(K / scale_k) < 0:
+        return "unstable", "det K < 0: an eigenvalue is real and positive"
+    skew = np.linalg.norm(K - K.T) / 2
+    if skew > ROUNDING * scale_k:
+        share = skew / scale_k
+        return "undecided", f"K has a circulatory (skew-symmetric) part, {share:.2g} of its norm, that can feed motion"
+    damping, stiffness = np.linalg.eigvalsh((B + B.T) / 2), np.linalg.eigvalsh((K + K.T) / 2)
+    edge_b, edge_k = ROUNDING * np.linalg.norm(B), ROUNDING * scale_k
+    damped = damping[0] > edge_b
+    if damped and stiffness[0] > edge_k:
+        return "stable", "K is symmetric and positive definite, and so is the symmetric part of B"
+    if damped and stiffness[0] < -edge_k and _nonsingular(K):
+        return "unstable", "K is symmetric with a negative eigenvalue, and the symmetric part of B is positive definite"
+    if stiffness[0] <= edge_k:
+        return "undecided", f"K is not positive definite (smallest eigenvalue {stiffness[0]:.3g})"
+    if damping[0] >= -edge_b:
+        return "undecided", "the symmetric part of B is only positive semidefinite: some motion may be undamped"
+    return "undecided", f"the symmetric part of B is indefinite ({damping[0]:.3g} to {damping[-1]:.3g})"
+
+
+def _nonsingular(K: np.ndarray) -> bool:
+    values = np.linalg.svd(K, compute_uv=False)
+    return bool(values[-1] > ROUNDING * values[0] * len(K) and values[0] > 0)
