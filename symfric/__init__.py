@@ -19,3 +19,7 @@ from symfric.model.outputs import (
 )
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
+from symfric.solve.choose import Explanation, explain, prepare, simulate
+from symfric.solve.run import Event, Run
+from symfric.solve.status import Status
+from symfric.solve.taylor.program import Taylor

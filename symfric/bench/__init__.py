@@ -4,3 +4,5 @@ from symfric.bench.measure import measure
 from symfric.bench.problems import problems
 from symfric.bench.reference import reference
 from symfric.bench.result import Benchmark, Curve, Point
+
+__all__ = ["Benchmark", "Curve", "Point", "measure", "problems", "reference"]

@@ -90,8 +90,8 @@ def _expressions(scene: Scene) -> list[sp.Expr]:
     return parts
 
 
-class _Lowering:
-    """The symbols and intermediate graphs of one lowering; lives only inside `lower`."""
+class Lowering:
+    """The symbols and graphs of one lowering: state, time, parameters, mode, and the printer that connects them."""
 
     def __init__(self, scene: Scene, zero: dict[sp.Symbol, sp.Integer]):
         system = scene.system
@@ -112,6 +112,10 @@ class _Lowering:
         self.print = Printer(self.symbols, self.moving, self.switches)
         n = len(scene.contacts)
         self.s, self.d = ca.SX.sym("s", n), ca.SX.sym("d", n)
+        parts = [self._contact(i) for i in range(n)]
+        self.w, self.load, self.sliding = (
+            ca.vertcat(*(p[k] for p in parts)) if parts else ca.SX(0, 1) for k in range(3)
+        )
 
     def sx(self, expr: sp.Expr) -> ca.SX:
         return self.print(sp.sympify(expr).xreplace(self.zero))
@@ -119,14 +123,19 @@ class _Lowering:
     def vector(self, exprs) -> ca.SX:
         return ca.vertcat(*(self.sx(e) for e in exprs)) if len(exprs) else ca.SX(0, 1)
 
-    def contact(self, i: int) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Return slip, load times profile, and coefficient of friction at the slip speed of contact i."""
+    def mass(self) -> ca.SX:
+        """Return the mass matrix, sparse."""
+        rows = self.scene.system.mass.tolist()
+        return ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.sx(e) for e in row)) for row in rows)))
+
+    def _contact(self, i: int) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Return slip, load times profile, and the friction of contact i while it slips."""
         c = self.scene.contacts[i]
         w = self.sx(c.slip)
         load = self.sx(c.normal * c.profile)
         inside = {**self.symbols, SPEED: self.d[i] * w}
         law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
-        return w, load, law(c.law.kinetic.xreplace(self.zero))
+        return w, load, -self.d[i] * load * law(c.law.kinetic.xreplace(self.zero))
 
 
 def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
@@ -145,16 +154,11 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     SceneError
         If an expression has no CasADi form.
     """
-    low = _Lowering(scene, vanishing(scene, varied))
+    low = Lowering(scene, vanishing(scene, varied))
     system, n, nc = scene.system, len(scene.system.q), len(scene.contacts)
-    u = low.y[n : 2 * n]
-    f = low.vector(system.force)
-    mass = ca.vertcat(*(ca.horzcat(*(low.sx(system.mass[i, j]) for j in range(n))) for i in range(n)))
-    parts = [low.contact(i) for i in range(nc)]
-    w = ca.vertcat(*(p[0] for p in parts)) if nc else ca.SX(0, 1)
-    load = ca.vertcat(*(p[1] for p in parts)) if nc else ca.SX(0, 1)
-    sliding = ca.vertcat(*(-low.d[i] * parts[i][1] * parts[i][2] for i in range(nc))) if nc else ca.SX(0, 1)
-    rate, friction = _accelerations(low, ca.sparsify(mass), f, w, sliding)
+    u, w, load = low.y[n : 2 * n], low.w, low.load
+    f, mass = low.vector(system.force), low.mass()
+    rate, friction = accelerations(low, f, mass)
     guards = []
     for i in range(nc):
         bound = load[i] * low.sx(scene.contacts[i].law.stick)
@@ -177,7 +181,7 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     field = ca.Function("field", [low.y, low.t, low.p, mode], out, ["y", "t", "p", "m"], ["rate", "guards", "rows"])
     return Automaton(
         field=field,
-        gauge=_gauge(low, w, u, mass, load),
+        gauge=_gauge(low, u, mass),
         states=tuple(s.name for s in system.states),
         contacts=tuple(c.name for c in scene.contacts),
         loads=loads,
@@ -190,19 +194,19 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     )
 
 
-def _accelerations(low: _Lowering, mass: ca.SX, f: ca.SX, w: ca.SX, sliding: ca.SX) -> tuple[ca.SX, ca.SX]:
+def accelerations(low: Lowering, f: ca.SX, mass: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return u' and the friction forces of all contacts in the mode held by (s, d)."""
-    n, nc = f.numel(), w.numel()
+    n, nc, w = f.numel(), low.w.numel(), low.w
     u, q = low.y[n : 2 * n], low.y[:n]
     D, LT, order = ca.ldl(mass)
     solve = lambda b: ca.ldl_solve(b, D, LT, order)  # noqa: E731
     if nc == 0:
         return solve(f), ca.SX(0, 1)
     J = ca.jacobian(w, u)
-    slipping = ca.SX(sliding)
+    slipping = ca.SX(low.sliding)
     for i, c in enumerate(low.scene.contacts):
         if not c.law.smooth:
-            slipping[i] = ca.if_else(low.s[i], 0, sliding[i])
+            slipping[i] = ca.if_else(low.s[i], 0, low.sliding[i])
     free = solve(f + J.T @ slipping)
     sticking = [i for i, c in enumerate(low.scene.contacts) if not c.law.smooth]
     if not sticking:
@@ -224,13 +228,13 @@ def _accelerations(low: _Lowering, mass: ca.SX, f: ca.SX, w: ca.SX, sliding: ca.
     return rate, friction
 
 
-def _gauge(low: _Lowering, w: ca.SX, u: ca.SX, mass: ca.SX, load: ca.SX) -> ca.Function:
-    n_c = w.numel()
+def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
+    w, load, n_c = low.w, low.load, low.w.numel()
     J = ca.jacobian(w, u) if n_c else ca.SX(0, u.numel())
     still = ca.substitute(w, u, ca.SX.zeros(u.numel())) if n_c else w
     terms = ca.fabs(J) @ ca.fabs(u) + ca.fabs(still)
     bounds = [load[i] * low.sx(c.law.stick + sp.Abs(c.law.at_rest)) for i, c in enumerate(low.scene.contacts)]
-    D, LT, order = ca.ldl(ca.sparsify(mass))
+    D, LT, order = ca.ldl(mass)
     inverse = [(J[i, :] @ ca.ldl_solve(J[i, :].T, D, LT, order)) for i in range(n_c)]
     pull = ca.vertcat(*(a * ca.fabs(b) for a, b in zip(inverse, bounds, strict=True))) if n_c else w
     out = [ca.densify(e) for e in (w, terms, pull)]

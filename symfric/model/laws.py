@@ -1,5 +1,6 @@
 """Friction laws: the coefficient of friction of a dry contact as a function of its sliding speed."""
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,15 +32,12 @@ class Law:
         Speeds at which `kinetic` changes its branch, increasing.
     source : str
         Document and equation, or the file of ``derivations/`` that establishes the formula.
-    anchor : Expr or None
-        Speed that the linear regularisation leaves in place (the minimum of a cubic law); None shifts the whole law.
     """
 
     kinetic: sp.Expr
     stick: sp.Expr
     breaks: tuple[sp.Expr, ...] = ()
     source: str = ""
-    anchor: sp.Expr | None = None
 
     def __post_init__(self):
         object.__setattr__(self, "kinetic", expression(self.kinetic, "the kinetic coefficient"))
@@ -48,7 +46,7 @@ class Law:
         if self.stick.is_number and self.stick < 0:
             raise SceneError(f"the static coefficient is {self.stick}; it must not be negative")
         speeds = [0, *self.breaks]
-        for low, high in zip(speeds[:-1], speeds[1:], strict=True):
+        for low, high in itertools.pairwise(speeds):
             if (high - low).is_number and high - low <= 0:
                 raise SceneError(f"the breaks of a law must increase and be positive; {high} follows {low}")
 
@@ -106,9 +104,8 @@ class Law:
         return self._mapped(lambda e: e.subs(mapping))
 
     def _mapped(self, change) -> "Law":
-        anchor = None if self.anchor is None else change(self.anchor)
         breaks = tuple(change(b) for b in self.breaks)
-        return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks, anchor=anchor)
+        return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks)
 
     def regularised(self, v_s, shape: str = "linear") -> "Law":
         """Return a continuous law that replaces the jump at rest by a steep slope.
@@ -118,13 +115,14 @@ class Law:
         v_s : float or Expr
             Speed below which the contact counts as sticking, > 0, in the unit of the slip velocity.
         shape : {"linear", "arctan", "tanh"}
-            "linear" rises to the static coefficient at v_s and continues with the kinetic law, Thomsen (6);
+            "linear" rises to the static coefficient at v_s and continues with the kinetic law at ``v - v_s``;
             the others multiply the kinetic law by ``(2/pi) atan(v/v_s)`` or ``tanh(v/v_s)``.
 
         Notes
         -----
         The error of a motion is linear in v_s. Where the static coefficient differs from the kinetic one at rest,
-        the linear shape falls from one to the other between v_s and 2 v_s.
+        the linear shape falls from one to the other between v_s and 2 v_s. Thomsen (6) also compresses the speed, so
+        that the minimum of the cubic law stays at v_m; here every law is moved as a whole, which differs by O(v_s).
         """
         v_s = expression(v_s, "the speed v_s of a regularisation")
         if v_s.is_number and v_s <= 0:
@@ -139,12 +137,11 @@ class Law:
         rest = self.at_rest
         jump = sp.simplify(rest - self.stick) != 0
         edge = 2 * v_s if jump else v_s
-        stretch = 1 if self.anchor is None else self.anchor / (self.anchor - edge)
         pieces = [(self.stick * SPEED / v_s, v_s > SPEED)]
         if jump:
             pieces.append((self.stick + (rest - self.stick) * (SPEED / v_s - 1), edge > SPEED))
-        breaks = (v_s, *((edge,) if jump else ()), *(edge + b / stretch for b in self.breaks))
-        shifted = self.kinetic.subs(SPEED, stretch * (SPEED - edge))
+        breaks = (v_s, *((edge,) if jump else ()), *(edge + b for b in self.breaks))
+        shifted = self.kinetic.subs(SPEED, SPEED - edge)
         pieces += shifted.args if isinstance(shifted, sp.Piecewise) else [(shifted, True)]
         return Law(sp.Piecewise(*pieces), zero, breaks, source)
 
@@ -204,7 +201,7 @@ def cubic(mu_s, mu_m, v_m) -> Law:
     r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m."""
     s = SPEED / v_m
     kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
-    return Law(kinetic, mu_s, source="Thomsen (5)", anchor=sp.sympify(v_m))
+    return Law(kinetic, mu_s, source="Thomsen (5)")
 
 
 def exponential(mu_m, v_c=1.0) -> Law:

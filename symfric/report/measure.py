@@ -9,7 +9,6 @@ import sympy as sp
 from symfric.model.names import TIME
 from symfric.model.outputs import End, Max, Min, Trajectory
 from symfric.model.scene import Scene
-from symfric.solve import prepare, simulate
 
 SAMPLES = 4000  # of a motion to draw
 PATH = "motion of the study"  # an output's name no file is likely to use
@@ -82,6 +81,8 @@ class Vibration:
 
 def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
     """Compute the scene's motion and whatever scalar outputs it wants."""
+    from symfric.solve import simulate
+
     run = simulate(scene.wanting({**scene.outputs, PATH: Trajectory()}), tolerance=tolerance)
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
@@ -144,6 +145,8 @@ def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[
 
 def vibration(scene: Scene, coordinate: str, settle: float, window: float, tolerance: float = 1e-9) -> Vibration:
     """Return the steady vibration of a coordinate with its period and its share of sticking."""
+    from symfric.solve import simulate
+
     end = simulate(scene.wanting({"end": End()}).until(settle), tolerance=tolerance).checked()
     start = dict(zip(end.names, end.final.tolist(), strict=True))
     scene = scene.starting(start).until(window)
@@ -198,6 +201,8 @@ def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress:
 
 def _prepared(scene: Scene, plan) -> Callable[[Mapping[str, float]], Vibration]:
     """Compile settling and measuring once; return a function from values to the vibration."""
+    from symfric.solve import prepare
+
     settle, window = settling(scene, plan.settle, plan.window)
     x = _symbol(scene, plan.coordinate)
     names = tuple(s.name for s in scene.system.states)

@@ -108,14 +108,15 @@ def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np
     rate : callable
         Vectorised ``A -> A'``.
     edges : tuple of float
-        Amplitudes at which the formula changes; the search is dense on both sides of each and spans six decades
-        below the first and above the last (about A = 1 without any).
+        Amplitudes at which the formula changes; the search is dense on both sides of each and goes from
+        1e-6 times the first to 1e3 times the last (about A = 1 without any).
     """
     from scipy import optimize
 
     edges = [e for e in edges if e > 0] or [1.0]
-    grid = np.geomspace(1e-6 * min(edges), 1e6 * max(edges), 6000)
-    near = 10.0 ** np.linspace(-14, -0.5, 136)
+    low, high = 1e-6 * min(edges), 1e3 * max(edges)
+    grid = np.geomspace(low, high, int(np.log10(high / low) * 120))
+    near = 10.0 ** np.linspace(-14, -0.5, 82)
     grid = np.unique(np.concatenate([grid, *(e * (1 + side * near) for e in edges for side in (-1, 1))]))
     values = rate(grid)
     good = np.isfinite(values)

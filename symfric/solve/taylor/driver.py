@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.status import Status
-from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
+from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, magnitude, value
 from symfric.solve.taylor.settle import EPS, expand, prelude, settle
 from symfric.solve.taylor.workspace import (
     CHUNK,
@@ -33,6 +33,7 @@ from symfric.solve.taylor.workspace import (
     T_END,
     T_LOW,
     TOLERANCE,
+    at_addresses,
 )
 
 PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
@@ -43,9 +44,26 @@ _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
 
 
-@njit(cache=True, nogil=True, _nrt=False)
-def launch(w, y, p):
-    """Reset the workspace, start from state y at t = 0 with parameters p, and drive."""
+@njit(cache=True, nogil=True)
+def launch(table, y, p):
+    """Reset the workspace at `table`, start from state y at t = 0 with parameters p, and drive."""
+    w = at_addresses(table)
+    _reset(w, y, p)
+    return _drive(w)
+
+
+@njit(cache=True, nogil=True)
+def resume(table):
+    """Go on after a pause."""
+    return _drive(at_addresses(table))
+
+
+# Everything below works on arrays that it does not own, so numba's reference counting is switched off (_nrt): counting
+# forty arrays at every call would take longer than the steps themselves.
+
+
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+def _reset(w, y, p):
     n_x, n_c = y.size, w.sticks.size
     for i in range(n_x):
         w.y[i] = y[i]
@@ -61,11 +79,10 @@ def launch(w, y, p):
     w.fresh[:] = 0
     for e in range(w.kind.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 2], w.total[e, 3] = np.inf, -np.inf, 0.0, 0.0
-    return drive(w)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
-def drive(w):
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+def _drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
     pause = w.counts[STEPS] + w.limits[CHUNK]
@@ -118,7 +135,7 @@ def drive(w):
             return _LOST
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _step_size(w, n_x):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if a term is not finite."""
     order = w.c.shape[1] - 1
@@ -139,15 +156,15 @@ def _step_size(w, n_x):
         worst_below = max(worst_below, b / scale)
     if worst == 0.0 and worst_below == 0.0:
         return np.inf
-    h = np.inf
-    if worst > 0.0:
-        h = (tolerance / worst) ** (1.0 / order)
-    if worst_below > 0.0:
-        h = min(h, (tolerance / worst_below) ** (1.0 / (order - 1)))
+    if worst_below == 0.0:
+        return (tolerance / worst) ** (1.0 / order)
+    h = (tolerance / worst_below) ** (1.0 / (order - 1))
+    if worst * h > worst_below:  # the last term is the larger one at this step
+        h = min(h, (tolerance / worst) ** (1.0 / order))
     return h
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _largest_term(w, r, h):
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
@@ -156,7 +173,7 @@ def _largest_term(w, r, h):
     return max(largest, 1e-300)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1
@@ -179,7 +196,7 @@ def _first_step(w):
     return h
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _first_event(w, n_x, n_c, h):
     """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
     order = w.c.shape[1] - 1
@@ -192,9 +209,7 @@ def _first_event(w, n_x, n_c, h):
     for g in range(n_g):
         w.hit[g] = 0
         r = n_x + g
-        total = 0.0
-        for k in range(1, order + 1):
-            total += abs(w.c[r, k]) * w.power[k]
+        total = magnitude(w.c[r], order, w.power)
         begin = w.c[r, 0]
         if w.fresh[g] == 0 and begin > total:
             continue
@@ -214,7 +229,7 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
     """Return the fraction of the step at which guard row r becomes negative, 2.0 if it does not."""
     order = w.c.shape[1] - 1
@@ -236,7 +251,7 @@ def _crossing(w, r, g, begin, total, h):
     return first_crossing(w.poly, order - first, w.table, w.stack, w.found)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -271,7 +286,7 @@ def _advance(w, n_x, n_c, tau):
             w.fresh[g] = 0
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
     order = w.c.shape[1] - 1
@@ -295,7 +310,7 @@ def _accumulate(w, first, tau):
         w.total[e, 0], w.total[e, 1] = low, high
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     status = settle(w)
@@ -328,7 +343,7 @@ def _switch(w, n_x, n_c):
     return _budget(w, n_x)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _budget(w, n_x):
     if w.counts[STALL] > _STALLED:
         return _CHATTER
@@ -342,7 +357,7 @@ def _budget(w, n_x):
     return _OK
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _begin(w, n_x):
     """Note the first value of every row, and the size of every guard."""
     expand(w)
@@ -351,7 +366,7 @@ def _begin(w, n_x):
         w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _next_segment(w):
     """Load the next slope of the inputs."""
     w.counts[SEGMENT] += 1
@@ -364,7 +379,7 @@ def _next_segment(w):
     w.counts[PHASE] = SETTLE
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _start_singular(w, n_x, n_c):
     """Take one tiny Euler step away from a point where the law has no Taylor series (a root of the speed at rest)."""
     h = 1e-13 * max(w.clock[H_LAST], 1e-6 * w.clock[T_END])

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 DEPTH = 52  # of subdivision; 2^-52 of a step
+FUSED = {"contract"}  # products and sums in one instruction; infinities and NaN keep their meaning
 
 
 def bernstein_table(order: int) -> np.ndarray:
@@ -25,7 +26,7 @@ def bernstein_table(order: int) -> np.ndarray:
     return table
 
 
-@njit(cache=True, nogil=True, _nrt=False, inline="never")
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def value(b, n, s):
     """Evaluate by Horner's rule."""
     r = b[n]
@@ -34,7 +35,16 @@ def value(b, n, s):
     return r
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
+def magnitude(b, n, powers):
+    """Return the sum of the magnitudes of the terms 1 .. n: a bound of |b - b[0]|, so the order of the sum is free."""
+    r = 0.0
+    for k in range(1, n + 1):
+        r += abs(b[k]) * powers[k]
+    return r
+
+
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def polish(b, n, lo, hi, f_lo, f_hi):
     """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
     s = lo + (hi - lo) * (f_lo / (f_lo - f_hi)) if f_lo != f_hi else 0.5 * (lo + hi)
@@ -53,13 +63,13 @@ def polish(b, n, lo, hi, f_lo, f_hi):
         else:
             hi = s
         new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
-        if abs(new - s) <= 1.2e-16 * abs(s):
+        if abs(new - s) <= 1e-9 * s:  # the next step would be about the square of this one
             return min(max(new, lo), hi)
         s = new
     return hi
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def roots(b, n, most, table, stack, found):
     """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
 
@@ -132,7 +142,7 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def first_crossing(b, n, table, stack, found):
     """Return the first s in (0, 1] at which b, not negative at 0, becomes negative; 2.0 if it does not."""
     bound = 0.0
@@ -148,7 +158,7 @@ def first_crossing(b, n, table, stack, found):
     return found[0]
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     bound = 0.0

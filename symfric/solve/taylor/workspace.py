@@ -3,6 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from llvmlite import ir
+from numba import carray, njit, types
+from numba.extending import intrinsic
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.taylor.jets import Series
@@ -106,4 +109,101 @@ def make_workspace(automaton: Automaton, series: Series, addresses: dict[str, in
         path_t=room(64, 2),
         path_c=room(64, n_x, order + 1),
         path_m=np.zeros((64, n_c), dtype=np.int64),
+    )
+
+
+def addresses(work: Workspace) -> np.ndarray:
+    """Return address and shape of every array: one argument crosses into compiled code faster than forty."""
+    table = np.zeros((len(work), 4), dtype=np.int64)
+    for row, array in zip(table, work, strict=True):
+        row[0] = array.ctypes.data
+        row[1 : 1 + array.ndim] = array.shape
+    return table
+
+
+@intrinsic
+def _real_pointer(typing_context, address):
+    """Reinterpret an integer as a pointer to doubles."""
+
+    def generate(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+
+    return types.CPointer(types.float64)(types.int64), generate
+
+
+@intrinsic
+def _integer_pointer(typing_context, address):
+    """Reinterpret an integer as a pointer to 64-bit integers."""
+
+    def generate(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+
+    return types.CPointer(types.int64)(types.int64), generate
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _reals(table, k):
+    return carray(_real_pointer(table[k, 0]), (table[k, 1],))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _matrix(table, k):
+    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _cube(table, k):
+    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _integers(table, k):
+    return carray(_integer_pointer(table[k, 0]), (table[k, 1],))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _integer_matrix(table, k):
+    return carray(_integer_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+
+
+@njit(cache=True, nogil=True)
+def at_addresses(table):
+    """Return the workspace that `addresses` described, without owning it; in the order of its fields."""
+    return Workspace(
+        _integers(table, 0),  # code
+        _reals(table, 1),  # y
+        _reals(table, 2),  # p
+        _reals(table, 3),  # m
+        _reals(table, 4),  # aux
+        _matrix(table, 5),  # c
+        _matrix(table, 6),  # probe
+        _matrix(table, 7),  # gauge
+        _reals(table, 8),  # scale
+        _reals(table, 9),  # start
+        _integers(table, 10),  # sticks
+        _integers(table, 11),  # anchor
+        _reals(table, 12),  # factor
+        _integers(table, 13),  # old
+        _integers(table, 14),  # zero
+        _integers(table, 15),  # turns
+        _integers(table, 16),  # hit
+        _integers(table, 17),  # fresh
+        _integers(table, 18),  # kind
+        _matrix(table, 19),  # total
+        _reals(table, 20),  # power
+        _reals(table, 21),  # poly
+        _reals(table, 22),  # slope
+        _reals(table, 23),  # found
+        _matrix(table, 24),  # stack
+        _cube(table, 25),  # table
+        _reals(table, 26),  # segment_t
+        _matrix(table, 27),  # segment_p
+        _integers(table, 28),  # counts
+        _reals(table, 29),  # clock
+        _integers(table, 30),  # limits
+        _reals(table, 31),  # event_t
+        _integer_matrix(table, 32),  # event_i
+        _matrix(table, 33),  # path_t
+        _cube(table, 34),  # path_c
+        _integer_matrix(table, 35),  # path_m
     )

@@ -1,0 +1,147 @@
+"""The commands ``study``, ``explain`` and ``scenes``."""
+
+from pathlib import Path
+
+import click
+
+from symfric.cli.console import common_options, print_json, progress_on_stderr, writable_folder
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -study unless given.")
+@common_options
+def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
+    """Answer everything a scene file asks, on one HTML page.
+
+    Writes study.html, study.json and, if the file sweeps a value, amplitude.csv.
+
+    \b
+    Example: symfric study examples/belt.toml -o out/
+    """
+    from symfric.scenefile import read_scene_file
+
+    found = read_scene_file(file)
+    folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
+    with progress_on_stderr(quiet) as progress:
+        from symfric.report import study as report
+        from symfric.report.data import amplitude_csv, to_dict
+        from symfric.report.page import page
+
+        result = report.study(found, progress)
+        progress("pictures", 0.97)
+        files = {"study.html": page(result), "amplitude.csv": amplitude_csv(result)}
+    data = to_dict(result)
+    _write(folder, files, data)
+    if as_json:
+        print_json(data)
+    elif not quiet:
+        _print_summary(result, folder)
+
+
+def _write(folder: Path, files: dict[str, str | None], data: dict) -> None:
+    import json
+
+    from symfric.errors import SceneError
+
+    files = {**files, "study.json": json.dumps(data, indent=2, allow_nan=False)}
+    for name, text in files.items():
+        if text is not None:
+            try:
+                (folder / name).write_text(text, encoding="utf-8")
+            except OSError as error:
+                raise SceneError(f"cannot write {folder / name} ({error.strerror}); name another folder") from None
+
+
+def _print_summary(result, folder: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from symfric.report import words
+
+    console = Console(highlight=False)
+    console.print(result.file.title or result.file.path, style="bold", markup=False)
+    for line in words.summary(result):
+        console.print(f"  {line}", markup=False)
+    if result.rows:
+        table = Table("quantity", "predicted", "computed", "difference", "formula", box=None, pad_edge=False)
+        for r in result.rows:
+            table.add_row(r.quantity, f"{r.predicted:.6g}", f"{r.computed:.6g}", words.percent(r.difference), r.formula)
+        console.print(table)
+    console.print(f"{folder / 'study.html'} ({result.seconds:.1f} s)", markup=False, soft_wrap=True)
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@common_options
+def explain(file: Path, as_json: bool, quiet: bool):
+    """Say which solver a scene file gets, why the others decline, and what is not computed.
+
+    \b
+    Example: symfric explain examples/belt.toml
+    """
+    from symfric.scenefile import read_scene_file
+    from symfric.solve import explain as explain_scene
+
+    found = explain_scene(read_scene_file(file).scene)
+    if as_json:
+        from symfric.report.data import plain
+
+        print_json(plain({"file": str(file), **found.to_dict()}))
+    else:
+        click.echo(str(found))
+
+
+@click.command()
+@common_options
+def scenes(as_json: bool, quiet: bool):
+    """List the ready scenes with their arguments.
+
+    \b
+    Example: symfric scenes --json
+    """
+    from symfric.scenefile import friction_laws, ready_scenes
+
+    listed = {"scenes": _described(ready_scenes()), "laws": _described(friction_laws())}
+    if as_json:
+        print_json(listed)
+        return
+    if quiet:
+        click.echo("\n".join(ready_scenes()))
+        return
+    for kind, entries in listed.items():
+        click.echo(f"{kind}:")
+        for entry in entries:
+            shown = ", ".join(a["name"] + (f"={a['default']}" if "default" in a else "") for a in entry["arguments"])
+            click.echo(f"  {entry['name']}({shown})\n      {entry['summary']}")
+
+
+def _described(functions: dict) -> list[dict]:
+    """Return the name, the arguments and one line on each function."""
+    import inspect
+
+    result = []
+    for name, function in functions.items():
+        given = inspect.signature(function).parameters.values()
+        arguments = [
+            {"name": p.name} if p.default is p.empty else {"name": p.name, "default": p.default} for p in given
+        ]
+        result.append({"name": name, "arguments": arguments, "summary": _one_line(function)})
+    return result
+
+
+def _one_line(function) -> str:
+    """Return a law's formula, or the words of a docstring's first line before its mathematics."""
+    import inspect
+
+    import sympy as sp
+
+    from symfric.scenefile import friction_laws
+
+    parameters = inspect.signature(function).parameters
+    if function in friction_laws().values() and not {"kinetic", "speeds"} & set(parameters):
+        law = function(*(sp.Symbol(name) for name in parameters))
+        return f"mu(v) = {law.kinetic}"
+    return inspect.getdoc(function).split("\n")[0].split(": :math:")[0].rstrip(".").replace("`", "") + "."

@@ -1,0 +1,1 @@
+"""Pictures and pages: what a scene file asks, computed, drawn and written."""

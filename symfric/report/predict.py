@@ -1,0 +1,100 @@
+"""What the formulas say: averaged amplitudes and closed forms over a range of values."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.numeric import numeric_function
+from symfric.model.scene import Scene
+from symfric.theory.averaging import average
+from symfric.theory.slow_flow import SlowFlow, stationary
+
+RARE = 16  # values at which a slow flow in numbers is built anew, where one in symbols serves them all
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A predicted amplitude.
+
+    Attributes
+    ----------
+    label : str
+    source : str
+        The formula.
+    values, amplitude : ndarray, shape (n,)
+        NaN where the formula gives no vibration.
+    """
+
+    label: str
+    source: str
+    values: np.ndarray
+    amplitude: np.ndarray
+
+    def __call__(self, value: float) -> float:
+        """Return the amplitude at one of `values`, or between two of them."""
+        return float(np.interp(value, self.values, self.amplitude))
+
+
+def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Curve]:
+    """Return the stable and, where there are any, the unstable amplitudes of first-order averaging."""
+    flow = average(scene)
+    if parameter not in {s.name for s in flow.values}:
+        values = np.linspace(values[0], values[-1], RARE)
+    found = [_amplitudes(scene, flow, parameter, float(v)) for v in values]
+    source = "sf.average, first order"
+    stable = np.array([max((a for a, good in pairs if good), default=np.nan) for pairs in found])
+    unstable = np.array([max((a for a, good in pairs if not good), default=np.nan) for pairs in found])
+    curves = []
+    if np.isfinite(stable).any():
+        curves.append(Curve("averaging", source, values, stable))
+    if np.isfinite(unstable).any():
+        curves.append(Curve("averaging, unstable", source, values, unstable))
+    if not curves:
+        raise NotFound("averaging finds no vibration on this range")
+    return curves
+
+
+def _amplitudes(scene: Scene, flow: SlowFlow, parameter: str, value: float) -> list[tuple[float, bool]]:
+    """Return the stationary amplitudes at one value; none where the formulas do not hold."""
+    try:
+        if parameter not in {s.name for s in flow.values}:
+            flow = average(scene.where({parameter: value}))
+            pairs = flow.amplitudes, flow.stable
+        else:
+            numbers = {parameter: value}
+            pairs = stationary(lambda a: flow(a, numbers), _edges(flow, numbers))
+    except (SceneError, NotFound):
+        return []
+    return [(float(a), bool(s)) for a, s in zip(*pairs, strict=True)]
+
+
+def _edges(flow: SlowFlow, changed: dict[str, float]) -> tuple[float, ...]:
+    """Return the amplitudes at which the rate changes its formula."""
+    numbers = {s: changed.get(s.name, v) for s, v in flow.values.items()}
+    found = set()
+    for relation in flow.rate.atoms(sp.core.relational.Relational):
+        for side in (relation.lhs, relation.rhs):
+            edge = side.subs(numbers)
+            if edge.is_number:
+                found.add(float(edge))
+    return tuple(sorted(found))
+
+
+def belt_curves(scene: Scene, values: np.ndarray) -> list[Curve]:
+    """Return the belt's closed forms of first and second order over belt speeds."""
+    from symfric.theory import belt
+    from symfric.theory.belt.scene import SYMBOLS, numbers
+
+    given = dict(zip(SYMBOLS, numbers(scene), strict=True))
+    speed = SYMBOLS.v_b
+    del given[speed]
+    curves = []
+    for order, words, source in ((1, "first", "Thomsen (20), (28)"), (2, "second", "(20), (28) to second order")):
+        parts = (f(order=order, symbolic=True) for f in (belt.stick_slip_amplitude, belt.pure_slip_amplitude))
+        sticking, slipping = (numeric_function((speed,), f.subs(given))(values) for f in parts)
+        low, high = belt.stick_speed(scene, order=order), belt.onset_speed(scene)
+        amplitude = np.where(values <= low, sticking, np.where(values < high, slipping, np.nan))
+        curves.append(Curve(f"closed form, {words} order", source, values, amplitude))
+    return curves

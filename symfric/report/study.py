@@ -1,0 +1,282 @@
+"""The main job: everything a scene file asks, computed; drawing and writing come after, from the result alone."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.model.scene import Scene
+from symfric.report.compare import Row, closed_forms_apply, compare
+from symfric.report.friction import FrictionCurve, friction_curves
+from symfric.report.measure import Motion, Vibration, is_excited, motion, settling, vibration, vibrations
+from symfric.report.predict import Curve, averaged_curves, belt_curves
+from symfric.report.versions import versions
+from symfric.scenefile import SceneFile, SweepPlan, belt_speeds
+
+Progress = Callable[[str, float], None]
+EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What one question gave: a value, or the reason why there is none."""
+
+    value: object | None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class SweepResult:
+    """Steady vibration over a range of one parameter.
+
+    Attributes
+    ----------
+    parameter, coordinate : str
+    values : ndarray, shape (n,)
+    computed : tuple of Vibration
+    curves : tuple of Curve
+        Predictions.
+    curves_note : str
+        Why there is none.
+    marks : dict of str to float
+        Special values.
+    quenched : ndarray, shape (n,), or None
+        Half range with the designed excitation.
+    """
+
+    parameter: str
+    coordinate: str
+    values: np.ndarray
+    computed: tuple[Vibration, ...]
+    curves: tuple[Curve, ...]
+    curves_note: str
+    marks: Mapping[str, float]
+    quenched: np.ndarray | None = None
+
+    @property
+    def half_range(self) -> np.ndarray:
+        """Computed half range, shape (n,)."""
+        return np.array([v.half_range for v in self.computed])
+
+
+@dataclass(frozen=True, eq=False)
+class QuenchResult:
+    """The designed excitation and one motion without and with it.
+
+    Attributes
+    ----------
+    design : Design
+    speed : str
+        Name of the belt speed.
+    shown : float
+        Its value in the two motions.
+    before, after : Motion
+    """
+
+    design: object
+    speed: str
+    shown: float
+    before: Motion
+    after: Motion
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResult:
+    """Everything a page needs.
+
+    Attributes
+    ----------
+    file : SceneFile
+    slow : Answer
+        The scene of slow motions if the file's scene is excited, else the scene itself.
+    equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : Answer
+    friction : tuple of FrictionCurve
+    rows : tuple of Row
+    versions : dict of str to str
+    seconds : float
+    """
+
+    file: SceneFile
+    slow: Answer
+    equilibrium: Answer
+    stability: Answer
+    hopf: Answer
+    motion: Answer
+    steady: Answer
+    sweep: Answer
+    quench: Answer
+    explanation: Answer
+    friction: tuple[FrictionCurve, ...]
+    rows: tuple[Row, ...]
+    versions: Mapping[str, str]
+    seconds: float
+
+    @property
+    def plan(self) -> SweepPlan:
+        """The file's sweep, or the measuring it would do without one."""
+        return measuring(self.file)
+
+    def skipped(self) -> dict[str, str]:
+        """Return what has no answer and why."""
+        topics = ("slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep", "quench")
+        words = {"slow": "slow motion", "hopf": "onset of vibration", "steady": "steady vibration"}
+        found = {words.get(t, t): getattr(self, t).note for t in topics if getattr(self, t).value is None}
+        if self.sweep.value is not None and self.sweep.value.curves_note:
+            found["predicted amplitudes"] = self.sweep.value.curves_note
+        return found
+
+
+def answer(question: Callable, *arguments) -> Answer:
+    """Ask; an expected failure becomes the reason why there is no answer."""
+    try:
+        return Answer(question(*arguments))
+    except EXPECTED as error:
+        return Answer(None, str(error) or type(error).__name__)
+
+
+def measuring(file: SceneFile) -> SweepPlan:
+    """Return the file's sweep, or how to measure the vibration of the first coordinate without one."""
+    if file.sweep is not None:
+        return file.sweep
+    return SweepPlan("", 0.0, 0.0, 0, file.scene.system.q[0].name)
+
+
+def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
+    """Answer everything a scene file asks.
+
+    Parameters
+    ----------
+    file : SceneFile
+    progress : callable ``(stage, fraction) -> None``, optional
+
+    Returns
+    -------
+    StudyResult
+        A question without an answer holds the reason; nothing is raised for it.
+    """
+    from symfric.solve import explain
+    from symfric.theory.equilibrium import equilibrium
+    from symfric.theory.separation import separate
+    from symfric.theory.stability import stability
+
+    started = time.monotonic()
+    tell = progress or (lambda _stage, _fraction: None)
+    scene, plan = file.scene, measuring(file)
+    tell("steady sliding and its stability", 0.0)
+    slow = answer(separate, scene) if is_excited(scene) else Answer(scene)
+    base = slow.value or scene
+    at_rest, stable = answer(equilibrium, base), answer(stability, base)
+    onset = _onset(file, base)
+    tell("motion", 0.1)
+    moved = answer(motion, scene)
+    tell("steady vibration", 0.15)
+    steady = answer(_steady, scene, plan)
+    swept = _swept(file, slow, onset, lambda f: tell("sweep", 0.2 + 0.4 * f))
+    tell("design", 0.6)
+    quenched = _quench(file)
+    if quenched.value is not None and swept.value is not None:
+        swept = _with_excitation(
+            scene, plan, quenched.value, swept.value, lambda f: tell("sweep with design", 0.7 + 0.2 * f)
+        )
+    tell("comparison", 0.95)
+    curves = friction_curves(scene, moved.value, at_rest.value, quenched.value and quenched.value.design)
+    return StudyResult(
+        file,
+        slow,
+        at_rest,
+        stable,
+        onset,
+        moved,
+        steady,
+        swept,
+        quenched,
+        answer(explain, scene),
+        curves,
+        compare(file, base, at_rest.value, onset.value, steady.value, quenched.value),
+        versions(),
+        time.monotonic() - started,
+    )
+
+
+def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
+    return vibration(scene, plan.coordinate, *settling(scene, plan.settle, plan.window))
+
+
+def _onset(file: SceneFile, base: Scene) -> Answer:
+    """Return the Hopf point on the range of the sweep."""
+    from symfric.theory.hopf import hopf
+
+    if file.sweep is None:
+        return Answer(None, "the file has no [sweep], which says where to look for the onset of vibration")
+    plan = file.sweep
+    return answer(hopf, base, plan.parameter, (plan.start, plan.stop))
+
+
+def _swept(file: SceneFile, slow: Answer, onset: Answer, progress: Callable[[float], None]) -> Answer:
+    """Return computed and predicted amplitudes over the range of the sweep."""
+    if file.sweep is None:
+        return Answer(None, "the file has no [sweep]; add one to see the amplitude against a parameter")
+    plan, scene = file.sweep, file.scene
+    values = np.linspace(plan.start, plan.stop, plan.number)
+    computed = answer(vibrations, scene, plan.parameter, values, plan, progress)
+    if computed.value is None:
+        return computed
+    curves, note = _curves(file, slow)
+    marks = {} if onset.value is None else {"onset of vibration": onset.value.value}
+    return Answer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
+
+
+def _curves(file: SceneFile, slow: Answer) -> tuple[tuple[Curve, ...], str]:
+    """Return the predictions that apply, and why there is none."""
+    plan = file.sweep
+    if slow.value is None:
+        return (), slow.note
+    if plan.coordinate != slow.value.system.q[0].name:
+        return (), f"averaging speaks of the coordinate {slow.value.system.q[0].name}, not of {plan.coordinate}"
+    fine = np.linspace(plan.start, plan.stop, 4 * plan.number - 3)
+    averaged = answer(averaged_curves, slow.value, plan.parameter, fine)
+    curves, note = list(averaged.value or ()), averaged.note
+    if closed_forms_apply(file) and plan.parameter == "v_b":
+        closed = answer(belt_curves, slow.value, fine)
+        curves += closed.value or ()
+        note = note or closed.note
+    return tuple(curves), "" if curves else note
+
+
+def _quench(file: SceneFile) -> Answer:
+    """Return the excitation the file asks for, with one motion without and one with it."""
+    if file.quench is None:
+        return Answer(None, "the file has no [design.quench]")
+    return answer(_designed, file)
+
+
+def _designed(file: SceneFile) -> QuenchResult:
+    from symfric.design import quench
+
+    ask, scene = file.quench, file.scene
+    design = quench(
+        scene,
+        speeds=tuple(ask.speeds),
+        minimise=ask.minimise,
+        Omega=tuple(ask.Omega),
+        a=tuple(ask.a),
+        margin=ask.margin,
+    )
+    speeds = belt_speeds(scene)
+    if not speeds:
+        raise SceneError("no contact has a belt speed, so there is nothing to show the design at")
+    shown = 0.5 * sum(ask.speeds)
+    still = scene.where({speeds[0].name: shown, "a": 0.0})
+    shaken = scene.where({speeds[0].name: shown, **design.values})
+    return QuenchResult(design, speeds[0].name, shown, motion(still), motion(shaken))
+
+
+def _with_excitation(scene, plan, quenched: QuenchResult, swept: SweepResult, progress) -> Answer:
+    """Return the sweep with the half range under the designed excitation beside it."""
+    shaken = scene.where(quenched.design.values)
+    found = answer(vibrations, shaken, plan.parameter, swept.values, plan, progress)
+    if found.value is None:
+        return Answer(swept)
+    return Answer(replace(swept, quenched=np.array([v.half_range for v in found.value])))

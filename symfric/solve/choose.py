@@ -1,0 +1,152 @@
+"""The door of the solvers: which route takes a scene, why the others decline, and what is left out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+
+from symfric.errors import SceneError
+from symfric.model.names import Key, nearest
+from symfric.model.scene import Scene
+from symfric.solve.facts import Facts, facts_of
+from symfric.solve.run import Run
+from symfric.solve.taylor.program import Taylor, TaylorProgram
+
+Settings = Taylor
+Program = TaylorProgram
+ROUTES: tuple[str, ...] = ("taylor", "integrators")  # the cheapest first
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why a scene is solved as it is.
+
+    Attributes
+    ----------
+    route : str
+        The route that takes the scene.
+    answers : dict of str to str
+        What each route says: why it takes the scene or declines.
+    skipped : tuple of str
+        What the scene does not need and is therefore not computed.
+    facts : Facts
+    """
+
+    route: str
+    answers: dict[str, str]
+    skipped: tuple[str, ...]
+    facts: Facts
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data."""
+        return {"route": self.route, "answers": self.answers, "skipped": list(self.skipped), "facts": asdict(self.facts)}
+
+    def __repr__(self) -> str:
+        return f"Explanation(route {self.route}, {len(self.skipped)} things skipped)"
+
+    def __str__(self) -> str:
+        lines = [f"route: {self.route}"]
+        lines += [f"  {name}: {answer}" for name, answer in self.answers.items()]
+        return "\n".join([*lines, "skipped:", *(f"  {s}" for s in self.skipped)])
+
+
+def explain(scene: Scene) -> Explanation:
+    """Say which route solves a scene, why the others decline, and what is skipped.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be lowered at all.
+    """
+    facts = facts_of(scene)
+    kind = "smooth" if facts.smooth and not facts.kinks else "piecewise analytic"
+    answers = {
+        "taylor": f"takes it: {kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks",
+        "integrators": "declines: slower by one to three orders of magnitude; kept as an independent check "
+        "(route='integrators')",
+    }
+    return Explanation("taylor", answers, _skipped(facts), facts)
+
+
+def _skipped(facts: Facts) -> tuple[str, ...]:
+    notes = []
+    if facts.autonomous:
+        notes.append("time: the scene is autonomous, so time is no variable of the series")
+    if facts.dropped:
+        notes.append(f"terms with {', '.join(facts.dropped)}: exactly zero in this scene")
+    if facts.smooth and not facts.kinks:
+        notes.append("events: no contact can stick and no force has a kink")
+    if not facts.path:
+        notes.append("the trajectory: nobody wants it, so memory does not grow with the horizon")
+    if not facts.events:
+        notes.append("the list of events: only their number is kept")
+    if not facts.scalars:
+        notes.append("extrema and integrals: no scalar output is wanted")
+    notes.append("derivatives with respect to parameters: not asked for")
+    return tuple(notes)
+
+
+def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None = None) -> Program:
+    """Compile a scene once, to run it many times.
+
+    Parameters
+    ----------
+    scene : Scene
+    tolerance : float
+        Largest error of a step relative to the variation of each state, between 1e-16 and 0.1.
+    route : str or settings, optional
+        'taylor', 'integrators', or the settings of one of them (`sf.Taylor`, `sf.Integrators`); chosen unless given.
+
+    Returns
+    -------
+    Program
+        With ``run(values={}, initial={})``. One program serves one thread at a time.
+
+    Raises
+    ------
+    SceneError
+        If the scene or a setting is wrong.
+    NoRoute
+        If the route asked for declines the scene; the message says why.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    scene.numbers()
+    settings = _settings(route)
+    return TaylorProgram(scene, tolerance, settings)
+
+
+def _settings(route: str | Settings | None) -> Settings:
+    if route is None or route == "taylor":
+        return Taylor()
+    if isinstance(route, Taylor):
+        return route
+    raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
+
+
+def simulate(
+    scene: Scene,
+    tolerance: float = 1e-9,
+    route: str | Settings | None = None,
+    sensitivities: Sequence[Key] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Compute the motion of a scene: `prepare` and one run.
+
+    Parameters
+    ----------
+    scene, tolerance, route
+        See `prepare`.
+    sensitivities : sequence of symbol or name
+        Parameters to differentiate by; none of the present routes does that, so anything but () is refused.
+    progress : callable, optional
+        Called now and then with the fraction of the horizon that is done.
+
+    Returns
+    -------
+    Run
+        Look at ``run.status``, or call ``run.checked()``.
+    """
+    if sensitivities:
+        raise SceneError("no route computes sensitivities; leave sensitivities=() and difference two runs")
+    return prepare(scene, tolerance, route).run(progress=progress)
+
+

@@ -1,0 +1,66 @@
+"""The balance of energy along a computed motion: a check that does not use the solver's own error estimate."""
+
+import numpy as np
+
+from symfric.lower.energy import energy_functions
+from symfric.model.numeric import gauss_legendre
+from symfric.model.outputs import Trajectory
+from symfric.solve.segments import segments
+
+_NODES = 16  # of the quadrature in every step; a step spans a fraction of the radius of convergence
+
+
+def energy_residual(run) -> float:
+    r"""Return the largest imbalance of energy along a run, relative to the largest energy that was moved.
+
+    .. math:: T(t) - T(0) - \int_0^t \left(u^T f + \tfrac12 u^T \dot M u + \lambda^T J u\right) dt
+
+    with T the kinetic energy, f all forces but the contacts (potential, damping and input together) and lambda the
+    friction forces, taken at the end of every step. Kinetic energy comes from the states, the powers from the equations
+    of motion evaluated on the dense output, so a wrong mode, a missed event or a jump of the state shows.
+
+    Parameters
+    ----------
+    run : Run
+        If it kept no trajectory, it is repeated with one.
+
+    Returns
+    -------
+    float
+        Dimensionless; about the tolerance for a sound run.
+    """
+    if run.raw.path is None:
+        from symfric.solve.choose import simulate
+
+        run = simulate(run.scene.wanting({"path": Trajectory()}), run.tolerance, run.route)
+    path = run.raw.path
+    if path.coefficients.shape[0] == 0:
+        return 0.0
+    power, kinetic = energy_functions(run.scene)
+    nodes, weights = gauss_legendre(_NODES)
+    inner = path.h[:, None] * nodes
+    times = path.t[:, None] + inner
+    states = path.coefficients[:, None, :, -1]
+    for k in range(path.coefficients.shape[2] - 2, -1, -1):
+        states = states * inner[:, :, None] + path.coefficients[:, None, :, k]
+    states = states.reshape(-1, path.coefficients.shape[1]).T
+    parameters = _parameters(run.scene, np.repeat(path.t, _NODES))
+    modes = np.repeat(path.mode, _NODES, axis=0).T
+    applied, contact = (np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes))
+    share = path.h[:, None] * weights
+    work = np.cumsum((share * (applied + contact)).sum(axis=1))
+    moved = np.cumsum((share * applied).sum(axis=1))
+    ends = np.column_stack([path.coefficients[:, :, 0].T, run.final])
+    energy = np.array(kinetic(ends, parameters[:, :1])).ravel()
+    imbalance = energy[1:] - energy[0] - work
+    largest = max(np.max(energy), np.max(np.abs(moved)), 1e-300)
+    return float(np.max(np.abs(imbalance)) / largest)
+
+
+def _parameters(scene, times: np.ndarray) -> np.ndarray:
+    """Return parameters, then start, value and slope of every input, at each time: shape (n_p, n_t)."""
+    numbers = scene.numbers()
+    fixed = np.array([numbers[s] for s in scene.parameters])
+    edges, data = segments(list(scene.inputs.values()), scene.horizon)
+    row = np.clip(np.searchsorted(edges, times, side="right") - 1, 0, data.shape[0] - 1)
+    return np.vstack([np.repeat(fixed[:, None], times.size, axis=1), data[row].T])

@@ -1,0 +1,9 @@
+"""What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation of motions."""
+
+from symfric.theory import belt
+from symfric.theory.averaging import average
+from symfric.theory.equilibrium import Equilibrium, equilibrium
+from symfric.theory.hopf import HopfPoint, hopf
+from symfric.theory.separation import separate
+from symfric.theory.slow_flow import SlowFlow
+from symfric.theory.stability import Stability, stability

@@ -1,0 +1,37 @@
+"""Closed forms for one mass on a moving belt with the cubic law, Thomsen; each takes `sf.scenes.mass_on_belt`.
+
+Every function returns a float for a scene, or the formula in `SYMBOLS` with ``symbolic=True``.
+"""
+
+from symfric.theory.belt.quench import (
+    effective_cubic,
+    effective_damping,
+    effective_friction,
+    effective_slope,
+    energy_ratio,
+    law_coefficients,
+    least_damping_intensity,
+    mean_power,
+    quasi_equilibrium_position,
+    quench_intensity,
+    quench_intensity_at,
+    quench_intensity_below,
+    unstable_speeds,
+)
+from symfric.theory.belt.scene import SYMBOLS
+from symfric.theory.belt.vibration import (
+    damping_polynomial,
+    damping_slope,
+    equilibrium_position,
+    friction_difference,
+    largest_pure_slip_amplitude,
+    onset_speed,
+    pure_slip_amplitude,
+    pure_slip_frequency,
+    release_position,
+    slip_arc,
+    slow_belt_amplitude,
+    stick_slip_amplitude,
+    stick_slip_frequency,
+    stick_speed,
+)

@@ -1,0 +1,243 @@
+"""Mass on a moving belt under fast excitation: effective friction and quenching, Thomsen (44)-(61)."""
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.laws import Law, cubic
+from symfric.model.names import SPEED, finite
+from symfric.model.scene import Scene
+from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, value
+from symfric.theory.belt.vibration import ETA, V_B0, V_B1
+
+v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS
+Q = a * Omega
+ALPHA1 = -sp.Rational(3, 2) * (mu_s - mu_m) / v_m
+ALPHA3 = (mu_s - mu_m) / (2 * v_m**3)
+Q_STAR = sp.sqrt(sp.Rational(2, 3)) * v_m * sp.sqrt(1 - 2 * beta / ETA)
+DAMPING = 2 * mu_s / (sp.pi * Q) + ALPHA1 + sp.Rational(3, 2) * ALPHA3 * Q**2
+_V_HAT = sp.Symbol("v_hat", positive=True)
+
+
+def law_coefficients(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
+    """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44)."""
+    return _several((mu_s, ALPHA1, ALPHA3), scene, symbolic)
+
+
+def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) -> Law:
+    """Return the effective law under the scene's intensity a Omega > 0; Thomsen (47)."""
+    if symbolic:
+        return cubic(mu_s, mu_m, v_m).averaged(Q)
+    given = _shaken(scene)
+    return cubic(given.mu_s, given.mu_m, given.v_m).averaged(abs(given.a * given.Omega))
+
+
+def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the slope of the effective friction at rest, alpha1-hat, 1/speed; Thomsen (48)-(50).
+
+    Notes
+    -----
+    ``2 mu_s/(pi q) + alpha1 + 3 alpha3 q^2/2``, q = a Omega; least at `least_damping_intensity`.
+    """
+    return DAMPING if symbolic else value(DAMPING, _shaken(scene))
+
+
+def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50)."""
+    formula = mu_s / (3 * sp.pi * Q**3) + ALPHA3
+    return formula if symbolic else value(formula, _shaken(scene))
+
+
+def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the intensity at which `effective_damping` is least, dimensionless.
+
+    Notes
+    -----
+    ``q^3 = 4 v_m^3/(3 pi (1 - mu_m/mu_s))``; the sentence after Thomsen (50) lacks v_m^3.
+    """
+    formula = v_m * sp.cbrt(4 / (3 * sp.pi * (1 - mu_m / mu_s)))
+    if symbolic:
+        return formula
+    given = numbers(scene)
+    if not given.mu_s > given.mu_m:
+        raise SceneError("mu_m is not below mu_s: the effective damping falls with the intensity for ever")
+    return value(formula, given)
+
+
+def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51)."""
+    formula = gamma2 * cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.subs(SPEED, v_b)
+    return formula if symbolic else value(formula, _shaken(scene))
+
+
+def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the slope ``mubar'(v_b)`` of the effective friction, 1/speed; Thomsen (47), (53).
+
+    Notes
+    -----
+    The quasi-equilibrium is unstable where it is below ``-2 beta/gamma2``, Thomsen (52). It tends to +infinity as v_b
+    rises to a Omega, and starts from (53) there: the formula holds from a Omega on.
+    """
+    formula = cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.diff(SPEED).subs(SPEED, v_b)
+    return formula if symbolic else value(formula, _shaken(scene))
+
+
+def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None:
+    """Return the belt speeds (low, high) between which the mass vibrates by itself at the scene's a Omega.
+
+    Returns
+    -------
+    (float, float), (Expr, Expr) or None
+        None if there are none.
+
+    Raises
+    ------
+    SceneError
+        If the effective friction falls at rest faster than the damping allows: then slower belts are unstable too.
+
+    Notes
+    -----
+    ``a Omega <= v_b < v_m sqrt(1 - (a Omega/v_m)^2/2 - 2 beta/eta)``, Thomsen (55), with <= at the lower end, because
+    only the slope on its left is infinite. Without excitation this is (0, v_b1).
+    """
+    high = v_m * sp.sqrt(1 - (Q / v_m) ** 2 / 2 - 2 * beta / ETA)
+    if symbolic:
+        return Q, high
+    given = numbers(scene)
+    if not value(ETA, given) > 2 * given.beta:
+        return None
+    q = abs(given.a * given.Omega)
+    if q > 0:
+        _check_slow_belts(given, q)
+    return (q, value(high, given)) if q < value(Q_STAR, given) else None
+
+
+def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the intensity a Omega above which no belt speed gives vibration, dimensionless; Thomsen (56).
+
+    Raises
+    ------
+    SceneError
+        If the effective friction falls with speed below a Omega for some intensity above: fast vibration of the
+        intensity (56) is then not enough.
+
+    Notes
+    -----
+    ``sqrt(2/3) v_m sqrt(1 - 2 beta/eta)``; 0.0 where nothing vibrates anyway.
+    """
+    if symbolic:
+        return Q_STAR
+    given = numbers(scene)
+    if not value(ETA, given) > 2 * given.beta:
+        return 0.0
+    q = value(Q_STAR, given)
+    # the damping at rest is convex in the intensity, least at q_0
+    _check_slow_belts(given, max(q, least_damping_intensity(scene)))
+    return q
+
+
+def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the intensity a Omega above which a belt of speed v gives no vibration, dimensionless; Thomsen (57).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its own belt speed is ignored.
+    v : float
+        Belt speed, > 0; the symbol v_hat where `symbolic` without it.
+
+    Notes
+    -----
+    v up to a Omega*, ``sqrt(3 (a Omega*)^2 - 2 v^2)`` from there to v_b1, and 0 beyond, where the printed root is
+    imaginary and nothing vibrates.
+    """
+    speed = _speed(v, symbolic)
+    formula = sp.Piecewise(
+        (speed, speed <= Q_STAR), (sp.sqrt(3 * Q_STAR**2 - 2 * speed**2), speed < V_B1), (0, True), evaluate=False
+    )
+    return formula if symbolic else _quenching(scene, formula)
+
+
+def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the intensity a Omega above which no belt speed up to v gives vibration; Thomsen (58).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its own belt speed is ignored.
+    v : float
+        Belt speed, > 0; the symbol v_hat where `symbolic` without it.
+
+    Notes
+    -----
+    v up to a Omega*, and a Omega* beyond.
+    """
+    formula = sp.Min(_speed(v, symbolic), Q_STAR)
+    return formula if symbolic else _quenching(scene, formula)
+
+
+def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the mean power that the excitation spends at quasi-equilibrium, dimensionless.
+
+    Notes
+    -----
+    ``<x' (2 beta x' + gamma2 mu(x' - v_b))>`` for ``x' = -q cos``, q = a Omega: ``beta q^2 + gamma2 (alpha1 q^2/2 +
+    alpha3 (3 v_b^2 q^2/2 + 3 q^4/8))``, and ``(2 gamma2 mu_s/pi) sqrt(q^2 - v_b^2)`` more for v_b < q. Thomsen (59) is
+    called the energy required, and is the kinetic energy of the fast motion.
+    """
+    smooth = beta * Q**2 + gamma2 * (ALPHA1 * Q**2 / 2 + ALPHA3 * (3 * v_b**2 * Q**2 / 2 + 3 * Q**4 / 8))
+    jump = sp.Piecewise((2 * gamma2 * mu_s / sp.pi * sp.sqrt(Q**2 - v_b**2), v_b**2 < Q**2), (0, True))
+    return smooth + jump if symbolic else value(smooth + jump, numbers(scene))
+
+
+def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
+    """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61)."""
+    ratio = sp.simplify((Q_STAR / V_B0) ** 2)
+    return ratio if symbolic else float(ratio)
+
+
+def _several(formulas: tuple, scene: Scene | None, symbolic: bool) -> tuple:
+    if symbolic:
+        return formulas
+    given = numbers(scene)
+    return tuple(value(f, given) for f in formulas)
+
+
+def _speed(v, symbolic: bool) -> sp.Expr:
+    if v is None:
+        if not symbolic:
+            raise SceneError("no belt speed; give the speed at which vibration shall be quenched as v")
+        return _V_HAT
+    if isinstance(v, sp.Expr) and not v.is_number and symbolic:
+        return v
+    speed = finite(v, "the belt speed v")
+    if not speed > 0:
+        raise SceneError(f"the belt speed v is {speed:g}; it must be positive")
+    return sp.Float(speed)
+
+
+def _quenching(scene: Scene | None, formula: sp.Expr) -> float:
+    given = numbers(scene)
+    if not value(ETA, given) > 2 * given.beta:
+        return 0.0
+    result = value(formula, given)
+    if result > 0:
+        _check_slow_belts(given, result)
+    return result
+
+
+def _shaken(scene: Scene | None) -> Symbols:
+    """Return the scene's numbers with |a Omega| > 0."""
+    given = numbers(scene)
+    if not given.a * given.Omega != 0:
+        raise SceneError("the scene has no excitation, a Omega = 0; give a and Omega values with where()")
+    return given._replace(a=abs(given.a), Omega=abs(given.Omega))
+
+
+def _check_slow_belts(given: Symbols, q: float) -> None:
+    """Raise if belts slower than q vibrate too; the effective slope there is least at rest."""
+    slope = value(DAMPING, given._replace(a=q, Omega=1.0)) + 2 * given.beta / given.gamma2
+    if slope < 0:
+        raise SceneError(
+            f"the closed forms do not hold: at intensity {q:.6g} the effective friction falls at rest (slope with "
+            f"damping {slope:.4g}), because mu_m/mu_s = {given.mu_m / given.mu_s:.3g} is too small; use sf.design.quench"
+        )

@@ -1,0 +1,109 @@
+"""The symbols of the belt's closed forms, and the numbers a ready scene gives them."""
+
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model import library
+from symfric.model.laws import Law
+from symfric.model.names import SPEED
+from symfric.model.scene import Scene
+from symfric.theory.quadrature import numeric
+
+
+class Symbols(NamedTuple):
+    """Letters of the closed forms; the first five are those of `symfric.scenes.mass_on_belt`."""
+
+    v_b: sp.Symbol
+    beta: sp.Symbol
+    gamma2: sp.Symbol
+    a: sp.Symbol
+    Omega: sp.Symbol
+    mu_s: sp.Symbol
+    mu_m: sp.Symbol
+    v_m: sp.Symbol
+
+
+SYMBOLS = Symbols(*sp.symbols("v_b beta gamma2 a Omega", real=True), *sp.symbols("mu_s mu_m v_m", positive=True))
+
+
+def numbers(scene: Scene | None) -> Symbols:
+    """Read the numbers of a mass-on-belt scene with the cubic law.
+
+    Parameters
+    ----------
+    scene : Scene
+        `symfric.scenes.mass_on_belt`, with `laws.cubic` or a law equal to it.
+
+    Returns
+    -------
+    Symbols
+        Of floats.
+
+    Raises
+    ------
+    SceneError
+        If the scene or its law is another one, or v_b is negative.
+    """
+    if scene is None:
+        raise SceneError("no scene to take numbers from; give one, or ask for the formula with symbolic=True")
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene; the belt's closed forms take sf.scenes.mass_on_belt(...)")
+    model = library.mass_on_belt(v_b=1.0)
+    (belt,) = model.contacts
+    same = scene.system == model.system and len(scene.contacts) == 1
+    if not same or (scene.contacts[0].slip, scene.contacts[0].normal, scene.contacts[0].profile) != (
+        belt.slip,
+        belt.normal,
+        belt.profile,
+    ):
+        raise SceneError(
+            "the belt's closed forms hold for sf.scenes.mass_on_belt; this scene has other equations (sf.stability, "
+            "sf.hopf and sf.average take any)"
+        )
+    scene.numbers()
+    given = {s.name: v for s, v in scene.values.items()}
+    if given["v_b"] < 0:
+        raise SceneError(f"v_b is {given['v_b']:g}; the closed forms take belt speeds >= 0, so mirror the scene")
+    mu_s, mu_m, v_m = cubic_parameters(scene.contacts[0].law.where(scene.values))
+    return Symbols(*(given[s.name] for s in SYMBOLS[:5]), mu_s, mu_m, v_m)
+
+
+def cubic_parameters(law: Law) -> tuple[float, float, float]:
+    """Return mu_s, mu_m and v_m of a law in numbers that equals `laws.cubic`.
+
+    Raises
+    ------
+    SceneError
+        If it does not.
+    """
+    other = f"the law {law.kinetic} is not laws.cubic, and the belt's closed forms hold for that law only"
+    if law.breaks or not law.kinetic.is_polynomial(SPEED):
+        raise SceneError(f"{other}; sf.hopf and sf.average take any law")
+    c = {n: float(value) for (n,), value in sp.Poly(law.kinetic, SPEED).terms()}
+    c0, c1, c3 = (c.get(n, 0.0) for n in (0, 1, 3))
+    if law.anchor is not None:
+        v_m = float(law.anchor)
+    elif c1 < 0 < c3:
+        v_m = float(np.sqrt(-c1 / (3 * c3)))
+    else:
+        raise SceneError(f"{other}: it has no smallest coefficient")
+    drop = -2 * c1 * v_m / 3
+    consistent = abs(c3 - drop / (2 * v_m**3)) <= 1e-12 * abs(drop) / v_m**3
+    if any(c.get(n, 0.0) != 0 for n in c if n not in (0, 1, 3)) or not consistent or v_m <= 0:
+        raise SceneError(f"{other}; sf.hopf and sf.average take any law")
+    if abs(float(law.stick) - c0) > 1e-12 * abs(c0):
+        raise SceneError(
+            f"the law sticks up to {float(law.stick):g} and starts to slip with {c0:g}; the closed forms take one mu_s"
+        )
+    mu_m = float(law.kinetic.subs(SPEED, sp.Float(v_m)))
+    return c0, mu_m, v_m
+
+
+def value(formula: sp.Expr, given: Symbols, extra: tuple[tuple[sp.Symbol, float], ...] = ()) -> float:
+    """Evaluate a formula in `SYMBOLS` on numbers."""
+    letters = (*SYMBOLS, *(s for s, _ in extra))
+    (result,) = numeric(letters, (formula,))(*given, *(v for _, v in extra))
+    return float(result)

@@ -1,0 +1,139 @@
+"""Pictures: what is drawn is what was computed, with labels, units and no global state."""
+
+import base64
+import sys
+import xml.dom.minidom
+
+import numpy as np
+import pytest
+
+from symfric.report import figures
+from symfric.report.friction import FrictionCurve
+from symfric.report.measure import Motion, Vibration
+from symfric.report.predict import Curve
+from symfric.report.study import SweepResult
+
+UNITS = {"x": "m", "u": "m/s", "t": "s", "v_b": "m/s"}
+
+
+@pytest.fixture
+def motion():
+    t = np.linspace(0, 10, 500)
+    x = np.vstack([np.sin(t), np.cos(t)])
+    return Motion(t, x, ("x", "u"), {"belt": ((1.0, 2.0), (7.0, 8.0))}, {}, "taylor", "OK", "", 4, 1e-12)
+
+
+@pytest.fixture
+def sweep():
+    values = np.linspace(0.1, 0.5, 5)
+    computed = tuple(Vibration(v, -v) for v in values)
+    curve = Curve("averaging", "first order", values, 1.1 * values)
+    return SweepResult("v_b", "x", values, computed, (curve,), "", {"onset of vibration": 0.44}, 0.1 * values)
+
+
+@pytest.fixture
+def friction():
+    v = np.linspace(0, 1, 50)
+    return FrictionCurve("belt", v, 0.4 - 0.1 * v, 0.4, (("designed", 0.3 * v),), 0.2)
+
+
+class Spectrum:
+    eigenvalues = np.array([0.1 + 1j, 0.1 - 1j, -0.2 + 0j])
+
+
+def texts(ax) -> str:
+    legend = ax.get_legend()
+    words = [t.get_text() for t in legend.get_texts()] if legend else []
+    return " ".join([ax.get_xlabel(), ax.get_ylabel(), *words])
+
+
+def test_time_history_draws_the_motion_and_shades_sticking(motion):
+    ax = figures.plot_time_history(motion, ["x"], UNITS)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), motion.x[0])
+    assert len(ax.patches) == 2
+    assert "sticking" in texts(ax)
+    assert "[s]" in ax.get_xlabel()
+    assert "[m]" in ax.get_ylabel()
+
+
+def test_several_coordinates_share_an_axis_and_its_unit(motion):
+    ax = figures.plot_time_history(motion, ["x", "u"], {"x": "m", "u": "m"})
+    assert ax.get_ylabel() == "displacement [m]"
+    assert figures.plot_time_history(motion, ["x", "u"], UNITS).get_ylabel() == "displacement"
+
+
+def test_phase_portrait_marks_sticking_where_it_happens(motion):
+    ax = figures.plot_phase_portrait(motion, "x", "u", UNITS, drive=0.2)
+    stuck = next(line for line in ax.lines if line.get_label() == "sticking")
+    drawn = np.isfinite(stuck.get_ydata())
+    inside = ((motion.t >= 1) & (motion.t <= 2)) | ((motion.t >= 7) & (motion.t <= 8))
+    np.testing.assert_array_equal(drawn, inside)
+
+
+def test_amplitudes_show_points_and_curves(sweep):
+    ax = figures.plot_amplitudes(sweep, UNITS)
+    points = next(line for line in ax.lines if line.get_label() == "computed")
+    np.testing.assert_array_equal(points.get_ydata(), sweep.values)
+    assert "averaging" in texts(ax)
+    assert "onset of vibration" in texts(ax)
+    assert "[m/s]" in ax.get_xlabel()
+
+
+def test_friction_shows_law_and_effective_law(friction):
+    ax = figures.plot_friction(friction, "m/s")
+    assert {"friction law", "designed", "steady sliding"} <= {line.get_label() for line in ax.lines}
+    assert "[m/s]" in ax.get_xlabel()
+
+
+def test_eigenvalues_are_split_at_the_axis():
+    ax = figures.plot_eigenvalues(Spectrum, UNITS)
+    growing = next(line for line in ax.lines if line.get_label() == "growing")
+    assert growing.get_xdata().size == 2
+
+
+def test_before_and_after(motion):
+    ax = figures.plot_before_after(motion, motion, "x", UNITS)
+    assert len(ax.lines) == 2
+
+
+def drawings(motion, sweep, friction):
+    return {
+        "time": lambda ax: figures.plot_time_history(motion, ["x"], UNITS, ax=ax),
+        "phase": lambda ax: figures.plot_phase_portrait(motion, "x", "u", UNITS, ax=ax),
+        "friction": lambda ax: figures.plot_friction(friction, ax=ax),
+        "amplitudes": lambda ax: figures.plot_amplitudes(sweep, UNITS, ax=ax),
+        "eigenvalues": lambda ax: figures.plot_eigenvalues(Spectrum, UNITS, ax=ax),
+        "before": lambda ax: figures.plot_before_after(motion, motion, "x", UNITS, ax=ax),
+    }
+
+
+@pytest.mark.parametrize("plot", ["time", "phase", "friction", "amplitudes", "eigenvalues", "before"])
+def test_every_picture_takes_an_ax_and_becomes_a_valid_svg(plot, motion, sweep, friction):
+    draw, given = drawings(motion, sweep, friction)[plot], figures.new_axes()
+    assert draw(given) is given
+    uri = figures.to_svg(given)
+    svg = base64.b64decode(uri.removeprefix("data:image/svg+xml;base64,")).decode()
+    assert xml.dom.minidom.parseString(svg).documentElement.tagName == "svg"
+    assert figures.to_svg(draw(None)) == uri, "the same picture must give the same file"
+
+
+def test_no_text_overlaps_another(motion, sweep, friction):
+    drawn = [
+        figures.plot_time_history(motion, ["x"], UNITS),
+        figures.plot_phase_portrait(motion, "x", "u", UNITS, drive=0.2),
+        figures.plot_friction(friction, "m/s"),
+        figures.plot_amplitudes(sweep, UNITS),
+    ]
+    for ax in drawn:
+        figures.to_svg(ax)
+        legend, title = ax.get_legend().get_window_extent(), ax.get_xaxis().label.get_window_extent()
+        assert not legend.overlaps(title)
+        assert ax.figure.bbox.x0 <= legend.x0
+        assert legend.x1 <= ax.figure.bbox.x1
+        assert legend.y1 <= ax.figure.bbox.y1
+
+
+def test_drawing_leaves_no_global_state(motion):
+    figures.to_svg(figures.plot_time_history(motion, ["x"], UNITS))
+    if "matplotlib.pyplot" in sys.modules:
+        assert not sys.modules["matplotlib.pyplot"].get_fignums()

@@ -1,0 +1,268 @@
+"""Commands: exit status, one clear line on bad input, and pages that stand alone."""
+
+import json
+import os
+import re
+import signal
+import stat
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from symfric.cli import COMMANDS, main
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
+VOID = {"meta", "img", "br", "hr", "link", "input", "mspace"}
+PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def spawn(*arguments, cwd=None):
+    return subprocess.run(
+        [sys.executable, "-c", PROGRAM, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+    )
+
+
+class Page(HTMLParser):
+    """Collects tags and attributes; fails on tags that do not close."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open, self.tags, self.attributes, self.words = [], [], [], []
+        self.feed(text)
+        self.close()
+        assert not self.open, f"not closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, *a) for a in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> closes another tag"
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+    def values(self, tag, name):
+        return [v for t, n, v in self.attributes if (t, n) == (tag, name)]
+
+
+@pytest.fixture(scope="module", params=EXAMPLES, ids=lambda p: p.stem)
+def studied(request, tmp_path_factory):
+    """One study of each example: its file, folder and printed JSON."""
+    folder = tmp_path_factory.mktemp("study") / "new" / request.param.stem
+    result = call("study", request.param, "-o", folder, "--json")
+    assert result.exit_code == 0, result.output
+    return request.param, folder, result.stdout
+
+
+def test_page_stands_alone(studied):
+    _, folder, _ = studied
+    text = (folder / "study.html").read_text(encoding="utf-8")
+    page = Page(text)
+    images = page.values("img", "src")
+    assert len(images) >= 3
+    assert all(i.startswith("data:image/") for i in images)
+    assert all(len(a) > 10 for a in page.values("img", "alt"))
+    assert len(page.values("img", "alt")) == len(images)
+    assert "script" not in page.tags
+    assert "link" not in page.tags
+    assert not page.values("a", "href")
+    without_pictures = re.sub(r'"data:image/[^"]*"', '""', text)
+    assert not re.search(r"https?://|url\(|@import", without_pictures)
+    assert "math" in page.tags
+    assert page.values("meta", "name") == ["viewport"]
+
+
+def test_page_says_what_was_asked(studied):
+    path, folder, _ = studied
+    words = " ".join(Page((folder / "study.html").read_text(encoding="utf-8")).words)
+    for heading in ("In short", "Predicted and computed", "The scene", "stability", "The motion", "effective friction"):
+        assert heading in words
+    assert "nan" not in re.split(r"\W+", words.lower())
+    assert "None" not in words
+    assert path.name in words
+
+
+def test_json_holds_the_numbers(studied):
+    _, folder, printed = studied
+    data = json.loads(printed)
+    assert data == json.loads((folder / "study.json").read_text())
+    assert data["stability"]["stable"] is False
+    assert data["motion"]["status"] == "OK"
+    assert data["steady"]["half_range"] > 0
+    assert len(data["sweep"]["values"]) == len(data["sweep"]["half_range"])
+    assert data["seconds"] > 0
+
+
+def test_csv_has_a_line_for_each_value(studied):
+    _, folder, printed = studied
+    lines = (folder / "amplitude.csv").read_text().splitlines()
+    sweep = json.loads(printed)["sweep"]
+    assert len(lines) == 1 + len(sweep["values"])
+    assert float(lines[1].split(",")[0]) == sweep["values"][0]
+
+
+def test_belt_agrees_with_what_is_known(studied):
+    path, _, printed = studied
+    if path.stem != "belt":
+        pytest.skip("speaks of the belt")
+    data = json.loads(printed)
+    assert data["hopf"]["value"] == pytest.approx(0.44095855184409843, abs=1e-12)
+    assert data["steady"]["half_range"] == pytest.approx(0.286208719045775, rel=1e-8)
+    assert data["steady"]["period"] == pytest.approx(6.7994214444721576, rel=1e-8)
+    assert data["steady"]["stick_fraction"] == pytest.approx(1.62955844494 / 6.79942144447, rel=0.05)
+    onset = [r for r in data["comparison"] if r["quantity"] == "belt speed below which it sticks"]
+    assert all(r["computed"] == pytest.approx(0.39579028879783, rel=1e-6) for r in onset)
+    assert abs(data["quench"]["objective"] / 0.36 - 1) < 0.05
+
+
+def test_commands_without_work():
+    assert call().exit_code == 0
+    assert "study" in call().output
+    assert call("--version").output.startswith("symfric")
+    for command in COMMANDS:
+        helped = call(command, "--help")
+        assert helped.exit_code == 0
+    for command in ("study", "explain", "scenes"):
+        assert "Example: symfric" in call(command, "--help").output
+
+
+def test_scenes_are_listed():
+    assert "mass_on_belt" in call("scenes").output
+    listed = json.loads(call("scenes", "--json").output)
+    assert {"scenes", "laws"} == set(listed)
+    assert "coulomb_oscillator" in call("scenes", "--quiet").output.split()
+
+
+def test_explain_says_the_route():
+    result = call("explain", EXAMPLES[0])
+    assert result.exit_code == 0
+    assert "taylor" in result.output
+    assert json.loads(call("explain", EXAMPLES[0], "--json").output)["file"] == str(EXAMPLES[0])
+
+
+def bad_line(result) -> str:
+    """The last line on stderr of a refused command."""
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    assert not isinstance(result.exception, Exception) or isinstance(result.exception, SystemExit)
+    lines = [line for line in result.stderr.splitlines() if line]
+    assert lines[-1].startswith("Error: ")
+    return lines[-1]
+
+
+@pytest.mark.parametrize("command", ["study", "explain"])
+def test_bad_files_end_with_status_2(command, tmp_path):
+    (tmp_path / "hostile.toml").write_text(
+        '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nhorizon = 1\ninitial = {x = 0, u = 0}\n'
+        f"force = \"__import__('os').system('touch {tmp_path}/canary')\"\n"
+    )
+    (tmp_path / "binary.toml").write_bytes(bytes(range(256)))
+    (tmp_path / "model.toml").write_text('[scene]\nmodel = "mass_on_bell"\n[values]\nv_b = 0.1\n')
+    assert "scene.force[0]" in bad_line(call(command, tmp_path / "hostile.toml"))
+    assert "not text" in bad_line(call(command, tmp_path / "binary.toml"))
+    assert "did you mean mass_on_belt?" in bad_line(call(command, tmp_path / "model.toml"))
+    assert "folder" in bad_line(call(command, tmp_path))
+    assert "no such file" in bad_line(call(command, tmp_path / "none.toml"))
+    assert "Missing argument" in bad_line(call(command))
+    assert not (tmp_path / "canary").exists()
+    assert len(os.listdir(tmp_path)) == 3
+
+
+def test_misspelled_command_and_option():
+    assert "did you mean study?" in bad_line(call("stdy"))
+    assert "--jsno" in bad_line(call("scenes", "--jsno"))
+
+
+def test_output_folder_that_cannot_be_written(tmp_path):
+    occupied = tmp_path / "file"
+    occupied.write_text("")
+    assert "is a file" in bad_line(call("study", EXAMPLES[0], "-o", occupied))
+    assert "cannot write" in bad_line(call("study", EXAMPLES[0], "-o", occupied / "below"))
+    closed = tmp_path / "closed"
+    closed.mkdir()
+    closed.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    if not os.access(closed, os.W_OK):  # root may write anywhere
+        assert "cannot write" in bad_line(call("study", EXAMPLES[0], "-o", closed))
+
+
+def test_failures_of_the_question_end_with_status_1(monkeypatch):
+    import symfric.cli.commands as commands
+    from symfric import NoRoute
+
+    def refuse(_path):
+        raise NoRoute("no solver takes the scene")
+
+    monkeypatch.setattr("symfric.scenefile.read_scene_file", refuse)
+    result = CliRunner().invoke(main, ["explain", "any.toml"])
+    assert commands.explain.name == "explain"
+    assert result.exit_code == 1
+    assert result.stderr == "Error: no solver takes the scene\n"
+
+
+def test_exit_status_of_the_process(tmp_path):
+    (tmp_path / "empty.toml").touch()
+    refused = spawn("study", "empty.toml", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr == "Error: empty.toml: is empty; a scene file has at least a section [scene]\n"
+    assert refused.stdout == ""
+    assert spawn("scenes", "--quiet").returncode == 0
+
+
+def test_interrupt_ends_with_130(tmp_path):
+    text = EXAMPLES[0].read_text().replace("number = 45", "number = 10000\nsettle = 1e6")
+    (tmp_path / "long.toml").write_text(text)
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, "study", "long.toml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    line = process.stderr.readline()  # the first line of progress: the work has begun
+    time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    _, rest = process.communicate(timeout=60)
+    assert "%" in line
+    assert process.returncode == 130
+    assert rest.strip().splitlines()[-1] == "interrupted"
+    assert "Traceback" not in rest
+
+
+def test_quiet_is_silent(tmp_path):
+    simple = tmp_path / "simple.toml"
+    simple.write_text('[scene]\nmodel = "mass_on_belt"\nhorizon = 20\n[values]\nv_b = 0.2\n')
+    result = spawn("study", simple, "--quiet", cwd=tmp_path)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    assert (tmp_path / "simple-study" / "study.html").exists()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[scene]\nmodel = "coulomb_oscillator"\n[values]\ndelta = 0.03\n',
+        '[scene]\nmodel = "mass_on_belt"\nhorizon = 30\n[values]\nv_b = 0.2\na = 0.01\nOmega = 50\n',
+        '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nforce = "-x"\nhorizon = 9\ninitial = {x = 1, u = 0}\n',
+        '[scene]\nmodel = "mass_on_belt"\nhorizon = 30\n[values]\nv_b = 0.2\n[sweep]\nparameter = "gamma2"\n'
+        "from = 0.5\nto = 1\nnumber = 3\n",
+    ],
+    ids=["free oscillator", "shaken", "frictionless", "sweep of another value"],
+)
+def test_what_does_not_apply_is_said_in_a_sentence(text, tmp_path):
+    (tmp_path / "any.toml").write_text(text)
+    result = call("study", tmp_path / "any.toml", "-o", tmp_path)
+    assert result.exit_code == 0, result.output
+    Page((tmp_path / "study.html").read_text(encoding="utf-8"))
+    data = json.loads((tmp_path / "study.json").read_text())
+    assert data["motion"]["status"] == "OK"
+    assert "quench" in data["skipped"]

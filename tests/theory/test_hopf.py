@@ -1,0 +1,169 @@
+"""Hopf points: value and cubic coefficient against closed forms and against the motion itself."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy import integrate
+
+import symfric as sf
+from symfric.theory.equilibrium import solve
+from symfric.theory.hopf import hopf, multilinear
+from symfric.theory.sliding import field_of
+from symfric.theory.stability import linearise
+
+
+def two_masses(law, mass=((1.0, 0.0), (0.0, 2.0))):
+    """Two masses in series, the first on a belt; `mass` may depend on the first coordinate."""
+    x, y, u, w = sp.symbols("x y u w", real=True)
+    v_b = sp.Symbol("v_b", positive=True)
+    force = [-x - sp.Rational(1, 2) * (x - y) - 0.1 * u - 0.3 * x**3, -2 * y - sp.Rational(1, 2) * (y - x) - 0.02 * w]
+    system = sf.System(q=[x, y], u=[u, w], mass=sp.Matrix(mass), force=force)
+    return sf.Scene(
+        system=system,
+        contacts=[sf.Contact("belt", slip=u - v_b, normal=1, law=law)],
+        values={v_b: 0.4},
+        initial=dict.fromkeys((x, y, u, w), 0.0),
+        horizon=1.0,
+    )
+
+
+def amplitude_drift(field, p, x, kick, cycles=30):
+    """Coefficient a from a simulation at the Hopf point, where 1/r^2 falls with slope 2 a."""
+    s = field.directions(x, p)
+
+    def rate(_t, state):
+        n = field.n
+        return np.concatenate([state[n:], np.linalg.solve(field.mass(state, p, s), field.value(state, p, s))])
+
+    def turn(_t, state):
+        return state[field.n]
+
+    start = x + kick
+    run = integrate.solve_ivp(
+        rate, (0, cycles * 2 * np.pi), start, events=turn, method="DOP853", rtol=1e-11, atol=1e-14
+    )
+    t, q = run.t_events[0], run.y_events[0][:, 0]
+    r = np.abs(np.diff(q)) / 2
+    keep = slice(len(r) // 3, None)
+    return -0.5 * np.polyfit((t[1:] + t[:-1])[keep] / 2, 1 / r[keep] ** 2, 1)[0]
+
+
+def brute_force(scene, point, size):
+    """Extrapolate the drift to small amplitudes along the critical eigenvector."""
+    symbol = scene.parameter("v_b")
+    at = scene.where({symbol: point.value})
+    field = field_of(at)
+    p = field.vector(at.values)
+    x = solve(field, p, np.zeros(len(field.states)))
+    values, vectors = np.linalg.eig(linearise(field, p, x)[3])
+    k = int(np.argmax(values.real))
+    mode = (vectors[:, k] / vectors[0, k]).real
+    drifts = [amplitude_drift(field, p, x, r * mode) for r in (size, size / 2)]
+    return (4 * drifts[1] - drifts[0]) / 3
+
+
+def test_cubic_belt_has_the_closed_form_coefficient():
+    for mu_m, beta in ((0.25, 0.05), (0.35, 0.01)):
+        scene = sf.scenes.mass_on_belt(sf.laws.cubic(0.4, mu_m, 0.5), v_b=0.2, beta=beta)
+        point = hopf(scene, "v_b", (0.3, 0.6))
+        eta = 1.5 * (0.4 - mu_m) / 0.5
+        assert point.first_lyapunov == pytest.approx(-eta / (8 * 0.25), rel=1e-12)
+        assert point.value == pytest.approx(0.5 * np.sqrt(1 - 2 * beta / eta), rel=1e-12)
+        assert point.omega == pytest.approx(1.0, rel=1e-12)
+        assert point.kind == "supercritical"
+
+
+def test_exponential_belt_is_subcritical():
+    scene = sf.scenes.mass_on_belt(sf.laws.stribeck(0.4, 0.25, 0.3), v_b=0.2)
+    point = hopf(scene, "v_b", (0.1, 0.9))
+    assert point.value == pytest.approx(0.3 * np.log(0.15 / 0.3 / 0.1), rel=1e-12)
+    third = -0.1 / 0.3**2  # mu''' at that speed, from mu' = -2 beta
+    assert point.first_lyapunov == pytest.approx(-3 / 8 * third / 6, rel=1e-11)
+    assert point.kind == "subcritical"
+    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=1e-4)
+
+
+@pytest.mark.parametrize("law", [sf.laws.stribeck(0.4, 0.25, 0.3), sf.laws.cubic(0.4, 0.25, 0.5)])
+def test_two_masses_against_the_motion(law):
+    scene = two_masses(law)
+    point = hopf(scene, "v_b", (0.1, 0.9))
+    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=1e-3)
+
+
+def test_position_dependent_mass_against_the_motion():
+    x = sp.Symbol("x", real=True)
+    mass = [[1 + x / 2, x / 5], [x / 5, 2 + x**2]]
+    scene = two_masses(sf.laws.stribeck(0.4, 0.25, 0.3), mass)
+    point = hopf(scene, "v_b", (0.1, 0.9))
+    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=1e-3)
+
+
+def test_multilinear_forms_are_the_derivatives_of_the_rate():
+    x = sp.Symbol("x", real=True)
+    scene = two_masses(sf.laws.stribeck(0.4, 0.25, 0.3), [[1 + x / 2, x / 5], [x / 5, 2 + x**2]])
+    field = field_of(scene)
+    p = field.vector(scene.values)
+    at = solve(field, p, np.zeros(4))
+    s = field.directions(at, p)
+    M, _, _, A = linearise(field, p, at)
+    B, C = multilinear(field, p, at, M, A)
+    put = {**scene.values, **dict(zip(field.signs, s, strict=True))}
+    accelerations = (field.system.mass.inv() * sp.Matrix(field.parts)).subs(put)
+    rate = sp.Matrix([*field.states[2:], *accelerations])
+    rng = np.random.default_rng(5)
+    e = sp.symbols("e1:4")
+    d = rng.standard_normal((3, 4))
+    moved = {
+        state: float(at[i]) + sum(e[k] * float(d[k, i]) for k in range(3)) for i, state in enumerate(field.states)
+    }
+    along = rate.subs(moved)
+    zero = dict.fromkeys(e, 0)
+    second = np.array(along.diff(e[0]).diff(e[1]).subs(zero), dtype=float).ravel()
+    third = np.array(along.diff(e[0]).diff(e[1]).diff(e[2]).subs(zero), dtype=float).ravel()
+    assert B(d[0], d[1]).real == pytest.approx(second, rel=1e-9, abs=1e-11)
+    assert C(d[0], d[1], d[2]).real == pytest.approx(third, rel=1e-9, abs=1e-11)
+
+
+def test_other_parameters_and_names():
+    scene = sf.scenes.mass_on_belt(v_b=0.2)
+    point = hopf(scene, "beta", (0.0, 1.0))
+    assert point.value == pytest.approx(0.45 / 2 * (1 - 0.16), rel=1e-12)
+    assert point.to_dict()["parameter"] == "beta"
+    assert hopf(scene, scene.parameter("beta"), (0.0, 1.0)).value == point.value
+    unknown = scene.where({"v_b": None})
+    assert hopf(unknown, "v_b", (0.3, 0.6)).value == pytest.approx(0.44095855184409843, rel=1e-12)
+
+
+def test_linear_law_is_degenerate():
+    law = sf.laws.piecewise_linear(0.4, [0, 0.5], [0.4, 0.3], last_slope=0.1)
+    scene = sf.scenes.mass_on_belt(law, v_b=0.2)
+    point = hopf(scene, "beta", (0.0, 1.0))
+    assert point.value == pytest.approx(0.1, rel=1e-12)
+    assert point.kind == "degenerate"
+
+
+def test_refusals():
+    scene = sf.scenes.mass_on_belt(v_b=0.2)
+    with pytest.raises(sf.NotFound, match="unstable at both ends"):
+        hopf(scene, "v_b", (0.1, 0.2))
+    with pytest.raises(sf.SceneError, match="did you mean v_b"):
+        hopf(scene, "vb", (0.1, 0.5))
+    with pytest.raises(sf.SceneError, match="low < high"):
+        hopf(scene, "v_b", (0.5, 0.1))
+    with pytest.raises(sf.SceneError, match="depends on time"):
+        hopf(scene.where({"Omega": 50.0}), "a", (0.0, 0.1))
+    law = sf.laws.piecewise_linear(0.4, [0, 0.5], [0.4, 0.2], last_slope=0.1)
+    with pytest.raises(sf.NotFound, match="jumps at v_b = 0.5"):
+        hopf(sf.scenes.mass_on_belt(law, v_b=0.2), "v_b", (0.3, 0.6))
+    averaged = sf.scenes.mass_on_belt(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.2), v_b=0.2)
+    with pytest.raises(sf.NotFound, match="jumps at v_b = 0.2"):
+        hopf(averaged, "v_b", (0.15, 0.3))
+
+
+def test_real_eigenvalue_is_no_hopf_point():
+    x, u = sp.symbols("x u", real=True)
+    k = sp.Symbol("k", real=True)
+    system = sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x - x**3 - 0.2 * u])
+    scene = sf.Scene(system=system, values={k: 1.0}, initial={x: 0.0, u: 0.0}, horizon=1.0)
+    with pytest.raises(sf.NotFound, match="real eigenvalue"):
+        hopf(scene, "k", (-1.0, 1.3))

@@ -1,0 +1,171 @@
+"""Verdicts on linearised sliding against eigenvalues, and the Routh-Hurwitz criterion against both."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.theory.hurwitz import characteristic_coefficients, routh_hurwitz, symbolic_hurwitz
+from symfric.theory.stability import judge, stability
+
+
+def linear_scene(M, B, K):
+    n = len(M)
+    q, u = sp.symbols(f"q0:{n}", real=True), sp.symbols(f"u0:{n}", real=True)
+    force = -sp.Matrix(B) * sp.Matrix(u) - sp.Matrix(K) * sp.Matrix(q)
+    system = sf.System(q=q, u=u, mass=sp.Matrix(M), force=list(force))
+    return sf.Scene(system=system, initial=dict.fromkeys((*q, *u), 0.0), horizon=1.0)
+
+
+def random_mass(rng, n):
+    root = rng.standard_normal((n, n))
+    mass = root @ root.T + n * np.eye(n)
+    return (mass + mass.T) / 2
+
+
+def test_belt_matrices():
+    found = stability(sf.scenes.mass_on_belt(v_b=0.2))
+    assert found.M.tolist() == [[1.0]]
+    assert found.B[0, 0] == pytest.approx(-0.278, rel=1e-14)
+    assert found.K.tolist() == [[1.0]]
+    assert found.definiteness == "unstable"
+    assert not found.stable
+    assert found.margin == pytest.approx(-0.139, rel=1e-13)
+    assert not found.hurwitz.stable
+    assert found.eigenvalues[0] == pytest.approx(0.139 + 1j * np.sqrt(1 - 0.139**2), rel=1e-13)
+    fast = stability(sf.scenes.mass_on_belt(v_b=0.5))
+    assert (fast.definiteness, fast.stable, fast.hurwitz.stable) == ("stable", True, True)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_verdicts_never_contradict_the_eigenvalues(n):
+    rng = np.random.default_rng(n)
+    seen = set()
+    for _ in range(150):
+        M, root = random_mass(rng, n), rng.standard_normal((n, n))
+        B, K = rng.standard_normal((n, n)), root + root.T
+        if rng.random() < 0.5:
+            B, K = B @ B.T + 0.1 * np.eye(n), root @ root.T + 0.1 * np.eye(n)
+        if rng.random() < 0.3:
+            K = K + rng.standard_normal((n, n))
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]])
+        growth = np.max(np.linalg.eigvals(A).real)
+        verdict, reason = judge(M, B, K)
+        seen.add(verdict)
+        assert reason
+        if verdict == "stable":
+            assert growth < 0
+        if verdict == "unstable":
+            assert growth > 0
+        if abs(growth) > 1e-9:
+            assert routh_hurwitz(characteristic_coefficients(A)).stable == (growth < 0)
+    assert {"stable", "unstable"} <= seen
+
+
+def test_hurwitz_on_larger_random_matrices():
+    rng = np.random.default_rng(8)
+    for n in (5, 9, 16):
+        for shift in (1.05, 0.95):
+            A = rng.standard_normal((n, n))
+            A -= shift * np.max(np.linalg.eigvals(A).real) * np.eye(n)
+            found = routh_hurwitz(characteristic_coefficients(A))
+            assert found.stable == (shift > 1)
+            assert len(found.determinants) == n
+            assert found.coefficients[-1] == pytest.approx(np.linalg.det(-A), rel=1e-9)
+
+
+def test_hurwitz_determinants_of_a_quartic():
+    found = routh_hurwitz([1, 2, 3, 4, 5])
+    assert found.determinants == pytest.approx((2, 2, -12, -60))
+    assert not found.stable
+    assert routh_hurwitz([-1, -2, -1]).stable
+    with pytest.raises(sf.SceneError, match="leading coefficient"):
+        routh_hurwitz([0, 1])
+
+
+@pytest.mark.parametrize(
+    ("B", "K", "verdict", "words"),
+    [
+        ([[0.2, 0], [0, 0.1]], [[2, -1], [-1, 2]], "stable", "positive definite"),
+        ([[0.2, 5], [-5, 0.1]], [[2, -1], [-1, 2]], "stable", "symmetric part of B"),
+        ([[0.2, 0], [0, 0.1]], [[2, -1.5], [1.5, 2.1]], "undecided", "circulatory"),
+        ([[0.2, 0], [0, 0.0]], [[2, -1], [-1, 2]], "undecided", "semidefinite"),
+        ([[0.4, 0], [0, -0.1]], [[2, -1], [-1, 2]], "undecided", "indefinite"),
+        ([[0.1, 0], [0, -0.2]], [[2, -1], [-1, 2]], "unstable", "tr"),
+        ([[0.2, 0], [0, 0.1]], [[2, 3], [3, 2]], "unstable", "det K"),
+        ([[0.2, 0], [0, 0.1]], [[-2, 0], [0, -2]], "unstable", "negative eigenvalue"),
+        ([[0.0, 3.0], [-3.0, 0.0]], [[-2, 0], [0, -2]], "undecided", "not positive definite"),
+        ([[0.2, 0], [0, 0.1]], [[1, -1], [-1, 1]], "undecided", "not positive definite"),
+    ],
+)
+def test_reasons(B, K, verdict, words):
+    found = stability(linear_scene(np.diag([1.0, 2.0]), B, K))
+    assert (found.definiteness, words in found.reason) == (verdict, True)
+    if verdict != "undecided":
+        assert found.stable == (verdict == "stable")
+
+
+def test_circulatory_instability_is_seen_by_eigenvalues_only():
+    """Mode coupling: friction with a load that follows another coordinate makes K unsymmetric."""
+    x, y, u, w = sp.symbols("x y u w", real=True)
+    mu = sp.Symbol("mu", positive=True)
+    system = sf.System(q=[x, y], u=[u, w], mass=sp.eye(2), force=[-2 * x + y - 0.01 * u, x - 2 * y - 0.01 * w])
+    contact = sf.Contact("disc", slip=u - 1, normal=10 + y, law=sf.laws.coulomb(mu))
+    zero = dict.fromkeys((x, y, u, w), 0.0)
+    scene = sf.Scene(system=system, contacts=[contact], values={mu: 3.0}, initial=zero, horizon=1.0)
+    found = stability(scene)
+    assert found.K == pytest.approx(np.array([[2.0, -4.0], [-1.0, 2.0]]))
+    assert found.definiteness == "undecided"
+    assert not stability(scene.where({mu: 2.5})).stable
+    assert stability(scene.where({mu: 0.3})).stable
+
+
+def test_statespace_matches_the_matrices():
+    found = stability(linear_scene(np.diag([1.0, 2.0]), np.diag([0.2, 0.1]), [[2, -1], [-1, 2]]))
+    plant = found.statespace
+    assert plant.state_labels == ["q0", "q1", "u0", "u1"]
+    assert plant.input_labels == ["force_q0", "force_q1"]
+    assert plant.output_labels == ["q0", "q1"]
+    s = 0.3 + 0.7j
+    expected = np.linalg.inv(s**2 * found.M + s * found.B + found.K)
+    assert plant(s) == pytest.approx(expected, rel=1e-12)
+    assert found.eigenvalues[0].real == pytest.approx(-found.margin)
+
+
+def test_first_order_states_enter_the_state_matrix():
+    x, u, z = sp.symbols("x u z", real=True)
+    gain = sp.Symbol("gain", real=True)
+    system = sf.System(q=[x], u=[u], mass=[[1]], force=[-x - gain * z], z=[z], z_rate=[u - z])
+    scene = sf.Scene(system=system, values={gain: 0.5}, initial={x: 0.0, u: 0.0, z: 0.0}, horizon=1.0)
+    found = stability(scene)
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(np.roots([1, 1, 1.5, 1])), rel=1e-12)
+    assert found.definiteness == "undecided"
+    assert found.stable
+    assert found.hurwitz.coefficients == pytest.approx((1, 1, 1.5, 1))
+    assert not stability(scene.where({gain: -0.5})).stable
+
+
+def test_symbolic_determinants_of_the_belt():
+    law = sf.laws.cubic(*sp.symbols("mu_s mu_m v_m", positive=True))
+    scene = sf.scenes.mass_on_belt(law, v_b=0.2).where({"mu_s": 0.4, "mu_m": 0.25, "v_m": 0.5})
+    first, second = symbolic_hurwitz(scene)
+    assert sp.simplify(first - second) == 0  # K = M = 1
+    assert float(first.subs(scene.values)) == pytest.approx(-0.278, rel=1e-13)
+    numbers = stability(scene).hurwitz.determinants
+    assert numbers == pytest.approx((-0.278, -0.278), rel=1e-13)
+
+
+def test_symbolic_determinants_refuse_large_scenes():
+    with pytest.raises(sf.SceneError, match="up to 4"):
+        symbolic_hurwitz(linear_scene(np.eye(3), np.eye(3), np.eye(3)))
+
+
+def test_plot_returns_axes():
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    axes = stability(sf.scenes.mass_on_belt(v_b=0.2)).plot()
+    assert axes.get_xlabel() == "real part"
+    plt.close(axes.figure)
