@@ -52,7 +52,7 @@ def _routed(route: str | None):
     """Return the `prepare` of one of the package's own routes."""
 
     def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
-        from symfric.solve import prepare as prepare_scene
+        from symfric.solve.choose import prepare as prepare_scene
 
         program = prepare_scene(problem.scene, tolerance=tolerance, route=route)
         n_q = len(problem.scene.system.q)

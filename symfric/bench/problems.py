@@ -1,6 +1,6 @@
 """The benchmark's problems: what is solved, the answer, and where the answer comes from."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from symfric.model import laws, library
 from symfric.model.outputs import End
@@ -104,7 +104,7 @@ def _settling() -> Problem:
 def _belt(name, title, reference, events, *, horizon=100.0, a=0.0, Omega=0.0, v_s=0.0) -> Problem:
     law = laws.cubic(0.4, 0.25, 0.5)
     if v_s:
-        law = replace(law, anchor=None).regularised(v_s)  # the plain shift of the law by v_s, as in `Oscillator`
+        law = law.regularised(v_s)
     return Problem(
         name=name,
         title=title,

@@ -83,7 +83,7 @@ def explain(file: Path, as_json: bool, quiet: bool):
     Example: symfric explain examples/belt.toml
     """
     from symfric.scenefile import read_scene_file
-    from symfric.solve import explain as explain_scene
+    from symfric.solve.choose import explain as explain_scene
 
     found = explain_scene(read_scene_file(file).scene)
     if as_json:

@@ -33,8 +33,9 @@ class Automaton:
         Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
         ``N mu_s -+ lambda`` while it sticks; then one row for each switch; then one for each load that varies.
     gauge : casadi.Function
-        ``(y, t, p) -> (w, scale, pull)``, each (n_c,): slips, the sum of the magnitudes of their terms, and the slip
-        acceleration that the largest static friction can cause; the scales of zero tests.
+        ``(y, t, p) -> (w, scale, pull, load, margin)``, each (n_c,): slips, the sum of the magnitudes of their terms, and
+        the slip acceleration that the largest static friction can cause, the scales of zero tests; then the normal load
+        times the profile, and static minus kinetic coefficient at rest, neither of which may be negative.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies.
     sticks : tuple of bool
@@ -233,12 +234,15 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     J = ca.jacobian(w, u) if n_c else ca.SX(0, u.numel())
     still = ca.substitute(w, u, ca.SX.zeros(u.numel())) if n_c else w
     terms = ca.fabs(J) @ ca.fabs(u) + ca.fabs(still)
-    bounds = [load[i] * low.sx(c.law.stick + sp.Abs(c.law.at_rest)) for i, c in enumerate(low.scene.contacts)]
+    laws = [c.law for c in low.scene.contacts]
+    stick, rest = ([low.sx(e) for e in es] for es in ([a.stick for a in laws], [a.at_rest for a in laws]))
+    bounds = [load[i] * (stick[i] + ca.fabs(rest[i])) for i in range(n_c)]
+    margin = ca.vertcat(*(stick[i] * (1 + 1e-12) - rest[i] for i in range(n_c))) if n_c else w
     D, LT, order = ca.ldl(mass)
     inverse = [(J[i, :] @ ca.ldl_solve(J[i, :].T, D, LT, order)) for i in range(n_c)]
     pull = ca.vertcat(*(a * ca.fabs(b) for a, b in zip(inverse, bounds, strict=True))) if n_c else w
-    out = [ca.densify(e) for e in (w, terms, pull)]
-    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], ["w", "scale", "pull"])
+    out = [ca.densify(e) for e in (w, terms, pull, load, margin)]
+    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], ["w", "scale", "pull", "load", "margin"])
 
 
 def _anchor(scene: Scene, contact) -> tuple[int, float]:

@@ -136,7 +136,7 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     NotFound
         If it sticks at both ends or at none.
     """
-    from symfric.solve import prepare
+    from symfric.solve.choose import prepare
 
     (u,) = scene.system.u
     first = prepare(scene.wanting({"end": End()}).until(SETTLE * scene.horizon))

@@ -81,7 +81,7 @@ class Vibration:
 
 def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
     """Compute the scene's motion and whatever scalar outputs it wants."""
-    from symfric.solve import simulate
+    from symfric.solve.choose import simulate
 
     run = simulate(scene.wanting({**scene.outputs, PATH: Trajectory()}), tolerance=tolerance)
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
@@ -145,7 +145,7 @@ def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[
 
 def vibration(scene: Scene, coordinate: str, settle: float, window: float, tolerance: float = 1e-9) -> Vibration:
     """Return the steady vibration of a coordinate with its period and its share of sticking."""
-    from symfric.solve import simulate
+    from symfric.solve.choose import simulate
 
     end = simulate(scene.wanting({"end": End()}).until(settle), tolerance=tolerance).checked()
     start = dict(zip(end.names, end.final.tolist(), strict=True))
@@ -201,7 +201,7 @@ def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress:
 
 def _prepared(scene: Scene, plan) -> Callable[[Mapping[str, float]], Vibration]:
     """Compile settling and measuring once; return a function from values to the vibration."""
-    from symfric.solve import prepare
+    from symfric.solve.choose import prepare
 
     settle, window = settling(scene, plan.settle, plan.window)
     x = _symbol(scene, plan.coordinate)

@@ -156,7 +156,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     StudyResult
         A question without an answer holds the reason; nothing is raised for it.
     """
-    from symfric.solve import explain
+    from symfric.solve.choose import explain
     from symfric.theory.equilibrium import equilibrium
     from symfric.theory.separation import separate
     from symfric.theory.stability import stability

@@ -21,7 +21,8 @@ MAX_CHARACTERS = 10_000
 MAX_BRACKETS = 50  # depth of nested brackets
 MAX_DEPTH = 60  # depth of the syntax tree, chains of + - * / counted once
 MAX_NODES = 3_000
-MAX_EXPONENT = 64
+MAX_EXPONENT = 64  # of numbers
+MAX_POWER = 16  # of everything else: SymPy expands some of them
 MAX_BRANCHING = 30  # abs, min, max and pieces of piecewise together: SymPy compares them with one another
 LARGEST = 1e300
 
@@ -99,7 +100,13 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
         On anything else, with the place and the cure.
     """
     tree = _syntax_tree(text, place)
-    result = _Reader(names, place, tuple(contacts)).term(tree).expr
+    try:
+        result = _Reader(names, place, tuple(contacts)).term(tree).expr
+    except SceneError:
+        raise
+    except (TypeError, ValueError, ArithmeticError, AttributeError, NotImplementedError, RecursionError):
+        # SymPy raises these where a min, max or comparison meets what may be complex, such as acos(x) for x > 1
+        raise SceneError(f"{place}: {shorten(text)!r} is not real or too involved; write it simpler") from None
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{place}: {shorten(text)!r} is not finite; look for a division by zero")
     if result.has(sp.I):
@@ -244,6 +251,8 @@ class _Reader:
     def power(self, base: _Term, exponent: _Term) -> _Term:
         """Return a power with an exponent of reasonable size."""
         if exponent.value is not None:
+            if base.value is None and abs(exponent.value) > MAX_POWER:
+                self.refuse(f"an exponent is larger than {MAX_POWER}")
             if abs(exponent.value) > MAX_EXPONENT:
                 self.refuse(f"an exponent is larger than {MAX_EXPONENT}")
             if (2 * exponent.value).is_integer():  # x**2.0 is the polynomial x**2, x**0.5 the root

@@ -25,24 +25,32 @@ class Rule:
     automaton : Automaton
     look : casadi.Function
         ``(y, t, p, m) -> (guards, first, second)``: the guards and their derivatives along the motion.
+    slopes : casadi.Function
+        ``(y, t, p) -> dw/du``, shape (n_c, n_u).
+    velocities : slice
+        Where the velocities stand in the state.
     zero : float
         Relative size below which a slip or a guard counts as zero; what the integrator leaves of an event.
     """
 
     automaton: Automaton
     look: ca.Function
+    slopes: ca.Function
+    velocities: slice
     zero: float
 
 
-def make_rule(automaton: Automaton, zero: float) -> Rule:
-    """Differentiate the guards along the motion."""
+def make_rule(automaton: Automaton, n_q: int, zero: float) -> Rule:
+    """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
     field = automaton.field
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
     p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     rate, guards, _ = field(y, t, p, m)
     first = along(guards, rate, y, t)
     look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
-    return Rule(automaton, look, zero)
+    slip = automaton.gauge(y, t, p)[0]
+    slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
+    return Rule(automaton, look, slopes, slice(n_q, 2 * n_q), zero)
 
 
 def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
@@ -54,15 +62,17 @@ def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
     """Return the mode at the start, or None if no combination is consistent."""
     automaton = rule.automaton
     n_c = len(automaton.contacts)
-    slip = _numbers(automaton.gauge(y, t, p)[0])
+    slip = numbers(automaton.gauge(y, t, p)[0])
     m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(automaton.n_switches)])
     for j in range(automaton.n_switches):  # a switch may depend on the ones before it
-        guard = _numbers(rule.look(y, t, p, m)[0])[2 * n_c + j]
+        guard = numbers(rule.look(y, t, p, m)[0])[2 * n_c + j]
         m[2 * n_c + j] = 1.0 if guard >= 0 else -1.0
     return next_mode(rule, y, t, p, m, frozenset())
 
 
-def next_mode(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]) -> np.ndarray | None:
+def next_mode(
+    rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
+) -> np.ndarray | None:
     """Return the mode from here on; slips that are zero are made exactly zero in `y`.
 
     Parameters
@@ -79,15 +89,16 @@ def next_mode(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray,
     """
     automaton = rule.automaton
     n_c = len(automaton.contacts)
-    slip, scale, pull = (_numbers(e) for e in automaton.gauge(y, t, p))
+    slip, scale, pull = (numbers(e) for e in automaton.gauge(y, t, p)[:3])
     still = [i for i in range(n_c) if m[i] or 2 * i in hit or abs(slip[i]) <= rule.zero * scale[i]]
-    _project(automaton, y, t, p, still)
+    _project(rule, y, t, p, still)
     m = m.copy()
     for k in (k for k in hit if 2 * n_c <= k < 2 * n_c + automaton.n_switches):
         m[k] = -m[k]  # mode and guards are laid out alike: two for each contact, then the switches
+    reached = frozenset(k for k in hit if k >= 2 * n_c or m[k // 2])  # of contacts, only the bound of a stick stays zero
     for trial in itertools.islice(_trials(automaton, m, still), _MOST_TRIALS):
-        settled = _with_switches(rule, y, t, p, trial, hit)
-        if settled is not None and _consistent(rule, y, t, p, settled, still, hit, pull):
+        settled = _with_switches(rule, y, t, p, trial, reached)
+        if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):
             return settled
     return None
 
@@ -112,7 +123,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     """Return the mode with every switch right now and in the next instant, None if they do not settle."""
     n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
     for _ in range(2 * n_s + 1):
-        guards, first, second = (_numbers(e) for e in rule.look(y, t, p, m))
+        guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
         wrong = []
         for k in range(2 * n_c, 2 * n_c + n_s):
             zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]))
@@ -127,8 +138,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
 
 def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:
     """Whether sticking forces stay within their bounds and what slips from zero slips in its own direction."""
-    n_c = len(rule.automaton.contacts)
-    guards, first, second = (_numbers(e) for e in rule.look(y, t, p, m))
+    guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
     for i in still:
         if m[i]:
             bound = 0.5 * abs(guards[2 * i] + guards[2 * i + 1])
@@ -138,32 +148,26 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
                     return False
         else:
             start, then = first[2 * i], second[2 * i]
-            little = max(rule.zero * abs(m[n_c + i]), _TIE) * pull[i]
+            little = max(rule.zero, _TIE) * pull[i]
             if start < -little or (abs(start) <= little and then < -_TIE * pull[i]):
                 return False
     return True
 
 
-def _project(automaton: Automaton, y: np.ndarray, t: float, p, still: list[int]) -> None:
-    """Make the slips in `still` exactly zero: one velocity where a slip has only one, else the least change of all."""
-    coupled = [i for i in still if automaton.anchors[i][0] < 0]
+def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
+    """Make the slips in `still` zero: exactly where a slip has one velocity, else by the least change of them all."""
+    automaton = rule.automaton
     for i in (i for i in still if automaton.anchors[i][0] >= 0):
         index, factor = automaton.anchors[i]
-        y[index] -= _numbers(automaton.gauge(y, t, p)[0])[i] / factor
+        y[index] -= numbers(automaton.gauge(y, t, p)[0])[i] / factor
+    coupled = [i for i in still if automaton.anchors[i][0] < 0]
     if coupled:
-        slip = _numbers(automaton.gauge(y, t, p)[0])
-        jacobian = np.array(automaton.gauge.jacobian()(y, t, p, 0, 0, 0)[0])
-        free = [k for k in range(y.size) if k not in {automaton.anchors[i][0] for i in still}]
-        rows = jacobian[np.ix_(coupled, free)]
-        velocities = [c for c, k in enumerate(free) if np.any(rows[:, c]) and k >= _first_velocity(automaton)]
-        change = np.linalg.lstsq(rows[:, velocities], -slip[coupled], rcond=None)[0]
-        for c, amount in zip(velocities, change, strict=True):
-            y[free[c]] += amount
+        rows = np.array(rule.slopes(y, t, p))[coupled]
+        rows[:, [automaton.anchors[i][0] - rule.velocities.start for i in still if automaton.anchors[i][0] >= 0]] = 0
+        slip = numbers(automaton.gauge(y, t, p)[0])[coupled]
+        y[rule.velocities] -= np.linalg.lstsq(rows, slip, rcond=None)[0]
 
 
-def _first_velocity(automaton: Automaton) -> int:
-    return automaton.n_coordinates
-
-
-def _numbers(e) -> np.ndarray:
+def numbers(e) -> np.ndarray:
+    """Return a CasADi vector as an array, shape (n,)."""
     return np.array(e, dtype=float).ravel()

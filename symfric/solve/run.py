@@ -103,8 +103,10 @@ class Run:
 
     Attributes
     ----------
-    scene : Scene
-        What was run, with the values and the start of this run.
+    base : Scene
+        What was prepared; `scene` is the same with the values and the start of this run.
+    values, initial : dict
+        Changes of this run.
     route : str
     tolerance : float
     final : ndarray, shape (n_x,)
@@ -116,7 +118,9 @@ class Run:
         Counts of steps, events, kinks and grazes.
     """
 
-    scene: Scene
+    base: Scene = field(repr=False)
+    values: dict
+    initial: dict
     route: str
     tolerance: float
     final: np.ndarray
@@ -126,9 +130,15 @@ class Run:
     raw: Raw = field(repr=False)
 
     @cached_property
+    def scene(self) -> Scene:
+        """The scene of this run."""
+        scene = self.base.where(self.values) if self.values else self.base
+        return scene.starting(self.initial) if self.initial else scene
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the rows of `x`."""
-        return tuple(s.name for s in self.scene.system.states)
+        return tuple(s.name for s in self.base.system.states)
 
     @property
     def advice(self) -> str:
@@ -187,14 +197,14 @@ class Run:
         """
         if self.raw.events is None:
             raise SceneError("no events were kept; want them with outputs={'events': sf.Events()}")
-        contacts = [c.name for c in self.scene.contacts]
+        contacts = [c.name for c in self.base.contacts]
         rows = zip(*self.raw.events, strict=True)
         return tuple(Event(float(t), contacts[i], int(a), int(b)) for t, (i, a, b) in rows)
 
     @cached_property
     def outputs(self) -> dict[str, object]:
         """What the scene wanted, by name."""
-        return {name: self._output(name, output) for name, output in self.scene.outputs.items()}
+        return {name: self._output(name, output) for name, output in self.base.outputs.items()}
 
     def _output(self, name: str, output):
         if isinstance(output, End):
@@ -218,11 +228,11 @@ class Run:
 
     def __getitem__(self, name: str):
         """Return an output by its name, or a state's values at the times `t`."""
-        if name in self.scene.outputs:
-            return self._output(name, self.scene.outputs[name])
+        if name in self.base.outputs:
+            return self._output(name, self.base.outputs[name])
         if name in self.names:
             return self.x[self.names.index(name)]
-        raise SceneError(f"{name!r} is neither an output nor a state{nearest(name, [*self.scene.outputs, *self.names])}")
+        raise SceneError(f"{name!r} is neither an output nor a state{nearest(name, [*self.base.outputs, *self.names])}")
 
     def energy_residual(self) -> float:
         """Return how well the energies balance, dimensionless; see `symfric.solve.energy`."""
@@ -247,7 +257,7 @@ class Run:
         import xarray as xr
 
         data = {n: ("t", row) for n, row in zip(self.names, self.x, strict=True)}
-        data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.scene.contacts, self.mode, strict=True)}
+        data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.base.contacts, self.mode, strict=True)}
         return xr.Dataset(data, coords={"t": self.t}, attrs={"status": self.status.name, "route": self.route})
 
     def plot(self, ax=None):

@@ -29,7 +29,7 @@ ADVICE = {
     "roots in the forces",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write the "
     "load as Max(load, 0) if they may",
-    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here; look at contacts that "
-    "act on the same body",
+    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient is "
+    "smaller than the kinetic one at rest, or contacts on the same body work against each other",
     Status.INTEGRATOR: "the integrator gave up; loosen the tolerance or use route='taylor'",
 }

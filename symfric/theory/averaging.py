@@ -132,13 +132,15 @@ def _oscillator(scene: Scene) -> Oscillator:
     signs = dict(zip(balanced.signs, map(int, balanced.directions(x, balanced.vector(scene.values))), strict=True))
     total = balanced.parts[0].subs(signs).subs(u, 0)
     numbers = {k: sp.Float(v) for k, v in scene.values.items()}
-    symbolic = total.is_polynomial(q) and sp.degree(total, q) < 2 and not any(c.law.breaks for c in contacts)
-    symbolic = symbolic and not total.has(sp.Integral)
-    if symbolic:
+    symbolic = not any(c.law.breaks for c in contacts) and not total.has(sp.Integral)
+    line = sp.expand(total)
+    if symbolic and line.is_polynomial(q) and sp.degree(line, q) < 2:
         numbers = {}
-        line = sp.expand(total)
         stiffness, position = -line.coeff(q, 1), line.coeff(q, 0)
         position = sp.Integer(0) if position.is_zero else position / stiffness
+    elif symbolic and line.subs(q, 0).is_zero and abs(x[0]) < 1e-14:
+        numbers, position = {}, sp.Integer(0)
+        stiffness = -line.diff(q).subs(q, 0)
     else:
         total = total.subs(numbers)
         position = sp.Float(float(x[0]))
@@ -223,8 +225,8 @@ def _smooth_mean(o: Oscillator, weight: int) -> sp.Expr:
         rest = o.rest.subs({o.q: A * sine, o.u: o.omega * A * cosine}, simultaneous=True)
         return sp.expand(rest * (cosine if weight else sine))
 
-    arcs = Arc(sp.Integer(0), sp.pi, sp.Integer(0))
-    return arc_mean(body, arcs, sp.Integer(0), sp.Integer(0))
+    whole = Arc(sp.Integer(0), sp.pi, sp.Integer(0), 1)
+    return arc_mean(body, whole, sp.Integer(0), sp.Integer(0))
 
 
 def _friction_means(o: Oscillator, friction: Friction):

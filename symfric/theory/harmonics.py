@@ -13,11 +13,12 @@ _S = sp.Dummy("s", positive=True)  # quadrature variable on [0, 1]
 
 
 class Arc(NamedTuple):
-    """A part of 0 <= theta <= pi on which friction is smooth: `law` is ``sign(w) mu(|w|)`` in the variable SPEED = w."""
+    """A part of 0 <= theta <= pi on which friction is smooth: ``sign * kinetic(sign * w)``."""
 
     low: sp.Expr
     high: sp.Expr
-    law: sp.Expr
+    kinetic: sp.Expr
+    sign: int
 
 
 class Range(NamedTuple):
@@ -45,9 +46,8 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
     """
     if not breaks:
         split = sp.acos(-W / V)
-        reverse = -kinetic.subs(SPEED, -SPEED)
-        both = Range(sp.oo, (Arc(sp.Integer(0), split, kinetic), Arc(split, sp.pi, reverse)))
-        return (both,) if W.is_zero else (Range(W, (Arc(sp.Integer(0), sp.pi, kinetic),)), both)
+        both = Range(sp.oo, (Arc(sp.Integer(0), split, kinetic, 1), Arc(split, sp.pi, kinetic, -1)))
+        return (both,) if W.is_zero else (Range(W, (Arc(sp.Integer(0), sp.pi, kinetic, 1),)), both)
     if not W.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for the sliding speed")
     if not isinstance(kinetic, sp.Piecewise):
@@ -65,7 +65,7 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
         for (start, stop), (upper, lower) in zip(itertools.pairwise(edges), itertools.pairwise(marks), strict=True):
             w = (upper + lower) / 2
             branch = pieces[sum(1 for b in breaks if abs(w) > b)]
-            arcs.append(Arc(start, stop, branch if w > 0 else -branch.subs(SPEED, -SPEED)))
+            arcs.append(Arc(start, stop, branch, 1 if w > 0 else -1))
         result.append(Range(top, tuple(arcs)))
     return tuple(result)
 
@@ -82,7 +82,7 @@ def arc_mean(body: Callable, arc: Arc, W: sp.Expr, V: sp.Expr) -> sp.Expr:
         Slip velocity ``W + V cos theta``.
     """
     s, c = sp.Symbol("sine"), sp.Symbol("cosine")
-    integrand = body(arc.law.subs(SPEED, W + V * c), s, c)
+    integrand = body(arc.sign * arc.kinetic.subs(SPEED, arc.sign * (W + V * c)), s, c)
     if integrand.is_polynomial(s, c):
         return _polynomial_mean(sp.Poly(integrand, s, c), arc.low, arc.high)
     clustered = _S**2 * (3 - 2 * _S)  # nodes cluster at both ends, where the friction varies most

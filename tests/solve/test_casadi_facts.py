@@ -1,4 +1,4 @@
-"""What the routes rely on in CasADi, as found in 3.8; a failure here means that the pinned version behaves differently."""
+"""What the routes rely on in CasADi, as found in 3.8; a failure means that a newer version behaves differently."""
 
 import contextlib
 import io
@@ -115,7 +115,7 @@ def test_reverse_gradients_need_quad_err_con(plugin):
         end = ca.integrator("slow", plugin, dae, 0, 1.0, options)(x0=0, p=p)["xf"]
         gradient = float(ca.Function("gradient", [p], [ca.jtimes(end, p, ca.MX(1), True)])(1.0))
         errors[controlled] = abs(gradient - (0.5 - math.sin(60) / 120))
-    assert errors[True] < 1e-7
+    assert errors[True] < 1e-3 * errors[False]
     assert errors[False] > 1e-4
 
 

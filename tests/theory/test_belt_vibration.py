@@ -177,7 +177,7 @@ def test_law_is_recognised_by_its_formula():
     ("law", "message"),
     [
         (sf.laws.stribeck(0.4, 0.25, 0.3), "is not laws.cubic"),
-        (sf.laws.coulomb(0.4, 0.3), "is not laws.cubic"),
+        (sf.laws.coulomb(0.4, 0.3), "sticks up to 0.4"),
         (sf.laws.custom(0.4 - 0.4 * sf.SPEED + 0.3 * sf.SPEED**2, 0.4), "is not laws.cubic"),
         (sf.laws.custom(0.4 - 0.45 * sf.SPEED + 0.6 * sf.SPEED**3, 0.5), "sticks up to 0.5"),
     ],
@@ -198,6 +198,8 @@ def test_other_questions_without_an_answer():
         belt.onset_speed(sf.scenes.mass_on_belt(v_b=-0.2))
     with pytest.raises(sf.NotFound, match="stable at every belt speed"):
         belt.onset_speed(sf.scenes.mass_on_belt(v_b=0.2, beta=0.3))
+    with pytest.raises(sf.NotFound, match="stable at every belt speed"):
+        belt.onset_speed(sf.scenes.mass_on_belt(sf.laws.coulomb(0.4), v_b=0.2, beta=0.0))
     with pytest.raises(sf.NotFound, match="stick-slip"):
         belt.pure_slip_amplitude(scene(0.4, 0.2))
     with pytest.raises(sf.NotFound, match="steady sliding"):

@@ -5,7 +5,7 @@ from numba import njit
 
 from symfric.solve.status import Status
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, magnitude, value
-from symfric.solve.taylor.settle import EPS, expand, prelude, settle
+from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, settle
 from symfric.solve.taylor.workspace import (
     CHUNK,
     EVENTS,
@@ -236,6 +236,8 @@ def _crossing(w, r, g, begin, total, h):
     first = 0
     if w.fresh[g]:
         first = 1
+        if g < 2 * w.sticks.size and g % 2 == 0 and abs(w.c[r, 1]) <= TIE * w.gauge[2, g // 2]:
+            first = 2  # a release: the slip acceleration is zero to rounding, whatever the length of the step
         while first < order and abs(w.c[r, first]) * w.power[first] <= 1e-13 * total:
             first += 1
         if total == 0.0:

@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, lower, vanishing
-from symfric.model.names import Key, finite, name_of
+from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.run import Path, Raw, Run
@@ -83,12 +83,13 @@ class TaylorProgram:
         self._table = addresses(self.work)
         self._keep_path, self._keep_events = keep_path, keep_events
         self._general: TaylorProgram | None = None
-        self._start = self._numbers(scene)
-
-    def _numbers(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         numbers = scene.numbers()
-        y = np.array([numbers[s] for s in scene.system.states])
-        return y, np.array([numbers[s] for s in self.automaton.parameters])
+        self._start = tuple(
+            np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, self.automaton.parameters)
+        )
+        self._place = {s.name: k for k, s in enumerate(self.automaton.parameters)}
+        self._dropped = {s.name for s in vanishing(scene, varied)}
+        self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
 
     def run(
         self,
@@ -109,15 +110,35 @@ class TaylorProgram:
         -------
         Run
         """
-        scene, start = self.scene, self._start
+        values = {} if values is None else values
+        initial = {} if initial is None else initial
+        y, p = self._start
         if values or initial:
-            scene = _changed(scene, values or {}, initial or {})
-            dropped = {s.name for s in vanishing(self.scene, self._varied)} & {name_of(k) for k in values or {}}
-            if any(scene.values[scene.parameter(name)] != 0 for name in dropped):
-                return self._widened(dropped).run(values, initial, progress)
-            start = self._numbers(scene)
-        status = self._drive(*start, progress)
-        return self._collect(scene, status)
+            if any(name_of(k) in self._dropped and v != 0 for k, v in values.items()):
+                return self._widened({name_of(k) for k in values}).run(values, initial, progress)
+            y, p = self._numbers(values, initial)
+        status = self._drive(y, p, progress)
+        return self._collect(values, initial, status)
+
+    def _numbers(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return start and parameters with the changes; the scene's own checks of names and numbers apply."""
+        y, p = (a.copy() for a in self._start)
+        for key, value in values.items():
+            name = name_of(key)
+            number = finite(value, f"the value of {name}")
+            if name in self._place:
+                p[self._place[name]] = number
+            elif name not in self._dropped:
+                self.scene.parameter(key)  # raises, with the nearest known name
+        if values and self._moving_start:
+            numbers = self.scene.where(values).numbers()
+            y = np.array([numbers[s] for s in self.scene.system.states])
+        for key, value in initial.items():
+            name = name_of(key)
+            if name not in self.automaton.states:
+                raise SceneError(f"{name} is no state{nearest(name, self.automaton.states)}")
+            y[self.automaton.states.index(name)] = finite(value, f"the initial value of {name}")
+        return y, p
 
     def _widened(self, names: set[str]) -> "TaylorProgram":
         """Return the program in which the parameters `names`, zero so far, may be anything."""
@@ -142,7 +163,7 @@ class TaylorProgram:
             code = driver.resume(self._table)
         return Status(code)
 
-    def _collect(self, scene: Scene, status: Status) -> Run:
+    def _collect(self, values: Mapping, initial: Mapping, status: Status) -> Run:
         w = self.work
         n_x = w.y.size - 1
         steps, events, kinks, grazes, kept, kept_events = w.counts.tolist()[:6]
@@ -164,7 +185,7 @@ class TaylorProgram:
             events=log,
         )
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes, "order": w.c.shape[1] - 1}
-        return Run(scene, self.route, self.tolerance, final, t_final, status, stats, raw)
+        return Run(self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw)
 
 
 def check_tolerance(tolerance: float) -> float:
@@ -173,12 +194,6 @@ def check_tolerance(tolerance: float) -> float:
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; it must lie between {FINEST:g} and {COARSEST:g}")
     return tolerance
-
-
-def _changed(scene: Scene, values: Mapping[Key, float], initial: Mapping[Key, float]) -> Scene:
-    if values:
-        scene = scene.where(values)
-    return scene.starting(initial) if initial else scene
 
 
 def _double(array: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
 TIE = 1e-13  # of a derivative, relative to its scale
 
-_OK, _UNDECIDED = int(Status.OK), int(Status.UNDECIDED)
+_OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
 
 @intrinsic
@@ -63,6 +63,11 @@ def settle(w):
     n_x, n_c = w.y.size - 1, w.sticks.size
     n_s = w.m.size - 2 * n_c
     _try_sticking(w, n_x, n_c)
+    for i in range(n_c):
+        if w.gauge[3, i] < 0.0:
+            return _LOST
+        if w.gauge[4, i] < 0.0:
+            return _UNDECIDED
     horizon = w.clock[4]
     for i in range(w.turns.size):
         w.turns[i] = 0

@@ -33,7 +33,7 @@ class Workspace(NamedTuple):
     aux: np.ndarray  # what the prelude computes
     c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
     probe: np.ndarray  # the first three of them, (n_r, 3)
-    gauge: np.ndarray  # slip, its scale, and the pull of static friction, (3, n_c)
+    gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, (5, n_c)
     scale: np.ndarray  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
     start: np.ndarray  # first value of every row, (n_r,)
     sticks: np.ndarray  # whether a contact can stick, (n_c,)
@@ -80,7 +80,7 @@ def make_workspace(automaton: Automaton, series: Series, addresses: dict[str, in
         aux=room(series.prelude.nnz_out(0)),
         c=room(n_r, order + 1),
         probe=room(n_r, min(order, 2) + 1),
-        gauge=room(3, n_c),
+        gauge=room(5, n_c),
         scale=room(n_r),
         start=room(n_r),
         sticks=np.array(automaton.sticks, dtype=np.int64),

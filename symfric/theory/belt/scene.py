@@ -83,23 +83,21 @@ def cubic_parameters(law: Law) -> tuple[float, float, float]:
     if law.breaks or not law.kinetic.is_polynomial(SPEED):
         raise SceneError(f"{other}; sf.hopf and sf.average take any law")
     c = {n: float(value) for (n,), value in sp.Poly(law.kinetic, SPEED).terms()}
+    if any(value != 0 for n, value in c.items() if n not in (0, 1, 3)):
+        raise SceneError(f"{other}; sf.hopf and sf.average take any law")
     c0, c1, c3 = (c.get(n, 0.0) for n in (0, 1, 3))
-    if law.anchor is not None:
-        v_m = float(law.anchor)
-    elif c1 < 0 < c3:
+    if c1 == 0 == c3:
+        v_m = 1.0  # friction that does not depend on speed: nothing depends on v_m
+    elif c1 * c3 < 0:
         v_m = float(np.sqrt(-c1 / (3 * c3)))
     else:
-        raise SceneError(f"{other}: it has no smallest coefficient")
+        raise SceneError(f"{other}: it has no extreme at a positive speed")
     drop = -2 * c1 * v_m / 3
-    consistent = abs(c3 - drop / (2 * v_m**3)) <= 1e-12 * abs(drop) / v_m**3
-    if any(c.get(n, 0.0) != 0 for n in c if n not in (0, 1, 3)) or not consistent or v_m <= 0:
-        raise SceneError(f"{other}; sf.hopf and sf.average take any law")
     if abs(float(law.stick) - c0) > 1e-12 * abs(c0):
         raise SceneError(
             f"the law sticks up to {float(law.stick):g} and starts to slip with {c0:g}; the closed forms take one mu_s"
         )
-    mu_m = float(law.kinetic.subs(SPEED, sp.Float(v_m)))
-    return c0, mu_m, v_m
+    return c0, c0 - drop, v_m
 
 
 def value(formula: sp.Expr, given: Symbols, extra: tuple[tuple[sp.Symbol, float], ...] = ()) -> float:

@@ -1,0 +1,54 @@
+"""Dense output from values and derivatives at nodes: quintic Hermite polynomials, and their extremes."""
+
+import numpy as np
+
+
+def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the Taylor coefficients, about its left node, of the quintic on every interval.
+
+    Parameters
+    ----------
+    h : ndarray, shape (n,)
+        Lengths of the intervals.
+    value, first, second : ndarray, shape (rows, n + 1)
+        At the nodes.
+
+    Returns
+    -------
+    ndarray, shape (n, rows, 6)
+    """
+    y0, y1 = value[:, :-1], value[:, 1:]
+    d0, d1 = first[:, :-1] * h, first[:, 1:] * h
+    s0, s1 = 0.5 * second[:, :-1] * h**2, 0.5 * second[:, 1:] * h**2
+    rise, turn, bend = y1 - y0 - d0 - s0, d1 - d0 - 2 * s0, s1 - s0
+    scaled = [y0, d0, s0, 10 * rise - 4 * turn + bend, -15 * rise + 7 * turn - 2 * bend, 6 * rise - 3 * turn + bend]
+    return np.stack([c / h**k for k, c in enumerate(scaled)], axis=-1).transpose(1, 0, 2)
+
+
+def middle_error(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """Return the largest difference between the odd nodes and the quintics through the even ones.
+
+    The quintics through all nodes are closer by a factor of 2**6.
+    """
+    even = slice(None, None, 2)
+    coefficients = quintic(np.diff(t[even]), value[:, even], first[:, even], second[:, even])
+    s = (t[1::2] - t[:-1:2])[:, None]
+    found = coefficients[..., 5]
+    for k in range(4, -1, -1):
+        found = found * s + coefficients[..., k]
+    scale = np.maximum(np.max(np.abs(value), axis=1), 1e-300)
+    return float(np.max(np.abs(found.T - value[:, 1::2]) / scale[:, None]))
+
+
+def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest and the largest value of every row of quintics, shape (rows,)."""
+    low, high = value.min(axis=1), value.max(axis=1)
+    coefficients = quintic(h, value, first, second)
+    turning = np.argwhere(first[:, :-1] * first[:, 1:] <= 0)
+    for row, k in turning:
+        c = coefficients[k, row]
+        for root in np.roots((c[1:] * np.arange(1, 6))[::-1]):
+            if abs(root.imag) < 1e-9 * h[k] and 0 < root.real < h[k]:
+                found = np.polyval(c[::-1], root.real)
+                low[row], high[row] = min(low[row], found), max(high[row], found)
+    return low, high
