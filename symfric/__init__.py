@@ -1,5 +1,6 @@
 """Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design."""
 
+from symfric import theory
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
 from symfric.model import library as scenes
@@ -20,6 +21,66 @@ from symfric.model.outputs import (
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
 from symfric.solve.choose import Explanation, explain, prepare, simulate
+from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Event, Run
 from symfric.solve.status import Status
 from symfric.solve.taylor.program import Taylor
+from symfric.theory import (
+    Equilibrium,
+    HopfPoint,
+    SlowFlow,
+    Stability,
+    average,
+    equilibrium,
+    hopf,
+    separate,
+    stability,
+)
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "SPEED",
+    "TIME",
+    "Contact",
+    "End",
+    "Equilibrium",
+    "Event",
+    "Events",
+    "Explanation",
+    "HalfRange",
+    "HopfPoint",
+    "Integral",
+    "Integrators",
+    "Law",
+    "Max",
+    "Min",
+    "NoRoute",
+    "NotFound",
+    "Run",
+    "RunFailed",
+    "Scene",
+    "SceneError",
+    "Signal",
+    "SlowFlow",
+    "Stability",
+    "Status",
+    "StopTime",
+    "System",
+    "Taylor",
+    "Trajectory",
+    "average",
+    "equilibrium",
+    "explain",
+    "friction_force",
+    "hopf",
+    "laws",
+    "mechanics",
+    "prepare",
+    "scenes",
+    "separate",
+    "simulate",
+    "slip",
+    "stability",
+    "theory",
+]

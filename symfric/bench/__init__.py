@@ -2,7 +2,6 @@
 
 from symfric.bench.measure import measure
 from symfric.bench.problems import problems
-from symfric.bench.reference import reference
 from symfric.bench.result import Benchmark, Curve, Point
 
-__all__ = ["Benchmark", "Curve", "Point", "measure", "problems", "reference"]
+__all__ = ["Benchmark", "Curve", "Point", "measure", "problems"]

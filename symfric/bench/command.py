@@ -36,6 +36,8 @@ def bench(with_peers, names, rounds, folder, as_json, quiet):
         click.echo(text)
         return
     Console().print(table(benchmark))
+    for curve in (c for c in benchmark.curves if c.failure):
+        click.echo(f"{curve.problem}, {curve.solver}: {curve.failure}")
     for name, need in benchmark.absent.items():
         click.echo(f"{name}: left out, needs {need}")
     if not quiet:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from symfric.bench import casadi_erk, heyoka_loop, scipy_loop
 from symfric.bench.problems import Problem
 from symfric.bench.result import Answer
+from symfric.solve.choose import prepare
+from symfric.solve.one_mode import Integrators
 
 
 @dataclass(frozen=True)
@@ -48,35 +50,37 @@ def _present(need: str) -> bool:
     return bool(shutil.which("cc")) if need == "cc" else importlib.util.find_spec(need) is not None
 
 
-def _routed(route: str | None):
-    """Return the `prepare` of one of the package's own routes."""
+def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Prepare the route that the package chooses."""
+    return _through_program(problem, tolerance, None)
 
-    def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
-        from symfric.solve.choose import prepare as prepare_scene
 
-        program = prepare_scene(problem.scene, tolerance=tolerance, route=route)
-        n_q = len(problem.scene.system.q)
+def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Prepare the route `integrators`: erk on the law with its jump, cvodes on the continuous one."""
+    return _through_program(problem, tolerance, Integrators("cvodes" if problem.oscillator.v_s else "erk"))
 
-        def run() -> Answer:
-            final = program.run()
-            x = final.final
-            return Answer((float(x[0]), float(x[n_q])), int(final.stats["events"]))
 
-        return run
+def _through_program(problem: Problem, tolerance: float, route: Integrators | None) -> Callable[[], Answer]:
+    program = prepare(problem.scene, tolerance=tolerance, route=route)
+    n_q = len(problem.scene.system.q)
 
-    return prepare
+    def run() -> Answer:
+        result = program.run()
+        return Answer((float(result.final[0]), float(result.final[n_q])), int(result.stats["events"]))
+
+    return run
 
 
 _EXACT_LAW = ("P1", "P2", "P3")
 _FINE = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-_SLOW = (1e-5, 1e-7, 1e-9, 1e-11)
+_SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
 
 
 def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     every = [
-        Peer("symfric", _routed(None), (*_EXACT_LAW, "P4"), _FINE, own=True),
-        Peer("symfric integrators", _routed("integrators"), (*_EXACT_LAW, "P4"), _SLOW, own=True),
+        Peer("symfric", _prepare_default, (*_EXACT_LAW, "P4"), _FINE, own=True),
+        Peer("symfric integrators", _prepare_integrators, (*_EXACT_LAW, "P4"), _SLOW, own=True),
         Peer("heyoka", heyoka_loop.prepare, (*_EXACT_LAW, "P4"), _FINE, heyoka_loop.WORKAROUNDS, ("heyoka",)),
         Peer("scipy DOP853", scipy_loop.prepare_events, _EXACT_LAW, _SLOW, scipy_loop.WORKAROUNDS),
         Peer("scipy LSODA", scipy_loop.prepare_stiff, ("P4",), _SLOW),

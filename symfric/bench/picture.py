@@ -18,31 +18,38 @@ def work_precision(benchmark: Benchmark, ax=None):
     solvers = list(dict.fromkeys(c.solver for c in benchmark.curves))
     if ax is None:
         _, ax = plt.subplots(1, max(1, len(names)), figsize=(4.2 * max(1, len(names)), 4), squeeze=False)
-    panels = np.atleast_1d(ax).ravel()
+    panels, named = np.atleast_1d(ax).ravel(), set()
     for panel, name in zip(panels, names, strict=False):
         for curve in (c for c in benchmark.curves if c.problem == name and c.points):
             k = solvers.index(curve.solver)
             errors = [max(p.error, _SMALLEST) for p in curve.points]
             seconds = [p.seconds for p in curve.points]
-            panel.loglog(errors, seconds, marker=_MARKERS[k % 10], color=f"C{k % 10}", label=curve.solver)
+            panel.loglog(
+                errors,
+                seconds,
+                marker=_MARKERS[k % 10],
+                color=f"C{k % 10}",
+                label=None if curve.solver in named else curve.solver,
+            )
+            named.add(curve.solver)
         panel.invert_xaxis()
         panel.set(xlabel="error", ylabel="CPU time / s", title=name)
         panel.grid(True, which="major", alpha=0.3)
-    if names:
-        panels[0].legend(fontsize="small")
+        if panel.get_legend_handles_labels()[1]:
+            panel.legend(fontsize="small")  # every solver is named once, where it first appears
     return ax if np.ndim(ax) == 0 else (panels[0] if panels.size == 1 else ax)
 
 
 def table(benchmark: Benchmark):
-    """Return a rich Table: a row for each solver on each problem."""
+    """Return a rich Table: a row for each solver that answered on each problem."""
     from rich.table import Table
 
     result = Table(title="CPU time of one run, median of interleaved rounds")
-    columns = ("problem", "solver", "ms to 1e-6", "ms to 1e-10", "best error", "events", "prepare s", "remark")
+    columns = ("problem", "solver", "ms to 1e-6", "ms to 1e-10", "best error", "events", "first run s")
     for name in columns:
-        result.add_column(name, justify="left" if name in ("problem", "solver", "remark") else "right")
+        result.add_column(name, justify="left" if name in ("problem", "solver") else "right")
     last = None
-    for curve in benchmark.curves:
+    for curve in (c for c in benchmark.curves if c.points):
         if last not in (None, curve.problem):
             result.add_section()
         result.add_row(curve.problem, *_row(curve))
@@ -51,13 +58,13 @@ def table(benchmark: Benchmark):
 
 
 def _row(curve) -> tuple[str, ...]:
-    best = min((p.error for p in curve.points), default=math.nan)
+    best = min(p.error for p in curve.points)
     found = "-"
-    if curve.events is not None and curve.points:
+    if curve.events is not None:
         wrong = sum(p.events != curve.events for p in curve.points)
         found = f"{curve.events}" if not wrong else f"{curve.events}, wrong in {wrong} of {len(curve.points)}"
     times = (_milliseconds(curve.time_to(error)) for error in (1e-6, 1e-10))
-    return (curve.solver, *times, f"{best:.1e}", found, f"{curve.prepared:.3f}", curve.failure)
+    return (curve.solver, *times, f"{best:.1e}", found, f"{curve.prepared:.3f}")
 
 
 def _milliseconds(seconds: float) -> str:

@@ -45,7 +45,7 @@ class Curve:
     problem, solver : str
     points : tuple of Point
     prepared : float
-        CPU seconds to prepare it the first time: model, compilation, load.
+        Seconds to prepare it the first time and run it once: model, compilation, load.
     events : int or None
         True number of events.
     failure : str

@@ -11,6 +11,7 @@ COMMANDS = {  # name: module and attribute, imported when asked for
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
     "scenes": "symfric.cli.commands:scenes",
+    "bench": "symfric.bench.command:bench",
 }
 
 

@@ -129,6 +129,13 @@ class Lowering:
         rows = self.scene.system.mass.tolist()
         return ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.sx(e) for e in row)) for row in rows)))
 
+    def unswitched(self, out: list[ca.SX]) -> list[ca.SX]:
+        """Return expressions in which the signs of the kinks are those of their quantities, no longer data."""
+        for sign, guard in reversed(list(zip(self.switches.signs, self.switches.guards, strict=True))):
+            quantity = ca.substitute(guard, sign, ca.SX(1))
+            out = ca.substitute(out, [sign], [ca.if_else(quantity < 0, -1, 1)])
+        return out
+
     def _contact(self, i: int) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Return slip, load times profile, and the friction of contact i while it slips."""
         c = self.scene.contacts[i]
@@ -218,8 +225,8 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX) -> tuple[ca.SX, ca.SX]:
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
     S = ca.diag(s)
     system = ca.sparsify(ca.SX.eye(len(sticking)) - S + S @ A @ S)
-    Ds, Ls, perm = ca.ldl(system)
-    held = ca.ldl_solve(-S @ (Jk @ free + drift), Ds, Ls, perm)
+    fixed = not ca.depends_on(system, ca.vertcat(low.y, low.t))
+    held = _hold(system, -S @ (Jk @ free + drift), fixed)
     friction, rate = ca.SX(slipping), ca.densify(free + pull @ held)
     for k, i in enumerate(sticking):
         friction[i] = slipping[i] + held[k]
@@ -227,6 +234,31 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX) -> tuple[ca.SX, ca.SX]:
         if index >= 0:  # a body held by the ground follows it exactly, not to rounding
             rate[index - n] = ca.if_else(s[k], -drift[k] / factor, rate[index - n])
     return rate, friction
+
+
+def _hold(A: ca.SX, b: ca.SX, fixed: bool) -> ca.SX:
+    """Solve A x = b by Cholesky's method without roots, for the forces of the contacts on trial as sticking.
+
+    Contacts may be redundant (two on the same body): A is then singular, though b lies in its range. If A is fixed while
+    the mode lasts, a pivot that vanishes against its diagonal sets its force to zero, which leaves the load on the
+    contacts before it; the motion is the same for every distribution. `fixed` says that A does not depend on the state.
+    """
+    n = b.numel()
+    rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal
+    reciprocal = []
+    for j in range(n):
+        pivot = rows[j][j] - sum((rows[j][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
+        inverse = 1 / pivot
+        reciprocal.append(ca.if_else(pivot > 1e-11 * rows[j][j], inverse, 0) if fixed else inverse)
+        for i in range(j + 1, n):
+            rows[i][j] -= sum((rows[i][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
+    x = [b[i] for i in range(n)]
+    for i in range(n):
+        x[i] -= sum((rows[i][k] * reciprocal[k] * x[k] for k in range(i)), ca.SX(0))
+    x = [x[i] * reciprocal[i] for i in range(n)]
+    for i in reversed(range(n)):
+        x[i] -= sum((rows[k][i] * reciprocal[i] * x[k] for k in range(i + 1, n)), ca.SX(0))
+    return ca.vertcat(*x)
 
 
 def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
@@ -241,7 +273,7 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     D, LT, order = ca.ldl(mass)
     inverse = [(J[i, :] @ ca.ldl_solve(J[i, :].T, D, LT, order)) for i in range(n_c)]
     pull = ca.vertcat(*(a * ca.fabs(b) for a, b in zip(inverse, bounds, strict=True))) if n_c else w
-    out = [ca.densify(e) for e in (w, terms, pull, load, margin)]
+    out = low.unswitched([ca.densify(e) for e in (w, terms, pull, load, margin)])
     return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], ["w", "scale", "pull", "load", "margin"])
 
 
@@ -251,4 +283,3 @@ def _anchor(scene: Scene, contact) -> tuple[int, float]:
     if len(present) == 1 and slopes[present[0]].is_number:
         return len(scene.system.q) + present[0], float(slopes[present[0]])
     return -1, 0.0
-

@@ -27,10 +27,7 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     applied = u.T @ f + turning
     contact = friction.T @ (ca.jacobian(low.w, u) @ u) if nc else ca.SX(0)
     modes = ca.SX.sym("modes", nc)
-    out = [applied, contact]
-    for sign, guard in reversed(list(zip(low.switches.signs, low.switches.guards, strict=True))):
-        quantity = ca.substitute(guard, sign, ca.SX(1))
-        out = ca.substitute(out, [sign], [ca.if_else(quantity < 0, -1, 1)])
+    out = low.unswitched([applied, contact])
     if nc:
         out = ca.substitute(out, [low.s, low.d], [modes == 0, ca.if_else(modes < 0, -1, 1)])
     power = ca.Function("power", [low.y, low.t, low.p, modes], [ca.densify(e) for e in out])

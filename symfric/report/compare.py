@@ -55,6 +55,8 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, quenched) 
         rows += _of_belt(file.scene, onset, steady)
     if quenched is not None and closed_forms_apply(file):
         rows += _of_quench(file, quenched)
+    first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
+    rows.sort(key=lambda r: first[r.quantity])  # one quantity after the other
     return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
 
 
@@ -71,7 +73,6 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row
     from symfric.theory.averaging import average
 
     name = file.sweep.coordinate if file.sweep else base.system.q[0].name
-    middle = 0.5 * (steady.largest + steady.smallest)
     try:
         flow = average(base)
         stable = flow.amplitudes[flow.stable]
@@ -80,11 +81,12 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row
     if name != base.system.q[0].name:
         return []
     if not stable.size:
-        if equilibrium is None or steady.half_range > 0.1 * abs(middle):
+        vibrates = steady.half_range > 1e-3 * max(abs(steady.largest), abs(steady.smallest))
+        if equilibrium is None or (vibrates and not is_excited(file.scene)):
             return []
         place = float(equilibrium.x[equilibrium.names.index(name)])
         words = "of the slow motion" if is_excited(file.scene) else "of steady sliding"
-        return [Row(f"mean of {name}", place, middle, f"equilibrium {words}")]
+        return [Row(f"mean of {name}", place, steady.mean, f"equilibrium {words}")]
     if is_excited(file.scene):
         return []
     amplitude = float(stable[-1])
@@ -125,7 +127,7 @@ def _of_belt(scene: Scene, onset, steady) -> list[Row]:
         words = "belt speed below which it sticks"
         rows.append(Row(words, first, found, "Thomsen (21)"))
         rows.append(Row(words, _try(lambda: belt.stick_speed(scene, order=2)), found, "(21) to second order"))
-    return sorted(rows, key=lambda r: r.quantity)
+    return rows
 
 
 def stick_onset(scene: Scene, low: float, high: float) -> float:

@@ -97,6 +97,7 @@ def _steady(result: StudyResult) -> dict | None:
         "half_range": v.half_range,
         "largest": v.largest,
         "smallest": v.smallest,
+        "mean": v.mean,
         "period": v.period,
         "stick_fraction": v.stick_fraction,
     }

@@ -27,6 +27,7 @@ def new_axes():
 
 
 def _tidy(ax):
+    ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -37,10 +38,10 @@ def _tidy(ax):
 def plot_time_history(motion, coordinates: Sequence[str], units: Mapping[str, str], ax=None):
     """Draw coordinates against time; stick intervals are shaded."""
     ax = new_axes() if ax is None else ax
-    shaded = False
+    shaded, word = False, "sticking" if len(motion.sticks) < 2 else "a contact sticks"
     for intervals in motion.sticks.values():
         for start, end in intervals:
-            ax.axvspan(start, end, color="0.85", linewidth=0, label=None if shaded else "sticking")
+            ax.axvspan(start, end, color="0.85", linewidth=0, label=None if shaded else word)
             shaded = True
     for name, colour in zip(coordinates, COLOURS, strict=False):
         ax.plot(motion.t, motion.x[motion.names.index(name)], color=colour, linewidth=1.1, label=label(name, {}))
@@ -59,14 +60,14 @@ def _shared(names: Sequence[str], units: Mapping[str, str], word: str) -> str:
     return f"{word} [{unit}]" if unit else word
 
 
-def plot_phase_portrait(motion, q: str, u: str, units: Mapping[str, str], drive: float | None = None, ax=None):
-    """Draw velocity against displacement; sticking in another colour, `drive` is the velocity at which it sticks."""
+def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: Mapping[str, str], drive=None, ax=None):
+    """Draw velocity against displacement, sticking of the contacts in another colour; `drive`: velocity of sticking."""
     ax = new_axes() if ax is None else ax
     x, v = motion.x[motion.names.index(q)], motion.x[motion.names.index(u)]
-    on = motion.sticking
+    on, inside = motion.sticking(contacts), motion.sticking(contacts, ends=False)
     if drive is not None:
         ax.axhline(drive, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label="no sliding")
-    ax.plot(x, np.where(on, np.nan, v), color=BLUE, linewidth=0.9, label="slipping")
+    ax.plot(x, np.where(inside, np.nan, v), color=BLUE, linewidth=0.9, label="slipping")
     if on.any():
         ax.plot(x, np.where(on, v, np.nan), color=ORANGE, linewidth=2.4, label="sticking")
     ax.plot(x[0], v[0], "o", color="black", markersize=5, fillstyle="none", label="start")
@@ -89,19 +90,19 @@ def plot_friction(curve, unit: str = "", ax=None):
     ax.set_ylim(bottom=min(0.0, float(np.nanmin(curve.coefficient))))
     ax.set_xlabel(f"sliding speed [{unit}]" if unit else "sliding speed")
     ax.set_ylabel("coefficient of friction")
-    ax.legend(loc="best", frameon=False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     return _tidy(ax)
 
 
 def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
     """Draw half range against the swept parameter: predicted curves, computed points, special values."""
     ax = new_axes() if ax is None else ax
-    for curve, colour, dash in zip(sweep.curves, COLOURS, ((0, (5, 2)), "-", (0, (1, 1)), "-."), strict=False):
+    for curve, colour, dash in zip(sweep.curves, COLOURS, ((0, (5, 2)), "-", "-", "-."), strict=False):
         ax.plot(curve.values, curve.amplitude, color=colour, linestyle=dash, linewidth=1.4, label=curve.label)
     ax.plot(sweep.values, sweep.half_range, "o", color="black", fillstyle="none", markersize=4.5, label="computed")
     if sweep.quenched is not None:
         ax.plot(
-            sweep.values, sweep.quenched, "x", color=GREEN, markersize=5, label="computed, with the fast excitation"
+            sweep.values, sweep.quenched, "x", color=RED, markersize=5, label="computed, with the fast excitation"
         )
     for name, value in sweep.marks.items():
         ax.axvline(value, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label=name)

@@ -7,6 +7,7 @@ from xml.sax.saxutils import escape
 import sympy as sp
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from symfric.model.laws import Law
 from symfric.model.names import SPEED
 from symfric.model.scene import Scene
 from symfric.model.system import Contact
@@ -126,37 +127,44 @@ def _dotted(symbol: sp.Symbol) -> str:
     return to_mathml(sp.Symbol(HIDDEN + symbol.name))
 
 
-def friction_of_contact(contact: Contact) -> list[str]:
-    """Return the displayed set-valued law of one contact: slipping, then sticking."""
-    w, load = "<mi>w</mi>", contact.normal * contact.profile
-    size = "" if load == 1 else to_mathml(load)
-    size = f"<mrow><mo>(</mo>{size}<mo>)</mo></mrow>" if load.is_Add else size
-    mu = "<mi>μ</mi><mo>(</mo><mo>|</mo><mi>w</mi><mo>|</mo><mo>)</mo>"
+def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
+    """Return a contact's law in its own letters where the file names it, else as it is."""
+    if spec is None or spec.law in ("custom", "piecewise_linear"):
+        return contact.law
+    function = friction_laws()[spec.law]
+    given = {n: sp.Symbol(n, positive=True) for n in inspect.signature(function).parameters if n in spec.coefficients}
+    return function(**given)
+
+
+def friction_of_contact(contact: Contact, law: Law) -> list[str]:
+    """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient."""
+    w, load, size = "<mi>w</mi>", contact.normal * contact.profile, ""
+    if load != 1:
+        inside = to_mathml(load)
+        size = (f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>" if load.is_Add else inside) + "<mo>·</mo>"
     name = _force_name(contact)
-    slipping = [name, operator("="), operator("−"), size, mu, f"<mi>sgn</mi><mspace width='.2em'/>{w}"]
-    slipping += [
-        "<mspace width='1em'/><mtext>while</mtext><mspace width='.5em'/>",
-        w,
-        operator("="),
-        to_mathml(contact.slip),
-    ]
-    slipping += ["<mo>≠</mo><mn>0</mn><mtext>,</mtext>"]
-    sticking = ["<mo>|</mo>", name, "<mo>|</mo><mo>≤</mo>", size, to_mathml(contact.law.stick)]
-    sticking += [
-        "<mspace width='1em'/><mtext>while it sticks,</mtext><mspace width='.5em'/>",
+    slipping = [name, operator("="), operator("−"), size, "<mi>μ</mi><mo>(</mo><mo>|</mo>", w, "<mo>|</mo><mo>)</mo>"]
+    slipping += ["<mo>·</mo><mi>sgn</mi><mo>(</mo>", w, "<mo>)</mo>", _words("while"), w, operator("=")]
+    slipping += [to_mathml(contact.slip), "<mo>≠</mo><mn>0</mn><mtext>,</mtext>"]
+    stick = to_mathml(law.stick)
+    sticking = [
+        "<mo>|</mo>",
+        name,
+        "<mo>|</mo><mo>≤</mo>",
+        size,
+        stick,
+        _words("while it sticks,"),
         w,
         "<mo>=</mo><mn>0</mn>",
     ]
+    mu = ["<mi>μ</mi><mo>(</mo>", to_mathml(SPEED), "<mo>)</mo><mo>=</mo>", to_mathml(law.kinetic)]
     label = f"friction of contact {contact.name}"
-    return [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
+    return [
+        block(slipping, f"{label} while it slips"),
+        block(sticking, f"{label} while it sticks"),
+        block(mu, f"coefficient of {label}"),
+    ]
 
 
-def law_in_symbols(spec: LawSpec | None, contact: Contact) -> str:
-    """Return the displayed coefficient of friction: the law's formula in its own letters where the file names it."""
-    kinetic = contact.law.kinetic
-    if spec is not None and spec.law not in ("custom", "piecewise_linear"):
-        given = {n: sp.Symbol(n, positive=True) for n in spec.coefficients}
-        parameters = inspect.signature(friction_laws()[spec.law]).parameters
-        kinetic = friction_laws()[spec.law](**{n: given[n] for n in parameters if n in given}).kinetic
-    mu = f"<mi>μ</mi><mo>(</mo>{to_mathml(SPEED)}<mo>)</mo><mo>=</mo>"
-    return block([mu, to_mathml(kinetic)], f"coefficient of friction of contact {contact.name}")
+def _words(text: str) -> str:
+    return f"<mspace width='1em'/><mtext>{escape(text)}</mtext><mspace width='.5em'/>"

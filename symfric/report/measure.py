@@ -1,13 +1,13 @@
 """What the solver says: one motion with its stick intervals, and the steady vibration over a range of values."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from symfric.model.names import TIME
-from symfric.model.outputs import End, Max, Min, Trajectory
+from symfric.model.outputs import End, Integral, Max, Min, Trajectory
 from symfric.model.scene import Scene
 
 SAMPLES = 4000  # of a motion to draw
@@ -44,14 +44,18 @@ class Motion:
     events: int
     energy_residual: float
 
-    @property
-    def sticking(self) -> np.ndarray:
-        """Whether any contact sticks at each time, shape (n_t,)."""
-        on = np.zeros(self.t.shape, dtype=bool)
-        for intervals in self.sticks.values():
-            for start, end in intervals:
-                on |= (self.t >= start) & (self.t <= end)
-        return on
+    def sticking(self, contacts: Sequence[str], ends: bool = True) -> np.ndarray:
+        """Return whether any of some contacts sticks at each time, shape (n_t,), with or without the ends."""
+        sticks = {name: self.sticks[name] for name in contacts}
+        return _inside(self.t, sticks, 0.0 if ends else 1e-12 * self.t[-1])
+
+
+def _inside(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]], inset: float) -> np.ndarray:
+    """Return whether each time lies in an interval, shortened by `inset` at both ends."""
+    on = np.zeros(t.shape, dtype=bool)
+    for start, end in (interval for intervals in sticks.values() for interval in intervals):
+        on |= (t >= start + inset) & (t <= end - inset)
+    return on
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,8 @@ class Vibration:
     ----------
     largest, smallest : float
         Over the window.
+    mean : float
+        Over the window, in whole periods of an excitation.
     period : float
         Time between upward passages through the middle; NaN if it does not vibrate.
     stick_fraction : float
@@ -70,6 +76,7 @@ class Vibration:
 
     largest: float
     smallest: float
+    mean: float = float("nan")
     period: float = float("nan")
     stick_fraction: float = float("nan")
 
@@ -79,11 +86,16 @@ class Vibration:
         return 0.5 * (self.largest - self.smallest)
 
 
+def as_run(scene: Scene) -> Scene:
+    """Return the scene with its trajectory wanted beside its outputs."""
+    return scene.wanting({**scene.outputs, PATH: Trajectory()})
+
+
 def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
     """Compute the scene's motion and whatever scalar outputs it wants."""
     from symfric.solve.choose import simulate
 
-    run = simulate(scene.wanting({**scene.outputs, PATH: Trajectory()}), tolerance=tolerance)
+    run = simulate(as_run(scene), tolerance=tolerance)
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
     return Motion(
@@ -129,7 +141,7 @@ def is_excited(scene: Scene) -> bool:
 
 
 def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[float, float]:
-    """Return the times to wait and to measure; the first in whole periods of a single excitation.
+    """Return the times to wait and to measure, in whole periods of a single excitation.
 
     The window is a run of its own, which starts at t = 0: only so does it continue the first one's excitation.
     """
@@ -139,8 +151,16 @@ def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[
         rates = {abs(float(f.subs(scene.values))) for f in frequencies(scene)} - {0.0}
         if len(rates) == 1:
             period = 2 * np.pi / rates.pop()
-            settle = max(1.0, round(settle / period)) * period
+            settle, window = (max(1.0, round(length / period)) * period for length in (settle, window))
     return settle, window
+
+
+def restarted(scene: Scene, state: np.ndarray) -> Scene:
+    """Return the scene started from numbers, without the values that only its old start used."""
+    used = set().union(*(e.free_symbols for e in scene.system.expressions), *(c.free_symbols for c in scene.contacts))
+    values = {k: v for k, v in scene.values.items() if k in used}
+    start = dict(zip(scene.system.states, np.asarray(state, dtype=float).tolist(), strict=True))
+    return replace(scene, values=values, initial=start, outputs={"end": End()})
 
 
 def vibration(scene: Scene, coordinate: str, settle: float, window: float, tolerance: float = 1e-9) -> Vibration:
@@ -148,22 +168,18 @@ def vibration(scene: Scene, coordinate: str, settle: float, window: float, toler
     from symfric.solve.choose import simulate
 
     end = simulate(scene.wanting({"end": End()}).until(settle), tolerance=tolerance).checked()
-    start = dict(zip(end.names, end.final.tolist(), strict=True))
-    scene = scene.starting(start).until(window)
+    scene = restarted(scene, end.final).until(window)
     x = _symbol(scene, coordinate)
-    wanted = {"high": Max(x), "low": Min(x), PATH: Trajectory()}
+    wanted = {"high": Max(x), "low": Min(x), "sum": Integral(x), PATH: Trajectory()}
     run = simulate(scene.wanting(wanted), tolerance=tolerance).checked()
     high, low = float(run["high"]), float(run["low"])
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
-    stuck = np.zeros(t.shape, dtype=bool)
-    for intervals in stick_intervals(run).values():
-        for a, b in intervals:
-            stuck |= (t >= a) & (t < b)
-    fraction = float(np.sum(np.diff(t)[stuck[:-1]]) / run.t_final)
+    middles = 0.5 * (t[1:] + t[:-1])
+    fraction = float(np.sum(np.diff(t)[_inside(middles, stick_intervals(run), 0.0)]) / run.t_final)
     i = run.names.index(coordinate)
     still = high - low <= 1e-7 * max(abs(high), abs(low), 1e-300)
     period = float("nan") if still else _period(lambda s: run(s)[i] - 0.5 * (high + low), t)
-    return Vibration(high, low, period, fraction)
+    return Vibration(high, low, float(run["sum"]) / run.t_final, period, fraction)
 
 
 def _period(f: Callable, t: np.ndarray) -> float:
@@ -207,13 +223,16 @@ def _prepared(scene: Scene, plan) -> Callable[[Mapping[str, float]], Vibration]:
     x = _symbol(scene, plan.coordinate)
     names = tuple(s.name for s in scene.system.states)
     first = prepare(scene.wanting({"end": End()}).until(settle))
-    second = prepare(scene.wanting({"high": Max(x), "low": Min(x)}).until(window))
+    start = [scene.numbers()[s] for s in scene.system.states]
+    again = restarted(scene, np.array(start)).wanting({"high": Max(x), "low": Min(x)}).until(window)
+    second, known = prepare(again), {s.name for s in again.parameters}
 
     def measure(values: Mapping[str, float]) -> Vibration:
         end = first.run(values=values)
         if end.advice:
             return Vibration(float("nan"), float("nan"))
-        run = second.run(values=values, initial=dict(zip(names, end.final.tolist(), strict=True)))
+        kept = {name: v for name, v in values.items() if name in known}
+        run = second.run(values=kept, initial=dict(zip(names, end.final.tolist(), strict=True)))
         if run.advice:
             return Vibration(float("nan"), float("nan"))
         return Vibration(float(run["high"]), float(run["low"]))

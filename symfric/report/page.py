@@ -7,7 +7,7 @@ from importlib import resources
 import numpy as np
 
 from symfric.report import words
-from symfric.report.mathml import equations_of_motion, friction_of_contact, inline, law_in_symbols
+from symfric.report.mathml import equations_of_motion, friction_of_contact, inline, law_in_letters
 from symfric.report.pictures import Picture, pictures
 from symfric.report.study import StudyResult
 
@@ -101,8 +101,7 @@ def _scene(result: StudyResult) -> str:
         spec = specs.get(contact.name)
         name = f" ({spec.law} law)" if spec else ""
         parts.append(f"<h3>Contact {escape(contact.name)}{escape(name)}</h3>")
-        parts += friction_of_contact(contact)
-        parts.append(law_in_symbols(spec, contact))
+        parts += friction_of_contact(contact, law_in_letters(spec, contact))
         if spec:
             given = [f"{inline_name(k)} = {escape(words.shown(v))}" for k, v in spec.coefficients.items()]
             parts.append(f"<p>with {', '.join(given)}</p>")

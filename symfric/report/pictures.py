@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from symfric.report import figures
+from symfric.report import words as sentences
 from symfric.report.study import StudyResult
 from symfric.scenefile import belt_speeds
 
@@ -57,12 +58,19 @@ def _motion(result: StudyResult) -> list[Picture]:
     count = sum(len(v) for v in motion.sticks.values())
     ax = figures.plot_time_history(motion, names, file.units)
     words = f"{', '.join(names)} against time from 0 to {motion.t[-1]:.4g}"
-    shown = [Picture(figures.to_svg(ax), f"{words}; {count} intervals of sticking", "The motion; sticking is shaded.")]
+    shown = [
+        Picture(
+            figures.to_svg(ax),
+            f"{words}; {sentences.counted(count, 'interval')} of sticking",
+            "The motion; sticking is shaded.",
+        )
+    ]
     speeds = belt_speeds(file.scene)
     single = len(file.scene.contacts) == 1 and len(system.q) == 1 and len(speeds) == 1
     drive = file.scene.values[speeds[0]] if single else None
     for q, u in list(zip(system.q, system.u, strict=True))[:2]:
-        ax = figures.plot_phase_portrait(motion, q.name, u.name, file.units, drive)
+        rubbing = [c.name for c in file.scene.contacts if not c.slip.diff(u).is_zero]
+        ax = figures.plot_phase_portrait(motion, q.name, u.name, rubbing, file.units, drive)
         alt = f"Phase portrait: {u.name} against {q.name}, sticking marked"
         shown.append(Picture(figures.to_svg(ax), alt, f"Velocity {u.name} against {q.name}."))
     return shown

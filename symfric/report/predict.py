@@ -42,6 +42,8 @@ def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Cu
     flow = average(scene)
     if parameter not in {s.name for s in flow.values}:
         values = np.linspace(values[0], values[-1], RARE)
+    elif flow.rate.has(sp.Integral):
+        values = values[::4]
     found = [_amplitudes(scene, flow, parameter, float(v)) for v in values]
     source = "sf.average, first order"
     stable = np.array([max((a for a, good in pairs if good), default=np.nan) for pairs in found])

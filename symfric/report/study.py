@@ -10,12 +10,13 @@ from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model.scene import Scene
 from symfric.report.compare import Row, closed_forms_apply, compare
 from symfric.report.friction import FrictionCurve, friction_curves
-from symfric.report.measure import Motion, Vibration, is_excited, motion, settling, vibration, vibrations
+from symfric.report.measure import Motion, Vibration, as_run, is_excited, motion, settling, vibration, vibrations
 from symfric.report.predict import Curve, averaged_curves, belt_curves
 from symfric.report.versions import versions
 from symfric.scenefile import SceneFile, SweepPlan, belt_speeds
 
 Progress = Callable[[str, float], None]
+FINE = 201  # points of a predicted curve, at most
 EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
 
 
@@ -192,7 +193,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         steady,
         swept,
         quenched,
-        answer(explain, scene),
+        answer(explain, as_run(scene)),
         curves,
         compare(file, base, at_rest.value, onset.value, steady.value, quenched.value),
         versions(),
@@ -235,7 +236,7 @@ def _curves(file: SceneFile, slow: Answer) -> tuple[tuple[Curve, ...], str]:
         return (), slow.note
     if plan.coordinate != slow.value.system.q[0].name:
         return (), f"averaging speaks of the coordinate {slow.value.system.q[0].name}, not of {plan.coordinate}"
-    fine = np.linspace(plan.start, plan.stop, 4 * plan.number - 3)
+    fine = np.linspace(plan.start, plan.stop, min(4 * plan.number - 3, FINE))
     averaged = answer(averaged_curves, slow.value, plan.parameter, fine)
     curves, note = list(averaged.value or ()), averaged.note
     if closed_forms_apply(file) and plan.parameter == "v_b":

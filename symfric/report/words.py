@@ -24,6 +24,11 @@ def shown(value) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
+def counted(n: int, noun: str) -> str:
+    """Return a number of things."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
 def percent(value: float) -> str:
     """Return a relative difference; HTML-safe."""
     if not math.isfinite(value):
@@ -47,7 +52,7 @@ def scene_in_words(file: SceneFile) -> str:
     pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
     start = ", ".join(f"{s.name} = {float(scene.numbers()[s]):g}" for s in scene.system.states)
     origin = f"The ready scene {file.model}" if file.model else "Own equations"
-    count = f"{len(q)} coordinate{'s' if len(q) > 1 else ''}"
+    count = counted(len(q), "coordinate")
     rubs = ", ".join(
         f"{c.name}, slipping at {c.slip} under the normal load {c.normal}"
         + (f" with the profile {c.profile}" if c.profile != 1 else "")
@@ -130,7 +135,8 @@ def motion(result: StudyResult) -> str:
     """Return how the motion was computed and how far it can be trusted."""
     m = result.motion.value
     sticks = sum(len(v) for v in m.sticks.values())
-    text = f"Computed with the route {m.route}: {m.events} changes of mode, {sticks} intervals of sticking. "
+    text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
+    text += f"{counted(sticks, 'interval')} of sticking. "
     text += f"The energies balance to {m.energy_residual:.1e}."
     return text + (f" It ended early ({m.status}): {m.advice}." if m.advice else "")
 
@@ -160,8 +166,11 @@ def amplitude(result: StudyResult) -> list[str]:
         at = np.array([curve(v) for v in sweep.values])
         both = np.isfinite(at) & np.isfinite(half) & (half > 1e-3 * np.nanmax(half, initial=0.0))
         if both.any() and "unstable" not in curve.label:
-            worst = float(np.max(np.abs(at[both] / half[both] - 1)))
-            lines.append(f"{curve.label[0].upper()}{curve.label[1:]} ({curve.source}): within {100 * worst:.3g} %.")
+            off = 100 * np.abs(at[both] / half[both] - 1)
+            name = curve.label[0].upper() + curve.label[1:]
+            lines.append(
+                f"{name} ({curve.source}) is off by {np.median(off):.3g} % (median), {np.max(off):.3g} % at most."
+            )
     if sweep.curves_note:
         lines.append(f"No prediction: {sweep.curves_note}.")
     return lines
@@ -171,7 +180,7 @@ def _designed(result: StudyResult) -> str:
     design = result.quench.value.design
     file, values = result.file, ", ".join(f"{k} = {_measure(v, k, result.file)}" for k, v in design.values.items())
     low, high = file.quench.speeds
-    return f"The excitation {values} keeps it quiet for belt speeds from {low:g} to {high:g}."
+    return f"The excitation {values} is designed to keep it quiet for belt speeds from {low:g} to {high:g}."
 
 
 def design(result: StudyResult) -> list[str]:

@@ -2,6 +2,7 @@
 
 import inspect
 import keyword
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from symfric.model import laws, library
 from symfric.model import outputs as kinds
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME, nearest
+from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, System
 from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
@@ -91,7 +93,7 @@ def _call(place: str, function: Callable, arguments: Mapping):
         return function(**arguments)
     except SceneError:
         raise
-    except (TypeError, ValueError, AttributeError, ArithmeticError, IndexError) as error:
+    except (TypeError, ValueError, AttributeError, ArithmeticError, IndexError, MemoryError) as error:
         raise SceneError(f"{place}: {function.__name__} cannot use these arguments ({shorten(error, 100)})") from None
 
 
@@ -108,8 +110,8 @@ def _check_arguments(place: str, function: Callable, given: Mapping, elsewhere: 
         raise SceneError(f"{elsewhere or place} needs {needed[0]}, an argument of {function.__name__}; add it")
 
 
-def _law(friction: Friction, place: str, names: Mapping[str, sp.Expr]) -> Law:
-    """Return the law of one contact."""
+def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
+    """Return the law of one contact; `names` are the parameters it may use."""
     known = friction_laws()
     if friction.law not in known:
         raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
@@ -131,9 +133,14 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Expr]) -> Law:
         own = {**names, SPEED.name: SPEED} if key == "kinetic" else names
         coefficients[key] = read(value, f"{place}.{key}", own)
     try:
-        return _call(f"[{place}]", function, coefficients)
+        law = _call(f"[{place}]", function, coefficients)
     except SceneError as error:
         raise SceneError(f"[{place}]: {str(error).removeprefix(f'[{place}]: ')}") from None
+    numbers = {names[n]: v for n, v in values.items() if n in names}
+    for what, e in (("static coefficient", law.stick), ("kinetic coefficient", law.kinetic)):
+        if law.free_symbols <= set(numbers):
+            _value(e, {**numbers, SPEED: 0.0}, f"the {what} of [{place}]")
+    return law
 
 
 def _exact(value: float) -> float | int:
@@ -210,7 +217,7 @@ def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[
     for key in ("slip", "normal", "profile"):
         if getattr(friction, key) is not None:
             raise SceneError(f"friction.{key}: {function.__name__} places its contact itself; remove {key}")
-    law = _law(friction, "friction", _real([*values, *document.values]))
+    law = _law(friction, "friction", _real([*values, *document.values]), document.values)
     return law, (_spec(friction, friction.name or ""),)
 
 
@@ -248,17 +255,54 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
             for key in ("slip", "normal", "profile")
             if getattr(friction, key) is not None
         }
-        contacts.append(Contact(name, law=_law(friction, place, parameters), **parts))
+        contacts.append(Contact(name, law=_law(friction, place, parameters, document.values), **parts))
         specs.append(_spec(friction, name))
     initial = {n: read(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
-    scene = Scene(
-        system=system,
-        contacts=contacts,
-        values={parameters[n]: v for n, v in document.values.items()},
-        initial=initial,
-        horizon=section.horizon,
+    numbers = {s: document.values[n] for n, s in parameters.items()}
+    _check_start(system, contacts, initial, numbers)
+    scene = _call(
+        "[scene]",
+        Scene,
+        {
+            "system": system,
+            "contacts": contacts,
+            "values": numbers,
+            "initial": initial,
+            "horizon": section.horizon,
+        },
     )
     return scene, tuple(specs)
+
+
+def _check_start(system: System, contacts: list[Contact], initial: Mapping, numbers: Mapping) -> None:
+    """Raise on expressions without a finite value at the start.
+
+    In floating point, because exact arithmetic does not end on such as cosh(exp(1e9*x)).
+    """
+    for name, e in initial.items():
+        numbers = {**numbers, sp.Symbol(name, real=True): _value(e, numbers, f"scene.initial.{name}")}
+    numbers = {**numbers, TIME: 0.0}
+    parts = {f"scene.force[{i}]": e for i, e in enumerate(system.force)}
+    parts |= {f"scene.z_rate[{i}]": e for i, e in enumerate(system.z_rate)}
+    parts |= {f"scene.mass[{i}]": e for i, e in enumerate(system.mass)}
+    for c in contacts:
+        parts |= {f"{key} of contact {c.name!r}": getattr(c, key) for key in ("slip", "normal", "profile")}
+        parts |= {f"coefficient of contact {c.name!r}": e for e in (c.law.stick, *c.law.breaks)}
+    for place, e in parts.items():
+        if e.free_symbols <= set(numbers):
+            _value(e, numbers, place)
+
+
+def _value(expr: sp.Expr, numbers: Mapping[sp.Symbol, float], place: str) -> float:
+    """Return the value of an expression, or raise if it is not finite."""
+    used = sorted(expr.free_symbols & set(numbers), key=str)
+    try:
+        value = float(numeric_function(tuple(used), expr)(*(numbers[s] for s in used)))
+    except (TypeError, ValueError, ArithmeticError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise SceneError(f"{place} is {shorten(expr, 60)}, which has no finite real value at the start")
+    return value
 
 
 def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:

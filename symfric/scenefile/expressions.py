@@ -45,6 +45,7 @@ FUNCTIONS = {  # one argument: SymPy's function and its value on floats
 EXTREMES = {"min": (sp.Min, min), "max": (sp.Max, max)}
 OF_CONTACTS = {"friction_force": friction_force, "slip": slip}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
+IN_COMPARISONS = ("abs", "sin", "cos")  # where pieces meet is solved for, which SymPy can do for simple functions
 RESERVED = {*FUNCTIONS, *EXTREMES, *OF_CONTACTS, "piecewise", "pi"}
 
 REFUSED = {  # syntax with a cure better than "use numbers, names, ..."
@@ -148,12 +149,20 @@ class _Reader:
     def __init__(self, names: Mapping[str, sp.Expr], place: str, contacts: tuple[str, ...]):
         self.names, self.place, self.contacts = names, place, contacts
         self.nodes = self.branching = 0
+        self.comparing = False
 
     def refuse(self, message: str):
         """Raise with the place."""
         raise SceneError(f"{self.place}: {message}")
 
     def term(self, node: ast.AST, depth: int = 0) -> _Term:
+        """Return what a node means, with its value if the names cancelled."""
+        result = self.read(node, depth)
+        if result.value is None and result.expr.is_number:
+            return _Term(result.expr, self.evaluate(lambda: float(result.expr)))
+        return result
+
+    def read(self, node: ast.AST, depth: int) -> _Term:
         """Return what a node means."""
         self.nodes += 1
         if self.nodes > MAX_NODES:
@@ -217,8 +226,9 @@ class _Reader:
             self.refuse("division by zero")
         except OverflowError:
             self.refuse(f"a number is larger than {LARGEST:g}")
-        except ValueError:
-            self.refuse(f"a function has no real value at {', '.join(format(v, 'g') for v in values)}")
+        except (TypeError, ValueError):
+            at = f"at {', '.join(format(v, 'g') for v in values)}" if values else "here"
+            self.refuse(f"a function has no real value {at}")
         if isinstance(value, complex):
             self.refuse("a root of a negative number is not real")
         if not abs(value) <= LARGEST:
@@ -250,6 +260,8 @@ class _Reader:
 
     def power(self, base: _Term, exponent: _Term) -> _Term:
         """Return a power with an exponent of reasonable size."""
+        if self.comparing and exponent.value not in (1, 2, 3, 4):
+            self.refuse("a comparison takes the exponents 1 to 4 only")
         if exponent.value is not None:
             if base.value is None and abs(exponent.value) > MAX_POWER:
                 self.refuse(f"an exponent is larger than {MAX_POWER}")
@@ -270,6 +282,8 @@ class _Reader:
             self.refuse(f"{name}(...) takes plain arguments only")
         if name in OF_CONTACTS:
             return self.of_contact(name, node.args)
+        if self.comparing and name not in IN_COMPARISONS:
+            self.refuse(f"{name} is not allowed in a comparison; {', '.join(IN_COMPARISONS)} are")
         if name == "piecewise":
             return self.piecewise(node.args, depth)
         if name in EXTREMES:
@@ -330,6 +344,8 @@ class _Reader:
         if not isinstance(node, ast.Compare) or not all(type(op) in COMPARISONS for op in node.ops):
             self.refuse("a condition of piecewise is a comparison with < <= > >=, such as x < 1")
         self.branch(len(node.ops))
+        self.comparing = True
         sides = [self.term(n, depth + 1).expr for n in (node.left, *node.comparators)]
+        self.comparing = False
         pairs = zip(node.ops, sides[:-1], sides[1:], strict=True)
         return sp.And(*(COMPARISONS[type(op)](a, b) for op, a, b in pairs))

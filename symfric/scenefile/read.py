@@ -1,5 +1,6 @@
 """The door for scene files: a path or text to a `SceneFile`, every finding one line that names file, place and cure."""
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # brackets in TOML itself; its reader recurses
 MAX_DOTS = 20  # parts of a dotted key
 MAX_MESSAGE = 400
+TOKEN = re.compile(r"""[\w-]+|"[^"\n]*"|'[^'\n]*'|\S""")
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,10 @@ def _named(name: str, text_of) -> SceneFile:
     shown = shorten(name, 120)
     try:
         return _scene_file(name, text_of())
-    except SceneError as error:
-        message = str(error).replace("Scene.values", "[values]").replace("Scene.initial", "scene.initial")
-        message = message.replace("sf.TIME", "t")
+    except (SceneError, RecursionError) as error:
+        message = str(error) if isinstance(error, SceneError) else "is nested too deeply; write it simpler"
+        for python, toml in (("Scene.values", "[values]"), ("Scene.initial", "scene.initial"), ("sf.TIME", "t")):
+            message = message.replace(python, toml)
         raise SceneError(shorten(f"{shown}: {message}", MAX_MESSAGE)) from None
 
 
@@ -149,13 +152,21 @@ def _toml(text: str) -> dict:
 
 
 def _check_nesting(text: str) -> None:
-    """Raise on lines that would make the TOML reader recurse or search for very long."""
+    """Raise on nesting that would make the TOML reader recurse, or, for dotted keys, search in quadratic time."""
     for number, line in enumerate(text.splitlines(), 1):
         if line.count("[") > MAX_NESTING and "[" * MAX_NESTING in line.replace(" ", ""):
             raise SceneError(f"more than {MAX_NESTING} nested brackets (at line {number})")
-        key = line.partition("=")[0]
-        if key.count(".") > MAX_DOTS and not set(key) & set("'\"#"):
-            raise SceneError(f"a key of more than {MAX_DOTS} parts (at line {number}); use sections")
+    dots, before = 0, ""
+    for match in TOKEN.finditer(text):
+        token = match.group()
+        if token == "." and before != ".":
+            dots += 1
+        elif before != ".":
+            dots = 0
+        if dots > MAX_DOTS:
+            line = text.count("\n", 0, match.start()) + 1
+            raise SceneError(f"a key of more than {MAX_DOTS} parts (at line {line}); use sections")
+        before = token
 
 
 def _lower(message: str) -> str:

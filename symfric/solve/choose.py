@@ -7,11 +7,13 @@ from symfric.errors import SceneError
 from symfric.model.names import Key, nearest
 from symfric.model.scene import Scene
 from symfric.solve.facts import Facts, facts_of
+from symfric.solve.integrators import IntegratorsProgram
+from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Run
 from symfric.solve.taylor.program import Taylor, TaylorProgram
 
-Settings = Taylor
-Program = TaylorProgram
+Settings = Taylor | Integrators
+Program = TaylorProgram | IntegratorsProgram
 ROUTES: tuple[str, ...] = ("taylor", "integrators")  # the cheapest first
 
 
@@ -37,7 +39,12 @@ class Explanation:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data."""
-        return {"route": self.route, "answers": self.answers, "skipped": list(self.skipped), "facts": asdict(self.facts)}
+        return {
+            "route": self.route,
+            "answers": self.answers,
+            "skipped": list(self.skipped),
+            "facts": asdict(self.facts),
+        }
 
     def __repr__(self) -> str:
         return f"Explanation(route {self.route}, {len(self.skipped)} things skipped)"
@@ -111,13 +118,17 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
         raise SceneError(f"{scene!r} is no sf.Scene")
     scene.numbers()
     settings = _settings(route)
-    return TaylorProgram(scene, tolerance, settings)
+    if isinstance(settings, Taylor):
+        return TaylorProgram(scene, tolerance, settings)
+    return IntegratorsProgram(scene, tolerance, settings)
 
 
 def _settings(route: str | Settings | None) -> Settings:
     if route is None or route == "taylor":
         return Taylor()
-    if isinstance(route, Taylor):
+    if route == "integrators":
+        return Integrators()
+    if isinstance(route, Taylor | Integrators):
         return route
     raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
 
@@ -148,5 +159,3 @@ def simulate(
     if sensitivities:
         raise SceneError("no route computes sensitivities; leave sensitivities=() and difference two runs")
     return prepare(scene, tolerance, route).run(progress=progress)
-
-

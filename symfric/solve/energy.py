@@ -46,7 +46,9 @@ def energy_residual(run) -> float:
     states = states.reshape(-1, path.coefficients.shape[1]).T
     parameters = _parameters(run.scene, np.repeat(path.t, _NODES))
     modes = np.repeat(path.mode, _NODES, axis=0).T
-    applied, contact = (np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes))
+    applied, contact = (
+        np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes)
+    )
     share = path.h[:, None] * weights
     work = np.cumsum((share * (applied + contact)).sum(axis=1))
     moved = np.cumsum((share * applied).sum(axis=1))

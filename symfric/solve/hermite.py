@@ -40,15 +40,46 @@ def middle_error(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np
     return float(np.max(np.abs(found.T - value[:, 1::2]) / scale[:, None]))
 
 
-def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and the largest value of every row of quintics, shape (rows,)."""
-    low, high = value.min(axis=1), value.max(axis=1)
+def turning_points(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray):
+    """Return the extremes inside the intervals as arrays: row, interval, time since its left node, value."""
     coefficients = quintic(h, value, first, second)
-    turning = np.argwhere(first[:, :-1] * first[:, 1:] <= 0)
-    for row, k in turning:
+    points = []
+    for row, k in np.argwhere(first[:, :-1] * first[:, 1:] <= 0):
         c = coefficients[k, row]
         for root in np.roots((c[1:] * np.arange(1, 6))[::-1]):
             if abs(root.imag) < 1e-9 * h[k] and 0 < root.real < h[k]:
-                found = np.polyval(c[::-1], root.real)
-                low[row], high[row] = min(low[row], found), max(high[row], found)
+                points.append((row, k, root.real, np.polyval(c[::-1], root.real)))
+    row, k, s, found = np.array(points, dtype=float).reshape(-1, 4).T
+    return row.astype(int), k.astype(int), s, found
+
+
+def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest and the largest value of every row of quintics, shape (rows,)."""
+    low, high = value.min(axis=1), value.max(axis=1)
+    row, _, _, found = turning_points(h, value, first, second)
+    np.minimum.at(low, row, found)
+    np.maximum.at(high, row, found)
     return low, high
+
+
+def first_dip(t, value, first, second, below: np.ndarray) -> tuple[float, float] | None:
+    """Return the times of the peak and of the dip of the first row that falls below ``-below``.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n + 1,)
+        The nodes.
+    value, first, second : ndarray, shape (rows, n + 1)
+    below : ndarray, shape (rows,)
+    """
+    row, k, s, found = turning_points(np.diff(t), value, first, second)
+    rows, nodes = np.nonzero(value < -below[:, None])
+    times = np.concatenate([t[nodes], (t[k] + s)[found < -below[row]]])
+    if not times.size:
+        return None
+    where = np.concatenate([rows, row[found < -below[row]]])[np.argmin(times)]
+    dip = times.min()
+    inside = (row == where) & (t[k] + s < dip)
+    peaks = np.concatenate([(t[k] + s)[inside], t[t < dip]])
+    heights = np.concatenate([found[inside], value[where, t < dip]])
+    return float(peaks[np.argmax(heights)]) if peaks.size else float(t[0]), float(dip)

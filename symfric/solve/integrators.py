@@ -5,8 +5,6 @@ where the first guard falls; the next mode is decided by the forces (`next_mode`
 `cvodes`, `idas` and `collocation`, with the signs of kinks evaluated instead of held.
 """
 
-import contextlib
-import io
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,61 +12,43 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from symfric.errors import SceneError
+from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import Automaton, lower, vanishing
 from symfric.model.names import Key, finite, name_of
 from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
-from symfric.solve.hermite import extremes, middle_error, quintic
-from symfric.solve.next_mode import Rule, along, make_rule, next_mode, numbers, starting_mode
+from symfric.solve.hermite import extremes, first_dip, middle_error, quintic
+from symfric.solve.next_mode import Rule, make_rule, next_mode, numbers, starting_mode
+from symfric.solve.one_mode import ONE_STEP, Integrators, mode_integrator, node_function, signs_evaluated
 from symfric.solve.run import Path, Raw, Run
+from symfric.solve.segments import segments
 from symfric.solve.status import Status
 
-ONE_STEP = ("erk", "rosenbrock")  # their events work; those of cvodes and idas are wrong in silence
-CONTINUOUS = ("cvodes", "idas", "collocation")
 FINEST, COARSEST = 1e-14, 0.1  # tolerances
-_SAFETY = 0.1  # of the local tolerance: the errors of the steps and of the event times add up
+_SAFETY = {"cvodes": 1e-3, "idas": 1e-3}  # of the local tolerance: the errors of steps and event times add up, and
+_SAFETY_ONE_STEP = 0.1  # those of the multistep methods at kinks are far above their own estimate
 _STALLED = 200  # events without time advancing
 _MOST_NODES = 2**15  # of the dense output between two events
+_DEPTH = 60  # how often an integration is shortened because an event was stepped over
+_CHECK = 1e-6  # accuracy of the dense output that looks for events the integrator stepped over
 
 
-@dataclass(frozen=True)
-class Integrators:
-    """Settings of the route `integrators`.
+def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> str:
+    """Return why the route does not take the scene; empty if it does.
 
-    Attributes
-    ----------
-    plugin : str
-        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
-    max_step : float
-        Longest step of the adaptive plugins; a guard that falls and rises again within a step is not seen.
-    elements : int
-        Number of equal steps of "collocation", which does not control its error.
-    max_events, max_steps : int
-        Budgets.
+    `on_the_way` says whether more than the end and integrals is wanted.
     """
-
-    plugin: str = "erk"
-    max_step: float = math.inf
-    elements: int = 20_000
-    max_events: int = 1_000_000
-    max_steps: int = 100_000_000
-
-    def __post_init__(self):
-        if self.plugin not in ONE_STEP + CONTINUOUS:
-            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
-        if not self.max_step > 0:
-            raise SceneError(f"max_step is {self.max_step}; it must be positive")
-        if min(self.elements, self.max_events, self.max_steps) < 1:
-            raise SceneError("elements and the budgets max_events and max_steps must be positive")
-
-
-def declines(automaton: Automaton, settings: Integrators) -> str:
-    """Return why the route does not take the scene; empty if it does."""
-    if settings.plugin in CONTINUOUS and any(automaton.sticks):
+    if settings.plugin in ONE_STEP:
+        return ""
+    if any(automaton.sticks):
         return (
-            f"declines: {settings.plugin} has no events that work, and a contact can stick; "
-            "use scene.regularised(v_s), or the plugin 'erk' or 'rosenbrock'"
+            f"{settings.plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
+            "plugin 'erk' or 'rosenbrock'"
+        )
+    if on_the_way and automaton.n_switches:
+        return (
+            f"{settings.plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
+            "the plugin 'erk' or 'rosenbrock'"
         )
     return ""
 
@@ -92,6 +72,18 @@ class _Motion:
     high: np.ndarray | None = None
 
 
+@dataclass(frozen=True)
+class _Samples:
+    """States and their derivatives at nodes, shape (n_x, n + 1), and the same of guards and wanted rows."""
+
+    t: np.ndarray
+    value: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    rows: list[np.ndarray]
+    error: float
+
+
 class IntegratorsProgram:
     """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
 
@@ -99,21 +91,22 @@ class IntegratorsProgram:
 
     def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
-        self._varied, self._local = varied, max(_SAFETY * self.tolerance, FINEST)
+        self._varied, self._local = varied, max(_SAFETY.get(settings.plugin, _SAFETY_ONE_STEP) * self.tolerance, FINEST)
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
         self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}
         self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
         self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
         self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied)
-        refusal = declines(self.automaton, settings)
+        refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
         if refusal:
-            raise SceneError(f"route 'integrators' {refusal}")
+            raise NoRoute(f"the route 'integrators' declines: {refusal}")
         self._held = settings.plugin in ONE_STEP
-        self._field = self.automaton.field if self._held else _signs_evaluated(self.automaton)
+        self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
         self._rule: Rule = make_rule(self.automaton, len(scene.system.q), max(1e-12, 10 * self._local))
+        self._elements = min(2000, settings.elements)
         self._advance = self._integrator(0)
-        self._nodes = _node_function(self._field, len(self._integrals))
+        self._nodes = node_function(self._field, len(self._integrals))
         self._samplers: dict[int, ca.Function] = {}
 
     def run(
@@ -133,9 +126,10 @@ class IntegratorsProgram:
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
         motion = _Motion(0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode))
-        for begin, end in _spans(scene, self.automaton):
-            p = np.concatenate([parameters, _inputs(scene, self.automaton, begin, end)])
-            self._settle(motion, p, frozenset(), first=begin == 0.0)
+        times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
+        for k, row in enumerate(inputs):
+            p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
+            self._settle(motion, p, frozenset(), first=k == 0)
             while motion.t < end and motion.status == Status.OK:
                 self._integrate(motion, p, end)
                 if progress is not None:
@@ -168,14 +162,14 @@ class IntegratorsProgram:
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 
-    def _integrate(self, motion: _Motion, p: np.ndarray, end: float) -> None:
-        """Go on to `end` or to the next event."""
+    def _integrate(self, motion: _Motion, p: np.ndarray, end: float, depth: int = 0) -> None:
+        """Go on to `end` or to the next event; again and shorter if a guard dipped within a step."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
         span = end - motion.t
         state = np.concatenate([motion.y, motion.total, [1.0, -1.0, 1.0]])
         try:
-            result = numbers(self._advance(x0=state, p=np.concatenate([p, motion.m, [motion.t, span]]))["xf"])
+            result = self._result(state, np.concatenate([p, motion.m, [motion.t, span]]))
         except RuntimeError:
             motion.status = Status.INTEGRATOR
             return
@@ -183,8 +177,17 @@ class IntegratorsProgram:
         n_x, (elapsed, index, live) = motion.y.size, result[-3:]
         begin, fired = motion.t, live == 0
         t = min(motion.t + elapsed * span, end) if fired else end
-        if self._keep_path or self._ranges:
-            self._sample(motion, p, t, result[:n_x])
+        if t > begin and (self._held or self._keep_path or self._ranges):
+            samples = self._sample(motion, p, t, result[:n_x])
+            missed = self._missed(samples) if self._held else None
+            if missed is not None:
+                if depth == _DEPTH:
+                    motion.status = Status.INTEGRATOR
+                    return
+                peak, dip = missed  # a guard that starts at zero cannot fire; from its peak it can
+                self._integrate(motion, p, peak if peak > begin else dip, depth + 1)
+                return
+            self._keep(motion, samples)
         motion.t, motion.y, motion.total = t, result[:n_x], result[n_x:-3]
         if not np.all(np.isfinite(motion.y)):
             motion.status = Status.NOT_FINITE
@@ -204,62 +207,61 @@ class IntegratorsProgram:
         else:
             self._settle(motion, p, frozenset({index}))
 
-    def _integrator(self, n_nodes: int) -> ca.Function:
-        """Return the integrator of one mode over a scaled time from 0 to 1.
+    def _result(self, state: np.ndarray, data: np.ndarray) -> np.ndarray:
+        """Return the state at the end; raise RuntimeError if the integrator gives up."""
+        if self.settings.plugin != "collocation":
+            return numbers(self._advance(x0=state, p=data)["xf"])
+        before = None
+        while self._elements <= self.settings.elements:
+            found = numbers(self._integrator(1)(x0=state, p=data)["xf"])
+            if before is not None and np.all(np.abs(found - before) <= self.tolerance * np.maximum(1, np.abs(found))):
+                self._elements //= 2
+                return found
+            before = found
+            self._elements *= 2
+        raise RuntimeError("the result still changes with the number of elements")
 
-        Its states are y, the integrals, the time and index of the event, and a flag that stops the motion there; with
-        `n_nodes` it has that many equidistant outputs, and no events.
-        """
-        n_x, n_i = self._field.nnz_in(0), len(self._integrals)
-        n_p, n_m = self._field.nnz_in(2), self._field.nnz_in(3)
-        state, time = ca.SX.sym("state", n_x + n_i + 3), ca.SX.sym("time")
-        data = ca.SX.sym("data", n_p + n_m + 2)
-        p, m, begin, span = data[:n_p], data[n_p : n_p + n_m], data[-2], data[-1]
-        rate, guards, rows = self._field(state[:n_x], begin + span * time, p, m)
-        live = state[-1] > 0.5
-        moving = ca.if_else(live, span * ca.vertcat(rate, rows[:n_i]), 0)
-        dae = {"x": state, "t": time, "p": data, "ode": ca.vertcat(moving, 0, 0, 0)}
-        options = {"abstol": self._local, "reltol": self._local, "max_num_steps": self.settings.max_steps}
-        if self.settings.plugin == "collocation":
-            options = {"number_of_finite_elements": max(1, self.settings.elements // max(1, n_nodes))}
-        if self._held and not n_nodes and guards.numel():
-            dae["zero"] = ca.if_else(live, guards, 1)
-            index, z, u = ca.SX.sym("index"), ca.SX.sym("z", 0), ca.SX.sym("u", 0)
-            after = ca.vertcat(state[:-3], time, index, 0)
-            arguments = [index, time, state, z, data, u]
-            options["transition"] = ca.Function("stop", arguments, [after, z], ca.event_in(), ca.event_out())
-        if math.isfinite(self.settings.max_step) and self.settings.plugin != "collocation":
-            options["max_step_size"] = self.settings.max_step / self.scene.horizon
-        grid = list(np.linspace(0, 1, n_nodes + 1)[1:]) if n_nodes else [1.0]
-        with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
-            return ca.integrator("mode", self.settings.plugin, dae, 0.0, grid, options)
+    def _integrator(self, nodes: int) -> ca.Function:
+        counts = (self._elements, nodes)
+        return mode_integrator(
+            self._field, len(self._integrals), self.settings, self._local, self.scene.horizon, *counts
+        )
 
-    def _sample(self, motion: _Motion, p: np.ndarray, t: float, last: np.ndarray) -> None:
+    def _sample(self, motion: _Motion, p: np.ndarray, t: float, last: np.ndarray) -> _Samples:
         """Integrate from `motion.t` to t again, with as many nodes as the quintics between them need."""
-        span, n_x = t - motion.t, motion.y.size
-        if not span > 0:
-            return
+        span, n_x, n = t - motion.t, motion.y.size, 8
+        wanted = 50 * self.tolerance if self._keep_path or self._ranges else max(50 * self.tolerance, _CHECK)
         state = np.concatenate([motion.y, motion.total, [1.0, -1.0, 1.0]])
         data = np.concatenate([p, motion.m, [motion.t, span]])
-        n = 8
         while True:
             if n not in self._samplers:
                 self._samplers[n] = self._integrator(n)
             times = motion.t + span * np.linspace(0, 1, n + 1)
             found = np.array(self._samplers[n](x0=state, p=data)["xf"])[:n_x]
             value = np.column_stack([motion.y, found[:, :-1], last])
-            nodes = [np.array(e) for e in self._nodes(value, times[None, :], p, motion.m)]
-            if n >= _MOST_NODES or middle_error(times, value, nodes[0], nodes[1]) <= 50 * self.tolerance:
-                break
+            first, second, *rows = (np.array(e) for e in self._nodes(value, times[None, :], p, motion.m))
+            error = middle_error(times, value, first, second)
+            if error <= wanted or n >= _MOST_NODES:
+                return _Samples(times, value, first, second, rows, error)
             n *= 2
-        h = np.diff(times)
+
+    def _missed(self, samples: _Samples) -> tuple[float, float] | None:
+        """Return the times of the peak and the dip of a guard that fell unseen within a step."""
+        n_g = self.automaton.n_guards
+        guards = [e[:n_g] for e in samples.rows]
+        below = max(1e3 * self.tolerance, samples.error) * np.max(np.abs(guards[0]), axis=1, initial=0)
+        return first_dip(samples.t, *guards, below) if n_g else None
+
+    def _keep(self, motion: _Motion, samples: _Samples) -> None:
+        h, n_g = np.diff(samples.t), self.automaton.n_guards
         if self._ranges:
-            low, high = extremes(h, *nodes[2:])
+            low, high = extremes(h, *(e[n_g:] for e in samples.rows))
             motion.low = low if motion.low is None else np.minimum(motion.low, low)
             motion.high = high if motion.high is None else np.maximum(motion.high, high)
         if self._keep_path:
-            mode = np.tile(_signs(motion.m, len(self.automaton.contacts)), (n, 1))
-            motion.pieces.append(Path(times[:-1], h, quintic(h, value, nodes[0], nodes[1]), mode))
+            mode = np.tile(_signs(motion.m, len(self.automaton.contacts)), (h.size, 1))
+            coefficients = quintic(h, samples.value, samples.first, samples.second)
+            motion.pieces.append(Path(samples.t[:-1], h, coefficients, mode))
 
     def _collect(self, motion: _Motion, values: dict, initial: dict) -> Run:
         motion.counts.pop("stalled", None)
@@ -307,47 +309,3 @@ def check_tolerance(tolerance: float) -> float:
 def _signs(m: np.ndarray, n_c: int) -> np.ndarray:
     """Modes of the contacts: -1, 0, +1."""
     return np.where(m[:n_c] > 0.5, 0, m[n_c : 2 * n_c]).astype(np.int64)
-
-
-def _signs_evaluated(automaton: Automaton) -> ca.Function:
-    """Return the field with every direction and switch computed from the state, for laws without a jump."""
-    field = automaton.field
-    n_c, n_s = len(automaton.contacts), automaton.n_switches
-    y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
-    m = ca.SX.sym("m", field.nnz_in(3))
-    sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
-    mode = [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * n_s
-    for k in range(2 * n_c, 2 * n_c + n_s):  # a switch may depend on the ones before it
-        mode[k] = sign(field(y, t, p, ca.vertcat(*mode))[1][k])
-    return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))
-
-
-def _node_function(field: ca.Function, n_i: int) -> ca.Function:
-    """Return ``(y, t, p, m) -> (y', y'', rows, rows', rows'')`` for the dense output; rows without the integrals."""
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
-    rate, _, rows = field(y, t, p, m)
-    rows = rows[n_i:]
-    first = along(rows, rate, y, t)
-    return ca.Function("nodes", [y, t, p, m], [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t)])
-
-
-def _spans(scene: Scene, automaton: Automaton) -> list[tuple[float, float]]:
-    """Return the intervals on which every input is a straight line."""
-    edges = [np.array([0.0, scene.horizon])]
-    for symbol in automaton.inputs:
-        signal = scene.inputs[symbol]
-        edges.append(signal.t0 + signal.dt * np.arange(signal.samples.size))
-    times = np.unique(np.concatenate(edges))
-    times = times[(times >= 0) & (times <= scene.horizon)]
-    return list(zip(times[:-1].tolist(), times[1:].tolist(), strict=True))
-
-
-def _inputs(scene: Scene, automaton: Automaton, begin: float, end: float) -> np.ndarray:
-    """Return start, value and slope of every input on an interval, from two points inside it."""
-    data = []
-    for symbol in automaton.inputs:
-        low, high = (float(scene.inputs[symbol](begin + part * (end - begin))) for part in (0.25, 0.75))
-        slope = (high - low) / (0.5 * (end - begin))
-        data += [begin, low - 0.25 * (high - low) / 0.5, slope]
-    return np.array(data)

@@ -95,7 +95,9 @@ def next_mode(
     m = m.copy()
     for k in (k for k in hit if 2 * n_c <= k < 2 * n_c + automaton.n_switches):
         m[k] = -m[k]  # mode and guards are laid out alike: two for each contact, then the switches
-    reached = frozenset(k for k in hit if k >= 2 * n_c or m[k // 2])  # of contacts, only the bound of a stick stays zero
+    reached = frozenset(
+        k for k in hit if k >= 2 * n_c or m[k // 2]
+    )  # of contacts, only the bound of a stick stays zero
     for trial in itertools.islice(_trials(automaton, m, still), _MOST_TRIALS):
         settled = _with_switches(rule, y, t, p, trial, reached)
         if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):

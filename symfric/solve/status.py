@@ -20,7 +20,8 @@ class Status(IntEnum):
 ADVICE = {
     Status.OK: "",
     Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
-    Status.STEP_BUDGET: "more steps than the budget; shorten the horizon, loosen the tolerance or raise max_steps",
+    Status.STEP_BUDGET: "more steps than the budget, or than a trajectory has room for; shorten the horizon, want scalar "
+    "outputs instead of a trajectory, or raise max_steps",
     Status.STEP_COLLAPSE: "the step shrank to the rounding of time: the motion is singular here, or stiff beyond this "
     "route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and "

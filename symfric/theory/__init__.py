@@ -1,4 +1,4 @@
-"""What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation of motions."""
+"""What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
 from symfric.theory import belt
 from symfric.theory.averaging import average
@@ -7,3 +7,16 @@ from symfric.theory.hopf import HopfPoint, hopf
 from symfric.theory.separation import separate
 from symfric.theory.slow_flow import SlowFlow
 from symfric.theory.stability import Stability, stability
+
+__all__ = [
+    "Equilibrium",
+    "HopfPoint",
+    "SlowFlow",
+    "Stability",
+    "average",
+    "belt",
+    "equilibrium",
+    "hopf",
+    "separate",
+    "stability",
+]

@@ -1,13 +1,12 @@
 """Van der Pol averaging of one coordinate about steady sliding: how fast the amplitude grows and where it rests."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.names import SPEED, Key
+from symfric.model.names import SPEED
 from symfric.model.scene import Scene
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
@@ -186,8 +185,10 @@ def _friction(contact: Contact, u: sp.Symbol, numbers: dict, scene: Scene) -> Fr
     turn = -1 if float(J.subs(scene.values)) < 0 else 1
     side = -1 if float(w.subs(scene.values)) < 0 else 1
     loaded = replace(
-        contact, law=contact.law.where(numbers) if numbers else contact.law,
-        normal=contact.normal.subs(numbers), profile=contact.profile.subs(numbers),
+        contact,
+        law=contact.law.where(numbers) if numbers else contact.law,
+        normal=contact.normal.subs(numbers),
+        profile=contact.profile.subs(numbers),
     )
     return Friction(loaded, side * w, turn * J, side * turn)
 
@@ -250,7 +251,7 @@ def _friction_means(o: Oscillator, friction: Friction):
         edge = top / (friction.pull * o.omega) if top != sp.oo else sp.oo
         for weight in (0, 1):
             mean = sp.Add(*(arc_mean(body(weight), arc, friction.W, V) for arc in arcs))
-            parts[weight].append((_tidy(mean), True if edge == sp.oo else A < edge))
+            parts[weight].append((_tidy(mean), edge > A if edge != sp.oo else True))
         edges += [] if edge == sp.oo else [edge]
     sine, cosine = (sp.Piecewise(*p) if len(p) > 1 else p[0][0] for p in parts)
     return edges, sine, cosine

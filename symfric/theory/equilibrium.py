@@ -42,6 +42,13 @@ class Equilibrium:
         """Return plain Python numbers."""
         return {"x": dict(zip(self.names, self.x.tolist(), strict=True)), "sliding": dict(self.sliding)}
 
+    def to_xarray(self):
+        """Return an `xarray.Dataset` with x over states and the slips over contacts."""
+        import xarray as xr
+
+        coords = {"state": list(self.names), "contact": list(self.sliding)}
+        return xr.Dataset({"x": ("state", self.x), "sliding": ("contact", list(self.sliding.values()))}, coords)
+
 
 def equilibrium(scene: Scene) -> Equilibrium:
     """Find steady sliding: u = 0 with every contact slipping.

@@ -28,7 +28,8 @@ class HopfPoint:
     first_lyapunov : float
         Coefficient a of ``r' = sigma r + a r^3``, r the amplitude of the first coordinate; 1/(time length^2).
     kind : {"supercritical", "subcritical", "degenerate"}
-        Small stable cycles on the unstable side, small unstable ones on the stable side, or undecided by cubic terms.
+        Small stable cycles on the unstable side, small unstable ones on the stable side, or undecided: the cubic
+        coefficient vanishes, or several pairs cross together.
     parameter : str
     """
 
@@ -104,7 +105,9 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
             "oscillation, and this is no Hopf point"
         )
     a, terms = cubic_coefficient(field, p, x)
-    kind = "degenerate" if abs(a) <= DEGENERATE * terms else ("supercritical" if a < 0 else "subcritical")
+    together = np.sum(np.linalg.eigvals(linearise(field, p, x)[3]).real > -1e-9 * size) > 2
+    flat = together or abs(a) <= DEGENERATE * terms
+    kind = "degenerate" if flat else ("supercritical" if a < 0 else "subcritical")
     return HopfPoint(value, abs(eigenvalue.imag), a, kind, symbol.name)
 
 
@@ -168,7 +171,9 @@ def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float
         )
     bent = np.linalg.solve(2j * omega * np.eye(n_x) - A, B(q, q))
     shift = np.linalg.solve(A, B(q, q.conj()))
-    terms = [np.vdot(w, t).real / (8 * abs(q[0]) ** 2) for t in (C(q, q, q.conj()), B(q.conj(), bent), -2 * B(q, shift))]
+    terms = [
+        np.vdot(w, t).real / (8 * abs(q[0]) ** 2) for t in (C(q, q, q.conj()), B(q.conj(), bent), -2 * B(q, shift))
+    ]
     return float(sum(terms)), float(sum(abs(t) for t in terms))
 
 

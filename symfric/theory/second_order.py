@@ -1,6 +1,6 @@
-"""Expansion of Krylov, Bogoliubov and Mitropolsky for ``x'' + x + h(x, x') = 0`` with a polynomial h, in exact algebra.
+"""Expansion of Krylov, Bogoliubov and Mitropolsky for ``x'' + x + h(x, x') = 0`` with a polynomial h, exactly.
 
-``x = A cos psi + e u1(A, psi) + e^2 u2(A, psi)``, ``A' = e f1 + e^2 f2 + e^3 f3``, ``psi' = 1 + e g1 + e^2 g2``, where e
+``x = A cos psi + e u1(A, psi) + e^2 u2(A, psi)``, ``A' = e f1 + e^2 f2 + e^3 f3``, ``psi' = 1 + e g1 + e^2 g2``: e
 counts the powers of h. The second correction of a stationary amplitude takes f3; the harmonics u1 and u2 add to it.
 """
 
@@ -150,7 +150,9 @@ def _small_part(oscillator) -> sp.Expr:
     for friction in oscillator.frictions:
         contact = friction.contact
         if contact.law.breaks:
-            raise SceneError(f"the law of contact {contact.name!r} has branches; order 2 takes polynomials in pure slip")
+            raise SceneError(
+                f"the law of contact {contact.name!r} has branches; order 2 takes polynomials in pure slip"
+            )
         if friction.W.is_zero:
             raise SceneError(f"contact {contact.name!r} has no sliding speed; order 2 takes vibration in pure slip")
         load = (contact.normal * contact.profile).subs(q, oscillator.position + q)

@@ -98,7 +98,9 @@ def _excitation(scene: Scene) -> Excitation:
     (frequency,) = rates
     steady, sine, cosine = zip(*(_split(e, i, frequency, system) for i, e in enumerate(system.force)), strict=True)
     if all(float(c.subs(values)) == 0 for c in (*sine, *cosine)):
-        raise SceneError("the harmonic excitation has amplitude zero; give it an amplitude and a frequency with where()")
+        raise SceneError(
+            "the harmonic excitation has amplitude zero; give it an amplitude and a frequency with where()"
+        )
     if not abs(float(frequency.subs(values))) > 0:
         raise SceneError(f"the frequency {frequency} of the excitation is zero; give it a value with where()")
     inverse = system.mass.inv()
@@ -165,7 +167,10 @@ def _mean(expr: sp.Expr, what: str, fast: Excitation, system: System) -> sp.Expr
             "velocities"
         )
     moved = expr.subs(
-        {u: u + fast.velocity[0][i] * _SIN + fast.velocity[1][i] * _COS for i, u in zip(shaken, velocities, strict=True)},
+        {
+            u: u + fast.velocity[0][i] * _SIN + fast.velocity[1][i] * _COS
+            for i, u in zip(shaken, velocities, strict=True)
+        },
         simultaneous=True,
     )
     total = sp.Integer(0)
@@ -196,10 +201,8 @@ def _effective(contact: Contact, fast: Excitation, scene: Scene) -> Contact:
         raise SceneError(f"the fast slip of contact {name!r} depends on the position; separate takes a constant one")
     if contact.normal.free_symbols & set(system.u):
         raise SceneError(f"normal of contact {name!r} depends on velocity, which shakes; separate takes other loads")
-    if sine.is_zero or cosine.is_zero:
-        q = sp.Abs(sine + cosine)
-    else:
-        q = sp.sqrt(sine**2 + cosine**2)
+    single = sine.is_zero or cosine.is_zero
+    q = sp.Abs(sine + cosine) if single else sp.sqrt(sine**2 + cosine**2)
     return replace(contact, law=_averaged(contact.law, q, scene))
 
 

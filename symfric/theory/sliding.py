@@ -91,7 +91,9 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             return expr
         reduced = expr.subs(zero)
         if TIME in reduced.free_symbols:
-            raise SceneError(f"{what} depends on time; use sf.separate(scene) for the slow motion under fast excitation")
+            raise SceneError(
+                f"{what} depends on time; use sf.separate(scene) for the slow motion under fast excitation"
+            )
         return reduced
 
     system = scene.system

@@ -99,6 +99,13 @@ class SlowFlow:
             "stable": self.stable.tolist(),
         }
 
+    def to_xarray(self):
+        """Return an `xarray.Dataset` of the stationary amplitudes and their stability."""
+        import xarray as xr
+
+        data = {"amplitudes": ("cycle", self.amplitudes), "stable": ("cycle", self.stable)}
+        return xr.Dataset(data, attrs={"rate": str(self.rate), "frequency": str(self.frequency), "order": self.order})
+
 
 def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return every amplitude at which the rate changes its sign, and whether it is stable.

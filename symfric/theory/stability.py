@@ -26,7 +26,7 @@ class Stability:
     reason : str
         The theorem, or what is missing for one.
     stable : bool
-        Whether every eigenvalue has a negative real part, beyond rounding.
+        As `definiteness`; where that is undecided, whether every eigenvalue has a negative real part beyond rounding.
     margin : float
         ``-max Re``, the decay rate of the slowest motion, 1/time.
     eigenvalues : ndarray of complex, shape (n_x,)
@@ -100,6 +100,16 @@ class Stability:
             "eigenvalues": [[v.real, v.imag] for v in self.eigenvalues.tolist()],
         }
 
+    def to_xarray(self):
+        """Return an `xarray.Dataset` of the matrices over coordinates and the eigenvalues."""
+        import xarray as xr
+
+        q = list(self.names[: len(self.M)])
+        data = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K")}
+        data["eigenvalues"] = ("mode", self.eigenvalues)
+        attributes = {"definiteness": self.definiteness, "reason": self.reason, "margin": self.margin}
+        return xr.Dataset(data, {"row": q, "column": q}, attributes)
+
 
 def stability(scene: Scene) -> Stability:
     """Judge steady sliding by the definiteness of its matrices and by its eigenvalues.
@@ -128,13 +138,26 @@ def stability(scene: Scene) -> Stability:
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     M, B, K, matrix = linearise(field, p, x)
-    eigenvalues = np.linalg.eigvals(matrix)
-    eigenvalues = eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))]
+    eigenvalues = _eigenvalues(matrix)
     definiteness, reason = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
-    growth = float(np.max(eigenvalues.real))
+    growth = float(eigenvalues[0].real)
     beyond = 1e-13 * float(np.max(np.abs(eigenvalues)))
+    stable = definiteness == "stable" if definiteness != "undecided" else growth < -beyond
     names = tuple(s.name for s in field.states)
-    return Stability(M, B, K, definiteness, reason, growth < -beyond, -growth, eigenvalues, matrix, names)
+    return Stability(M, B, K, definiteness, reason, stable, -growth, eigenvalues, matrix, names)
+
+
+def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues, largest real part first; with more digits where fast ones would drown slow ones."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    sizes = np.abs(values)
+    if np.min(sizes) < 1e-4 * np.max(sizes):
+        import mpmath
+
+        with mpmath.workdps(40):
+            found = mpmath.eig(mpmath.matrix(matrix.tolist()), left=False, right=False)
+            values = np.array([complex(v) for v in found])
+    return values[np.lexsort((-values.imag, -values.real))]
 
 
 def linearise(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -63,7 +63,7 @@ def test_several_coordinates_share_an_axis_and_its_unit(motion):
 
 
 def test_phase_portrait_marks_sticking_where_it_happens(motion):
-    ax = figures.plot_phase_portrait(motion, "x", "u", UNITS, drive=0.2)
+    ax = figures.plot_phase_portrait(motion, "x", "u", ["belt"], UNITS, drive=0.2)
     stuck = next(line for line in ax.lines if line.get_label() == "sticking")
     drawn = np.isfinite(stuck.get_ydata())
     inside = ((motion.t >= 1) & (motion.t <= 2)) | ((motion.t >= 7) & (motion.t <= 8))
@@ -99,7 +99,7 @@ def test_before_and_after(motion):
 def drawings(motion, sweep, friction):
     return {
         "time": lambda ax: figures.plot_time_history(motion, ["x"], UNITS, ax=ax),
-        "phase": lambda ax: figures.plot_phase_portrait(motion, "x", "u", UNITS, ax=ax),
+        "phase": lambda ax: figures.plot_phase_portrait(motion, "x", "u", ["belt"], UNITS, ax=ax),
         "friction": lambda ax: figures.plot_friction(friction, ax=ax),
         "amplitudes": lambda ax: figures.plot_amplitudes(sweep, UNITS, ax=ax),
         "eigenvalues": lambda ax: figures.plot_eigenvalues(Spectrum, UNITS, ax=ax),
@@ -120,7 +120,7 @@ def test_every_picture_takes_an_ax_and_becomes_a_valid_svg(plot, motion, sweep, 
 def test_no_text_overlaps_another(motion, sweep, friction):
     drawn = [
         figures.plot_time_history(motion, ["x"], UNITS),
-        figures.plot_phase_portrait(motion, "x", "u", UNITS, drive=0.2),
+        figures.plot_phase_portrait(motion, "x", "u", ["belt"], UNITS, drive=0.2),
         figures.plot_friction(friction, "m/s"),
         figures.plot_amplitudes(sweep, UNITS),
     ]

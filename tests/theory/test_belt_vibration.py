@@ -194,7 +194,7 @@ def test_other_questions_without_an_answer():
         belt.onset_speed()
     with pytest.raises(sf.SceneError, match="order is 3"):
         belt.pure_slip_amplitude(scene(0.4, 0.42), order=3)
-    with pytest.raises(sf.SceneError, match="v_b is -0.2"):
+    with pytest.raises(sf.SceneError, match=r"v_b is -0\.2"):
         belt.onset_speed(sf.scenes.mass_on_belt(v_b=-0.2))
     with pytest.raises(sf.NotFound, match="stable at every belt speed"):
         belt.onset_speed(sf.scenes.mass_on_belt(v_b=0.2, beta=0.3))

@@ -16,7 +16,7 @@ def two_masses(law, mass=((1.0, 0.0), (0.0, 2.0))):
     """Two masses in series, the first on a belt; `mass` may depend on the first coordinate."""
     x, y, u, w = sp.symbols("x y u w", real=True)
     v_b = sp.Symbol("v_b", positive=True)
-    force = [-x - sp.Rational(1, 2) * (x - y) - 0.1 * u - 0.3 * x**3, -2 * y - sp.Rational(1, 2) * (y - x) - 0.02 * w]
+    force = [-x - sp.Rational(1, 2) * (x - y) - 0.1 * u - 0.3 * x**3, -2 * y - sp.Rational(1, 2) * (y - x) - 0.8 * w]
     system = sf.System(q=[x, y], u=[u, w], mass=sp.Matrix(mass), force=force)
     return sf.Scene(
         system=system,
@@ -27,7 +27,7 @@ def two_masses(law, mass=((1.0, 0.0), (0.0, 2.0))):
     )
 
 
-def amplitude_drift(field, p, x, kick, cycles=30):
+def amplitude_drift(field, p, x, kick, cycles=50):
     """Coefficient a from a simulation at the Hopf point, where 1/r^2 falls with slope 2 a."""
     s = field.directions(x, p)
 
@@ -87,7 +87,7 @@ def test_exponential_belt_is_subcritical():
 def test_two_masses_against_the_motion(law):
     scene = two_masses(law)
     point = hopf(scene, "v_b", (0.1, 0.9))
-    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=1e-3)
+    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=2e-4)
 
 
 def test_position_dependent_mass_against_the_motion():
@@ -95,7 +95,7 @@ def test_position_dependent_mass_against_the_motion():
     mass = [[1 + x / 2, x / 5], [x / 5, 2 + x**2]]
     scene = two_masses(sf.laws.stribeck(0.4, 0.25, 0.3), mass)
     point = hopf(scene, "v_b", (0.1, 0.9))
-    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=1e-3)
+    assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=2e-4)
 
 
 def test_multilinear_forms_are_the_derivatives_of_the_rate():
@@ -113,9 +113,7 @@ def test_multilinear_forms_are_the_derivatives_of_the_rate():
     rng = np.random.default_rng(5)
     e = sp.symbols("e1:4")
     d = rng.standard_normal((3, 4))
-    moved = {
-        state: float(at[i]) + sum(e[k] * float(d[k, i]) for k in range(3)) for i, state in enumerate(field.states)
-    }
+    moved = {state: float(at[i]) + sum(e[k] * float(d[k, i]) for k in range(3)) for i, state in enumerate(field.states)}
     along = rate.subs(moved)
     zero = dict.fromkeys(e, 0)
     second = np.array(along.diff(e[0]).diff(e[1]).subs(zero), dtype=float).ravel()
@@ -142,6 +140,23 @@ def test_linear_law_is_degenerate():
     assert point.kind == "degenerate"
 
 
+def test_pairs_that_cross_together_are_degenerate():
+    q, u = sp.symbols("q0:3", real=True), sp.symbols("u0:3", real=True)
+    v_b = sp.Symbol("v_b", positive=True)
+    force = [-2 * q[0] + q[1] - 0.1 * u[0], -2 * q[1] + q[0] + q[2] - 0.1 * u[1], -2 * q[2] + q[1] - 0.1 * u[2]]
+    law = sf.laws.cubic(0.4, 0.25, 0.5)
+    scene = sf.Scene(
+        system=sf.System(q=q, u=u, mass=sp.eye(3), force=force),
+        contacts=[sf.Contact(f"belt {i}", slip=u[i] - v_b, normal=1, law=law) for i in range(3)],
+        values={v_b: 0.3},
+        initial=dict.fromkeys((*q, *u), 0.0),
+        horizon=1.0,
+    )
+    point = hopf(scene, "v_b", (0.3, 0.6))
+    assert point.value == pytest.approx(0.44095855184409843, rel=1e-12)
+    assert point.kind == "degenerate"
+
+
 def test_refusals():
     scene = sf.scenes.mass_on_belt(v_b=0.2)
     with pytest.raises(sf.NotFound, match="unstable at both ends"):
@@ -153,10 +168,10 @@ def test_refusals():
     with pytest.raises(sf.SceneError, match="depends on time"):
         hopf(scene.where({"Omega": 50.0}), "a", (0.0, 0.1))
     law = sf.laws.piecewise_linear(0.4, [0, 0.5], [0.4, 0.2], last_slope=0.1)
-    with pytest.raises(sf.NotFound, match="jumps at v_b = 0.5"):
+    with pytest.raises(sf.NotFound, match=r"jumps at v_b = 0\.5"):
         hopf(sf.scenes.mass_on_belt(law, v_b=0.2), "v_b", (0.3, 0.6))
     averaged = sf.scenes.mass_on_belt(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.2), v_b=0.2)
-    with pytest.raises(sf.NotFound, match="jumps at v_b = 0.2"):
+    with pytest.raises(sf.NotFound, match=r"jumps at v_b = 0\.2"):
         hopf(averaged, "v_b", (0.15, 0.3))
 
 

@@ -23,7 +23,10 @@ def test_belt_becomes_the_slow_belt():
     assert (numbers[x], numbers[u]) == pytest.approx((0.0, 0.5))
     law = slow.contacts[0].law.where(slow.values)
     for v in (0.1, 0.49, 0.51, 0.9):
-        mean = integrate.quad(lambda s, v=v: LAW(v - 0.5 * np.cos(s)), 0, np.pi, points=[np.arccos(min(v / 0.5, 1))])[0] / np.pi
+        mean = (
+            integrate.quad(lambda s, v=v: LAW(v - 0.5 * np.cos(s)), 0, np.pi, points=[np.arccos(min(v / 0.5, 1))])[0]
+            / np.pi
+        )
         assert law(v) == pytest.approx(mean, abs=1e-9)
     assert equilibrium(slow).x[0] == pytest.approx(0.06459190434756, rel=1e-12)
     assert stability(slow).stable
@@ -54,7 +57,9 @@ def test_slow_motion_follows_the_full_one():
 
         times = np.linspace(0, 6, 241)
         slow_run = integrate.solve_ivp(slow_rate, (0, 6), z0, t_eval=times, rtol=1e-8, atol=1e-10)
-        full_run = integrate.solve_ivp(full_rate, (0, 6), [0.0, 0.0], t_eval=times, rtol=1e-7, atol=1e-9, max_step=0.3 / Omega)
+        full_run = integrate.solve_ivp(
+            full_rate, (0, 6), [0.0, 0.0], t_eval=times, rtol=1e-7, atol=1e-9, max_step=0.3 / Omega
+        )
         distances.append(np.max(np.abs(slow_run.y[0] - a * np.sin(Omega * times) - full_run.y[0])))
     assert distances[0] < 0.01
     assert distances[1] < 0.65 * distances[0]

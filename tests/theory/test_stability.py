@@ -5,6 +5,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.theory.averaging import average
+from symfric.theory.equilibrium import equilibrium
 from symfric.theory.hurwitz import characteristic_coefficients, routh_hurwitz, symbolic_hurwitz
 from symfric.theory.stability import judge, stability
 
@@ -35,6 +37,13 @@ def test_belt_matrices():
     assert found.eigenvalues[0] == pytest.approx(0.139 + 1j * np.sqrt(1 - 0.139**2), rel=1e-13)
     fast = stability(sf.scenes.mass_on_belt(v_b=0.5))
     assert (fast.definiteness, fast.stable, fast.hurwitz.stable) == ("stable", True, True)
+
+
+def test_slow_motion_beside_a_fast_one():
+    """Strong damping: B = 2 beta + gamma2 mu'(v_b) is of order 1e10, and the slow eigenvalue -1/B."""
+    found = stability(sf.scenes.mass_on_belt(v_b=1e5))
+    assert found.stable
+    assert found.margin == pytest.approx(1 / found.B[0, 0], rel=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
@@ -114,7 +123,7 @@ def test_circulatory_instability_is_seen_by_eigenvalues_only():
     zero = dict.fromkeys((x, y, u, w), 0.0)
     scene = sf.Scene(system=system, contacts=[contact], values={mu: 1.5}, initial=zero, horizon=1.0)
     found = stability(scene)
-    assert found.K == pytest.approx(np.array([[2.0, 0.5], [-1.0, 2.0]]))
+    assert found.K.tolist() == [[2.0, 0.5], [-1.0, 2.0]]
     assert found.definiteness == "undecided"
     assert not found.stable
     assert stability(scene.where({mu: 0.5})).stable
@@ -160,12 +169,23 @@ def test_symbolic_determinants_refuse_large_scenes():
         symbolic_hurwitz(linear_scene(np.eye(3), np.eye(3), np.eye(3)))
 
 
+def test_results_become_datasets():
+    scene = sf.scenes.mass_on_belt(v_b=0.42)
+    found = stability(scene)
+    assert float(found.to_xarray().B.sel(row="x", column="x")) == found.B[0, 0]
+    assert float(equilibrium(scene).to_xarray().sliding.sel(contact="belt")) == -0.42
+    flow = average(scene)
+    assert flow.to_xarray().amplitudes.values.tolist() == flow.amplitudes.tolist()
+
+
 def test_plot_returns_axes():
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    axes = stability(sf.scenes.mass_on_belt(v_b=0.2)).plot()
-    assert axes.get_xlabel() == "real part"
-    plt.close(axes.figure)
+    scene = sf.scenes.mass_on_belt(v_b=0.42)
+    for result, label in ((stability(scene), "real part"), (average(scene), "amplitude A")):
+        axes = result.plot()
+        assert axes.get_xlabel() == label
+        plt.close(axes.figure)

@@ -5,7 +5,8 @@ from numba import njit
 
 from symfric.solve.status import Status
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, magnitude, value
-from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, settle
+from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, probe_trial, settle
+from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.workspace import (
     CHUNK,
     EVENTS,
@@ -106,7 +107,7 @@ def _drive(w):
             w.counts[PHASE] = GO
         h = _step_size(w, n_x)
         if not h > 0.0:
-            status = _start_singular(w, n_x, n_c)
+            status = start_singular(w, n_x, n_c)
             if status != _OK:
                 return status
             continue
@@ -116,11 +117,14 @@ def _drive(w):
         if last:
             h = left
         tau = _first_event(w, n_x, n_c, h)
+        while tau > 0.0 and not _is_sound(w, n_x, tau):
+            last, h = False, 0.25 * tau
+            tau = _first_event(w, n_x, n_c, h)
         if tau < h:
             last = False
         elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
             return _COLLAPSE
-        if tau > 0.0 or last:
+        if tau > 0.0:
             _advance(w, n_x, n_c, tau)
         for i in range(n_x):
             if not abs(w.y[i]) < np.inf:
@@ -150,6 +154,10 @@ def _step_size(w, n_x):
         if a == 0.0 and b == 0.0:
             continue
         scale = max(w.scale[r], abs(w.c[r, 1]) * before, EPS * abs(w.c[r, 0]) / tolerance)
+        if (
+            n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0
+        ):  # a guard must be right relative to what is left of it
+            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, EPS * scale / tolerance)
         if scale == 0.0:
             scale = _largest_term(w, r, before)
         worst = max(worst, a / scale)
@@ -254,6 +262,34 @@ def _crossing(w, r, g, begin, total, h):
 
 
 @njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+def _is_sound(w, n_x, tau):
+    """Return whether the polynomial still obeys the equations at the end of a step.
+
+    A law that is flat far from rest and steep near it (tanh, a narrow Gauss or Stribeck law) can be zero to rounding in
+    all coefficients at the beginning of a step; no error estimate at the beginning sees it, the defect at the end does.
+    """
+    order = w.c.shape[1] - 1
+    for r in range(n_x):
+        w.trial[r] = value(w.c[r], order, tau)
+    w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + tau)
+    probe_trial(w)
+    for r in range(w.limits[N_Q]):
+        w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
+    for r in range(w.limits[N_Q], n_x):
+        c = w.c[r]
+        rate = order * c[order]
+        for k in range(order - 1, 0, -1):
+            rate = rate * tau + k * c[k]
+        truth = w.probe[r, 1]
+        w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
+        scale = max(w.scale[r], abs(c[1]) * tau, abs(truth) * tau)
+        if abs(rate - truth) * tau > 1e3 * w.clock[TOLERANCE] * scale + 1e-10 * tau * (abs(c[1]) + abs(truth)):
+            singular = not abs(truth) < np.inf
+            return singular or tau <= 16.0 * EPS * abs(w.y[n_x])
+    return True
+
+
+@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -270,7 +306,7 @@ def _advance(w, n_x, n_c, tau):
         _accumulate(w, n_x + w.hit.size, tau)
     for r in range(w.c.shape[0]):
         if r < n_x:
-            w.y[r] = value(w.c[r], order, tau)
+            w.y[r] = w.trial[r]
             w.scale[r] = max(w.scale[r], abs(w.y[r] - w.start[r]), abs(w.c[r, 1]) * tau)
         elif r < n_x + w.hit.size:
             w.scale[r] = max(w.scale[r], abs(w.c[r, 0]))
@@ -379,24 +415,3 @@ def _next_segment(w):
         w.hit[g] = 0
     prelude(w)
     w.counts[PHASE] = SETTLE
-
-
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
-def _start_singular(w, n_x, n_c):
-    """Take one tiny Euler step away from a point where the law has no Taylor series (a root of the speed at rest)."""
-    h = 1e-13 * max(w.clock[H_LAST], 1e-6 * w.clock[T_END])
-    w.counts[STALL] += 1
-    if w.counts[STALL] > _STALLED:
-        return _NAN
-    for r in range(n_x):
-        if not np.isfinite(w.c[r, 1]):
-            return _NAN
-    for r in range(n_x):
-        w.y[r] += h * w.c[r, 1]
-    w.y[n_x] += h
-    for i in range(n_c):
-        if w.m[i] < 0.5 and w.anchor[i] >= 0 and w.fresh[2 * i]:
-            w.y[w.anchor[i]] += w.m[n_c + i] * h * w.gauge[2, i] / w.factor[i] * 1e-3
-        w.fresh[2 * i] = 0
-    w.counts[PHASE] = EXPAND
-    return _OK

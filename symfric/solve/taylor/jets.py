@@ -299,9 +299,7 @@ def _log(k, out, args, partner):
 def _pow(k, out, args, partner):
     """``out a' e = a out'`` for a constant exponent e."""
     a, e = args[0], args[1][0]
-    terms = [
-        _times(_times(_at(a, k - j), _at(out, j)), e * ((k - j) / k) - j / k) for j in range(k)
-    ]
+    terms = [_times(_times(_at(a, k - j), _at(out, j)), e * ((k - j) / k) - j / k) for j in range(k)]
     return _times(_total(terms), partner[0])
 
 

@@ -20,6 +20,7 @@ from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses, make_workspace
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
+PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
 
 
@@ -65,20 +66,32 @@ class TaylorProgram:
         self._varied = varied
         outputs = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         rows = list(dict.fromkeys((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr) for o in outputs.values()))
-        self._row = {n: rows.index((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr)) for n, o in outputs.items()}
+        self._row = {
+            n: rows.index((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr)) for n, o in outputs.items()
+        }
         self.automaton: Automaton = lower(scene, [e for _, e in rows], varied)
         series = expand(self.automaton.field, settings.order or order_for(self.tolerance))
         functions = [series.prelude, series.series, series.probe, _joined_gauge(self.automaton.gauge)]
         self.code: MachineCode = compile_functions(functions)
         self.work: Workspace = make_workspace(
-            self.automaton, series, self.code.addresses, [k for k, _ in rows], segments([scene.inputs[i] for i in self.automaton.inputs], scene.horizon)
+            self.automaton,
+            series,
+            self.code.addresses,
+            [k for k, _ in rows],
+            segments([scene.inputs[i] for i in self.automaton.inputs], scene.horizon),
         )
         wanted = scene.outputs.values()
         keep_path = any(isinstance(o, Trajectory) for o in wanted)
         keep_events = keep_path or any(isinstance(o, Events) for o in wanted)
         self.work.clock[4:] = scene.horizon, MARGIN * self.tolerance
+        room = PATH_BYTES // self.work.path_c[0].nbytes if keep_path else settings.max_steps
         self.work.limits[:] = (
-            settings.max_steps, settings.max_events, 1_000_000, keep_path, keep_events, len(scene.system.q),
+            min(settings.max_steps, room),
+            settings.max_events,
+            1_000_000,
+            keep_path,
+            keep_events,
+            len(scene.system.q),
         )
         self._table = addresses(self.work)
         self._keep_path, self._keep_events = keep_path, keep_events
@@ -170,7 +183,9 @@ class TaylorProgram:
         final, t_final = w.y[:n_x].copy(), w.y.item(n_x)
         path = log = None
         if self._keep_path:
-            path = Path(w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy())
+            path = Path(
+                w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy()
+            )
         if self._keep_events:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
         total = w.total.tolist() if self._row else []
@@ -185,7 +200,9 @@ class TaylorProgram:
             events=log,
         )
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes, "order": w.c.shape[1] - 1}
-        return Run(self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw)
+        return Run(
+            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+        )
 
 
 def check_tolerance(tolerance: float) -> float:

@@ -54,6 +54,12 @@ def probe(w):
 
 
 @njit(cache=True, nogil=True, _nrt=False)
+def probe_trial(w):
+    """Compute the first three coefficients at the end of the step on trial, in the present mode."""
+    call_code(w.code[2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+
+
+@njit(cache=True, nogil=True, _nrt=False)
 def settle(w):
     """Choose the mode of every contact and switch at the present state; return a status.
 

@@ -35,6 +35,8 @@ class Workspace(NamedTuple):
     probe: np.ndarray  # the first three of them, (n_r, 3)
     gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, (5, n_c)
     scale: np.ndarray  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
+    trial: np.ndarray  # state and time at the end of the step on trial, (n_x + 1,)
+    base: np.ndarray  # state before a singular start, and its first two coefficients, (3, n_x)
     start: np.ndarray  # first value of every row, (n_r,)
     sticks: np.ndarray  # whether a contact can stick, (n_c,)
     anchor: np.ndarray  # index of the one velocity in a contact's slip, or -1, (n_c,)
@@ -64,7 +66,9 @@ class Workspace(NamedTuple):
     path_m: np.ndarray  # its modes, (n, n_c)
 
 
-def make_workspace(automaton: Automaton, series: Series, addresses: dict[str, int], kinds: list[int], segments) -> Workspace:
+def make_workspace(
+    automaton: Automaton, series: Series, addresses: dict[str, int], kinds: list[int], segments
+) -> Workspace:
     """Allocate the arrays of a program."""
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
     n_e, order = len(kinds), series.order
@@ -82,6 +86,8 @@ def make_workspace(automaton: Automaton, series: Series, addresses: dict[str, in
         probe=room(n_r, min(order, 2) + 1),
         gauge=room(5, n_c),
         scale=room(n_r),
+        trial=room(n_x + 1),
+        base=room(3, n_x),
         start=room(n_r),
         sticks=np.array(automaton.sticks, dtype=np.int64),
         anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
@@ -179,31 +185,33 @@ def at_addresses(table):
         _matrix(table, 6),  # probe
         _matrix(table, 7),  # gauge
         _reals(table, 8),  # scale
-        _reals(table, 9),  # start
-        _integers(table, 10),  # sticks
-        _integers(table, 11),  # anchor
-        _reals(table, 12),  # factor
-        _integers(table, 13),  # old
-        _integers(table, 14),  # zero
-        _integers(table, 15),  # turns
-        _integers(table, 16),  # hit
-        _integers(table, 17),  # fresh
-        _integers(table, 18),  # kind
-        _matrix(table, 19),  # total
-        _reals(table, 20),  # power
-        _reals(table, 21),  # poly
-        _reals(table, 22),  # slope
-        _reals(table, 23),  # found
-        _matrix(table, 24),  # stack
-        _cube(table, 25),  # table
-        _reals(table, 26),  # segment_t
-        _matrix(table, 27),  # segment_p
-        _integers(table, 28),  # counts
-        _reals(table, 29),  # clock
-        _integers(table, 30),  # limits
-        _reals(table, 31),  # event_t
-        _integer_matrix(table, 32),  # event_i
-        _matrix(table, 33),  # path_t
-        _cube(table, 34),  # path_c
-        _integer_matrix(table, 35),  # path_m
+        _reals(table, 9),  # trial
+        _matrix(table, 10),  # base
+        _reals(table, 11),  # start
+        _integers(table, 12),  # sticks
+        _integers(table, 13),  # anchor
+        _reals(table, 14),  # factor
+        _integers(table, 15),  # old
+        _integers(table, 16),  # zero
+        _integers(table, 17),  # turns
+        _integers(table, 18),  # hit
+        _integers(table, 19),  # fresh
+        _integers(table, 20),  # kind
+        _matrix(table, 21),  # total
+        _reals(table, 22),  # power
+        _reals(table, 23),  # poly
+        _reals(table, 24),  # slope
+        _reals(table, 25),  # found
+        _matrix(table, 26),  # stack
+        _cube(table, 27),  # table
+        _reals(table, 28),  # segment_t
+        _matrix(table, 29),  # segment_p
+        _integers(table, 30),  # counts
+        _reals(table, 31),  # clock
+        _integers(table, 32),  # limits
+        _reals(table, 33),  # event_t
+        _integer_matrix(table, 34),  # event_i
+        _matrix(table, 35),  # path_t
+        _cube(table, 36),  # path_c
+        _integer_matrix(table, 37),  # path_m
     )

@@ -238,6 +238,7 @@ def _check_slow_belts(given: Symbols, q: float) -> None:
     slope = value(DAMPING, given._replace(a=q, Omega=1.0)) + 2 * given.beta / given.gamma2
     if slope < 0:
         raise SceneError(
-            f"the closed forms do not hold: at intensity {q:.6g} the effective friction falls at rest (slope with "
-            f"damping {slope:.4g}), because mu_m/mu_s = {given.mu_m / given.mu_s:.3g} is too small; use sf.design.quench"
+            f"the closed forms do not hold: at intensity {q:.6g} the effective friction falls at rest (slope "
+            f"with damping {slope:.4g}), because mu_m/mu_s = {given.mu_m / given.mu_s:.3g} is too small; "
+            "see sf.design.quench"
         )

@@ -200,8 +200,9 @@ def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic
     -----
     ``2 pi/(slip time + stick time)``, Thomsen (29). Order 1 takes the undamped arc of `slip_arc`: slip for ``2 pi - 2
     theta1``, stick over ``2 v_b kappa``. Order 2 lets the radius of the arc grow to ``v_b (1 + d)`` with ``d = (5 pi/4)
-    (eta/v_m^2)(v_b0^2 - v_b^2)``, so that sticking starts at ``psi = 2 pi - acos(1/(1 + d))``, a distance ``v_b sqrt(d^2
-    + 2 d)`` below the equilibrium. The values 0.86 and 0.83 given after (29) do not follow from the model.
+    (eta/v_m^2)(v_b0^2 - v_b^2)``, so that sticking starts at ``psi = 2 pi - acos(1/(1 + d))``, a distance
+    ``v_b sqrt(d^2 + 2 d)`` below the equilibrium. The values 0.86 and 0.83 given after (29) do not follow from
+    the model.
     """
     early, before = sp.atan(KAPPA), KAPPA
     if _order(order) == 2:
@@ -233,7 +234,9 @@ def _check_pure_slip(given, order: int) -> None:
     low, high = value(stick_speed(order=order, symbolic=True), given), value(V_B1, given)
     if not low <= given.v_b <= high:
         found = "stick-slip" if given.v_b < low else "steady sliding, stable"
-        raise NotFound(f"no vibration in pure slip at v_b = {given.v_b:g}: it exists from {low:.6g} to {high:.6g} ({found})")
+        raise NotFound(
+            f"no vibration in pure slip at v_b = {given.v_b:g}: it exists from {low:.6g} to {high:.6g} ({found})"
+        )
 
 
 def _sticking(scene: Scene | None, order: int):

@@ -1,0 +1,125 @@
+"""The CasADi functions of the route `integrators`: one mode of an automaton, integrated until its first guard falls."""
+
+import contextlib
+import io
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.lower.automaton import Automaton
+from symfric.solve.next_mode import along
+
+ONE_STEP = ("erk", "rosenbrock")  # their events work; those of cvodes and idas are wrong in silence
+CONTINUOUS = ("cvodes", "idas", "collocation")
+
+
+@dataclass(frozen=True)
+class Integrators:
+    """Settings of the route `integrators`.
+
+    Attributes
+    ----------
+    plugin : str
+        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
+    max_step : float
+        Longest step of the adaptive plugins.
+    elements : int
+        Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
+    max_events, max_steps : int
+        Budgets.
+    """
+
+    plugin: str = "erk"
+    max_step: float = math.inf
+    elements: int = 256_000
+    max_events: int = 1_000_000
+    max_steps: int = 100_000_000
+
+    def __post_init__(self):
+        if self.plugin not in ONE_STEP + CONTINUOUS:
+            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
+        if not self.max_step > 0:
+            raise SceneError(f"max_step is {self.max_step}; it must be positive")
+        if min(self.elements, self.max_events, self.max_steps) < 1:
+            raise SceneError("elements and the budgets max_events and max_steps must be positive")
+
+
+def mode_integrator(
+    field: ca.Function,
+    n_integrals: int,
+    settings: Integrators,
+    tolerance: float,
+    span: float,
+    elements: int,
+    nodes: int,
+) -> ca.Function:
+    """Return the integrator of one mode over a scaled time from 0 to 1.
+
+    Parameters
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``; the first rows are integrated too.
+    n_integrals : int
+    settings : Integrators
+    tolerance : float
+    span : float
+        Longest real time that will be integrated; scales `max_step`.
+    elements : int
+        Number of steps of "collocation".
+    nodes : int
+        Number of equidistant outputs, without events; 0 for the end alone, with events.
+
+    Returns
+    -------
+    casadi.Function
+        Its states are y, the integrals, the scaled time and the index of the event, and a flag that stops the motion
+        there; its parameters p, m, start and length of the interval.
+    """
+    n_x, n_p, n_m = field.nnz_in(0), field.nnz_in(2), field.nnz_in(3)
+    state, time = ca.SX.sym("state", n_x + n_integrals + 3), ca.SX.sym("time")
+    data = ca.SX.sym("data", n_p + n_m + 2)
+    p, m, begin, length = data[:n_p], data[n_p : n_p + n_m], data[-2], data[-1]
+    rate, guards, rows = field(state[:n_x], begin + length * time, p, m)
+    live = state[-1] > 0.5
+    moving = ca.if_else(live, length * ca.vertcat(rate, rows[:n_integrals]), 0)
+    dae = {"x": state, "t": time, "p": data, "ode": ca.vertcat(moving, 0, 0, 0)}
+    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": settings.max_steps}
+    if settings.plugin == "collocation":
+        options = {"number_of_finite_elements": math.ceil(elements / max(1, nodes))}
+    elif math.isfinite(settings.max_step):
+        options["max_step_size"] = settings.max_step / span
+    if settings.plugin in ONE_STEP and not nodes and guards.numel():
+        dae["zero"] = ca.if_else(live, guards, 1)
+        index, z, u = ca.SX.sym("index"), ca.SX.sym("z", 0), ca.SX.sym("u", 0)
+        after = ca.vertcat(state[:-3], time, index, 0)
+        arguments = [index, time, state, z, data, u]
+        options["transition"] = ca.Function("stop", arguments, [after, z], ca.event_in(), ca.event_out())
+    grid = np.linspace(0, 1, max(1, nodes) + 1)[1:].tolist()
+    with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
+        return ca.integrator("mode", settings.plugin, dae, 0.0, grid, options)
+
+
+def signs_evaluated(automaton: Automaton) -> ca.Function:
+    """Return the field with every direction and switch computed from the state, for laws without a jump."""
+    field = automaton.field
+    n_c, n_s = len(automaton.contacts), automaton.n_switches
+    y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
+    m = ca.SX.sym("m", field.nnz_in(3))
+    sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
+    mode = [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * n_s
+    for k in range(2 * n_c, 2 * n_c + n_s):  # a switch may depend on the ones before it
+        mode[k] = sign(field(y, t, p, ca.vertcat(*mode))[1][k])
+    return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))
+
+
+def node_function(field: ca.Function, n_integrals: int) -> ca.Function:
+    """Return ``(y, t, p, m) -> (y', y'', r, r', r'')`` for dense output; r holds guards and the rows not integrated."""
+    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
+    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    rate, guards, rows = field(y, t, p, m)
+    rows = ca.vertcat(guards, rows[n_integrals:])
+    first = along(rows, rate, y, t)
+    return ca.Function("nodes", [y, t, p, m], [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t)])

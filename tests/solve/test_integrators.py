@@ -1,0 +1,143 @@
+"""The route `integrators` against the benchmark's references, and against the route it is meant to check."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.bench.problems import problems
+from symfric.solve.integrators import IntegratorsProgram
+from symfric.solve.one_mode import Integrators
+
+PROBLEMS = problems()
+COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}
+
+
+def error(run, problem) -> float:
+    return max(abs(v - float(true)) for v, true in zip(run.checked().final, problem.reference, strict=True))
+
+
+@pytest.mark.parametrize("plugin", ["erk", "rosenbrock"])
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
+    problem = PROBLEMS[name]
+    run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
+    assert error(run, problem) < 10 * tolerance
+    assert run.stats["events"] == problem.events
+
+
+@pytest.mark.parametrize(
+    ("plugin", "tolerance"),
+    [("erk", 1e-7), ("rosenbrock", 1e-7), ("cvodes", 1e-6), ("cvodes", 1e-9), ("idas", 1e-6), ("idas", 1e-9)],
+)
+def test_the_regularised_law_is_right_within_the_tolerance(plugin, tolerance):
+    problem = PROBLEMS["P4"]
+    run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
+    assert error(run, problem) < 10 * tolerance
+
+
+def test_collocation_doubles_its_elements_until_the_result_stays():
+    problem = PROBLEMS["P4"]
+    assert error(IntegratorsProgram(problem.scene, 1e-4, Integrators("collocation")).run(), problem) < 1e-4
+    hopeless = IntegratorsProgram(problem.scene, 1e-9, Integrators("collocation", elements=4000)).run()
+    assert hopeless.status == sf.Status.INTEGRATOR
+
+
+@pytest.mark.parametrize("name", ["P1", "P2"])
+def test_motion_events_and_outputs_agree_with_the_taylor_route(name):
+    scene = PROBLEMS[name].scene
+    (x,), (u,) = scene.system.q, scene.system.u
+    contact = scene.contacts[0].name
+    outputs = {"high": sf.Max(x), "low": sf.Min(u), "half": sf.HalfRange(x)}
+    outputs["work"] = sf.Integral(sf.friction_force(contact) * sf.slip(contact))
+    scene = scene.wanting({**COMPARED, **outputs})
+    exact, run = sf.simulate(scene, tolerance=1e-13), IntegratorsProgram(scene, 1e-8, Integrators()).run()
+    t = np.linspace(0, scene.horizon, 2001)
+    assert np.max(np.abs(exact(t) - run(t))) < 1e-6
+    assert [(e.before, e.after) for e in exact.events] == [(e.before, e.after) for e in run.events]
+    assert np.max(np.abs(np.subtract([e.t for e in exact.events], [e.t for e in run.events]))) < 1e-6
+    for wanted in outputs:
+        assert run.outputs[wanted] == pytest.approx(exact.outputs[wanted], abs=1e-7)
+    assert run.outputs["rest"] == pytest.approx(exact.outputs["rest"], abs=1e-6, nan_ok=True)
+    assert run.energy_residual() < 1e-6
+
+
+def chain(n: int, loads) -> sf.Scene:
+    q, u = sp.symbols(f"q:{n}", real=True), sp.symbols(f"u:{n}", real=True)
+    force = [-q[i] / 2 - sp.Rational(1, 20) * u[i] for i in range(n)]
+    for i in range(n - 1):
+        force[i] += q[i + 1] - q[i]
+        force[i + 1] += q[i] - q[i + 1]
+    law = sf.laws.cubic(0.4, 0.25, 0.5)
+    contacts = [sf.Contact(f"c{i}", slip=u[i] - 0.2, normal=loads[i], law=law) for i in range(n)]
+    system = sf.System(q=q, u=u, mass=sp.eye(n), force=force)
+    return sf.Scene(system=system, contacts=contacts, initial=dict.fromkeys([*q, *u], 0.0), horizon=20.0)
+
+
+def rubbing() -> sf.Scene:
+    """Two bodies that rub on each other, one of them on the ground; a slip with two velocities."""
+    a, b, ua, ub = sp.symbols("a b ua ub", real=True)
+    force = [-a + sp.sin(sp.Rational(7, 10) * sf.TIME), -b - (b - a) / 2]
+    contacts = [
+        sf.Contact("between", slip=ua - ub, normal=1, law=sf.laws.coulomb(0.3, 0.2)),
+        sf.Contact("ground", slip=ub, normal=1, law=sf.laws.stribeck(0.25, 0.1, 0.3)),
+    ]
+    system = sf.System(q=[a, b], u=[ua, ub], mass=[[1, 0], [0, 2]], force=force)
+    return sf.Scene(system=system, contacts=contacts, initial={a: 1.0, b: 0.0, ua: 0.0, ub: 0.0}, horizon=20.0)
+
+
+def shaken() -> sf.Scene:
+    """Many reversals are followed by a stop within one step of the integrator: events it would step over."""
+    x, u, ground = sp.symbols("x u ground", real=True)
+    signal = sf.Signal(1.5 * np.random.default_rng(1).normal(size=200), 0.05)
+    return sf.Scene(
+        system=sf.System(q=[x], u=[u], mass=[[1]], force=[-4 * x - ground]),
+        contacts=[sf.Contact("floor", slip=u, normal=1, law=sf.laws.coulomb(0.5, 0.3))],
+        inputs={ground: signal},
+        initial={x: 0.0, u: 0.0},
+        horizon=10.0,
+    )
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param(chain(3, (1, 1.1, 1.2)), id="chain"),
+        pytest.param(chain(3, (1, 1, 1)), id="events at once"),
+        pytest.param(rubbing(), id="rubbing"),
+        pytest.param(shaken(), id="shaken"),
+    ],
+)
+def test_several_contacts_and_sampled_inputs_agree_with_the_taylor_route(scene):
+    scene = scene.wanting({"events": sf.Events()})
+    exact, run = sf.simulate(scene, tolerance=1e-13), IntegratorsProgram(scene, 1e-9, Integrators()).run().checked()
+    assert np.max(np.abs(exact.final - run.final)) < 1e-7
+    assert sorted((e.contact, e.before, e.after) for e in exact.events) == sorted(
+        (e.contact, e.before, e.after) for e in run.events
+    )
+
+
+def test_other_values_and_another_start_of_a_prepared_program():
+    scene = PROBLEMS["P2"].scene.until(20.0)
+    program = IntegratorsProgram(scene, 1e-9, Integrators())
+    values, initial = {"v_b": 0.3, "a": 0.01, "Omega": 5.0}, {"x": 0.1}
+    expected = IntegratorsProgram(scene.where(values).starting(initial), 1e-9, Integrators()).run()
+    assert np.max(np.abs(program.run(values, initial).final - expected.final)) < 1e-8
+
+
+def test_it_declines_what_it_cannot_do_and_says_why():
+    with pytest.raises(sf.NoRoute, match="regularised"):
+        IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators("cvodes"))
+    with pytest.raises(sf.NoRoute, match="kinks"):
+        IntegratorsProgram(PROBLEMS["P4"].scene.wanting(COMPARED), 1e-6, Integrators("idas"))
+    with pytest.raises(sf.SceneError, match="no integrator 'euler'"):
+        Integrators("euler")
+    with pytest.raises(sf.SceneError, match="tolerance"):
+        IntegratorsProgram(PROBLEMS["P2"].scene, 1e-20, Integrators())
+
+
+def test_a_budget_of_events_ends_the_run_with_a_status():
+    run = IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators(max_events=5)).run()
+    assert run.status == sf.Status.EVENT_BUDGET
+    assert run.t_final < PROBLEMS["P2"].scene.horizon
