@@ -17,9 +17,13 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.printer import Printer, Switches
+from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
+
+
+BRIDGE = 1e-12  # part of the speed over which an infinite slope of a law is replaced by a line
 
 
 @dataclass(frozen=True)
@@ -143,7 +147,27 @@ class Lowering:
         load = self.sx(c.normal * c.profile)
         inside = {**self.symbols, SPEED: self.d[i] * w}
         law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
-        return w, load, -self.d[i] * load * law(c.law.kinetic.xreplace(self.zero))
+        return w, load, -self.d[i] * load * law(_bridged(c.law).xreplace(self.zero))
+
+
+def _bridged(law: Law) -> sp.Expr:
+    """Return the kinetic coefficient with a straight line just below every speed where its slope is infinite.
+
+    The slope of an effective law behaves like 1/sqrt(q - v); a motion that hovers at v = q has no Taylor series there.
+    """
+    kinetic = law.kinetic
+    for speed in law.steep:
+        pieces, bridged = kinetic.args, []
+        for k, (expr, condition) in enumerate(pieces):
+            if condition == (SPEED < speed):
+                begin = speed * (1 - BRIDGE)
+                low, high = expr.subs(SPEED, begin), pieces[k + 1].expr.subs(SPEED, speed)
+                line = low + (high - low) * (SPEED - begin) / (speed - begin)
+                bridged += [(expr, SPEED < begin), (line, condition)]
+            else:
+                bridged.append((expr, condition))
+        kinetic = sp.Piecewise(*bridged)
+    return kinetic
 
 
 def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:

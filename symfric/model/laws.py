@@ -32,12 +32,16 @@ class Law:
         Speeds at which `kinetic` changes its branch, increasing.
     source : str
         Document and equation, or the file of ``derivations/`` that establishes the formula.
+    steep : tuple of Expr
+        Those of the `breaks` just below which the slope is infinite; solvers bridge the last part in 1e12 of the
+        speed by a straight line.
     """
 
     kinetic: sp.Expr
     stick: sp.Expr
     breaks: tuple[sp.Expr, ...] = ()
     source: str = ""
+    steep: tuple[sp.Expr, ...] = ()
 
     def __post_init__(self):
         object.__setattr__(self, "kinetic", expression(self.kinetic, "the kinetic coefficient"))
@@ -105,7 +109,8 @@ class Law:
 
     def _mapped(self, change) -> "Law":
         breaks = tuple(change(b) for b in self.breaks)
-        return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks)
+        steep = tuple(change(b) for b in self.steep)
+        return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks, steep=steep)
 
     def regularised(self, v_s, shape: str = "linear") -> "Law":
         """Return a continuous law that replaces the jump at rest by a steep slope.
@@ -166,7 +171,8 @@ class Law:
             if q == 0:
                 return self
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
-        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)")
+        steep = () if self.smooth else (q,)
+        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", steep)
 
 
 def coulomb(mu_s, mu_k=None) -> Law:

@@ -1,4 +1,4 @@
-"""The event loop: compiled once, kept on disk, and given every model's machine code by its address."""
+"""The event loop: compiled once, and given every model's machine code by its address."""
 
 import numpy as np
 from numba import njit
@@ -34,7 +34,6 @@ from symfric.solve.taylor.workspace import (
     T_END,
     T_LOW,
     TOLERANCE,
-    at_addresses,
 )
 
 PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
@@ -45,26 +44,12 @@ _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
 
 
-@njit(cache=True, nogil=True)
-def launch(table, y, p):
-    """Reset the workspace at `table`, start from state y at t = 0 with parameters p, and drive."""
-    w = at_addresses(table)
-    _reset(w, y, p)
-    return _drive(w)
-
-
-@njit(cache=True, nogil=True)
-def resume(table):
-    """Go on after a pause."""
-    return _drive(at_addresses(table))
-
-
-# Everything below works on arrays that it does not own, so numba's reference counting is switched off (_nrt): counting
+# These functions work on arrays that it does not own, so numba's reference counting is switched off (_nrt): counting
 # forty arrays at every call would take longer than the steps themselves.
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
-def _reset(w, y, p):
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def reset(w, y, p):
     n_x, n_c = y.size, w.sticks.size
     for i in range(n_x):
         w.y[i] = y[i]
@@ -82,8 +67,8 @@ def _reset(w, y, p):
         w.total[e, 0], w.total[e, 1], w.total[e, 2], w.total[e, 3] = np.inf, -np.inf, 0.0, 0.0
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
-def _drive(w):
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
     pause = w.counts[STEPS] + w.limits[CHUNK]
@@ -139,7 +124,7 @@ def _drive(w):
             return _LOST
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _step_size(w, n_x):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if a term is not finite."""
     order = w.c.shape[1] - 1
@@ -172,7 +157,7 @@ def _step_size(w, n_x):
     return h
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _largest_term(w, r, h):
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
@@ -181,7 +166,7 @@ def _largest_term(w, r, h):
     return max(largest, 1e-300)
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1
@@ -204,7 +189,7 @@ def _first_step(w):
     return h
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _first_event(w, n_x, n_c, h):
     """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
     order = w.c.shape[1] - 1
@@ -237,7 +222,7 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
     """Return the fraction of the step at which guard row r becomes negative, 2.0 if it does not."""
     order = w.c.shape[1] - 1
@@ -261,7 +246,7 @@ def _crossing(w, r, g, begin, total, h):
     return first_crossing(w.poly, order - first, w.table, w.stack, w.found)
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _is_sound(w, n_x, tau):
     """Return whether the polynomial still obeys the equations at the end of a step.
 
@@ -289,7 +274,7 @@ def _is_sound(w, n_x, tau):
     return True
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -324,7 +309,7 @@ def _advance(w, n_x, n_c, tau):
             w.fresh[g] = 0
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
     order = w.c.shape[1] - 1
@@ -348,7 +333,7 @@ def _accumulate(w, first, tau):
         w.total[e, 0], w.total[e, 1] = low, high
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     status = settle(w)
@@ -381,7 +366,7 @@ def _switch(w, n_x, n_c):
     return _budget(w, n_x)
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _budget(w, n_x):
     if w.counts[STALL] > _STALLED:
         return _CHATTER
@@ -395,7 +380,7 @@ def _budget(w, n_x):
     return _OK
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _begin(w, n_x):
     """Note the first value of every row, and the size of every guard."""
     expand(w)
@@ -404,7 +389,7 @@ def _begin(w, n_x):
         w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _next_segment(w):
     """Load the next slope of the inputs."""
     w.counts[SEGMENT] += 1

@@ -26,7 +26,7 @@ def bernstein_table(order: int) -> np.ndarray:
     return table
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def value(b, n, s):
     """Evaluate by Horner's rule."""
     r = b[n]
@@ -35,7 +35,7 @@ def value(b, n, s):
     return r
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
+@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
 def magnitude(b, n, powers):
     """Return the sum of the magnitudes of the terms 1 .. n: a bound of |b - b[0]|, so the order of the sum is free."""
     r = 0.0
@@ -44,7 +44,7 @@ def magnitude(b, n, powers):
     return r
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def polish(b, n, lo, hi, f_lo, f_hi):
     """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
     s = lo + (hi - lo) * (f_lo / (f_lo - f_hi)) if f_lo != f_hi else 0.5 * (lo + hi)
@@ -69,7 +69,7 @@ def polish(b, n, lo, hi, f_lo, f_hi):
     return hi
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def roots(b, n, most, table, stack, found):
     """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
 
@@ -142,7 +142,7 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def first_crossing(b, n, table, stack, found):
     """Return the first s in (0, 1] at which b, not negative at 0, becomes negative; 2.0 if it does not."""
     bound = 0.0
@@ -158,7 +158,7 @@ def first_crossing(b, n, table, stack, found):
     return found[0]
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     bound = 0.0

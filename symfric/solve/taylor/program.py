@@ -15,6 +15,8 @@ from symfric.model.scene import Scene
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.segments import segments
 from symfric.solve.status import Status
+from symfric.solve.taylor.driver import EVENTS_FULL, PATH_FULL
+from symfric.solve.taylor.entry import launch, resume
 from symfric.solve.taylor.jets import expand
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses, make_workspace
@@ -160,20 +162,18 @@ class TaylorProgram:
         return self._general
 
     def _drive(self, y: np.ndarray, p: np.ndarray, progress) -> Status:
-        from symfric.solve.taylor import driver
-
         w = self.work
-        code = driver.launch(self._table, y, p)
+        code = launch(self._table, y, p)
         while code < 0:
-            if code == driver.PATH_FULL:
+            if code == PATH_FULL:
                 w = w._replace(path_t=_double(w.path_t), path_c=_double(w.path_c), path_m=_double(w.path_m))
-            elif code == driver.EVENTS_FULL:
+            elif code == EVENTS_FULL:
                 w = w._replace(event_t=_double(w.event_t), event_i=_double(w.event_i))
             elif progress is not None:
                 progress(min(1.0, float(w.y[-1]) / self.scene.horizon))
             if w is not self.work:
                 self.work, self._table = w, addresses(w)
-            code = driver.resume(self._table)
+            code = resume(self._table)
         return Status(code)
 
     def _collect(self, values: Mapping, initial: Mapping, status: Status) -> Run:

@@ -35,31 +35,31 @@ def call_code(typing_context, address, a, b, out):
     return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[0], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
     call_code(w.code[1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def probe(w):
     """Compute the first three coefficients in the mode on trial."""
     call_code(w.code[2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def probe_trial(w):
     """Compute the first three coefficients at the end of the step on trial, in the present mode."""
     call_code(w.code[2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def settle(w):
     """Choose the mode of every contact and switch at the present state; return a status.
 
@@ -91,7 +91,7 @@ def settle(w):
     return _UNDECIDED
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     call_code(w.code[3], w.y.ctypes.data, w.p.ctypes.data, w.gauge.ctypes.data)
@@ -118,7 +118,7 @@ def _try_sticking(w, n_x, n_c):
             w.m[i] = 1.0
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
@@ -148,7 +148,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     return True
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _excess(w, row, horizon):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
@@ -161,7 +161,7 @@ def _excess(w, row, horizon):
     return 0.0, 0
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _backing(w, row, pull, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second = w.probe[row, 1], w.probe[row, 2]
@@ -172,7 +172,7 @@ def _backing(w, row, pull, horizon):
     return 0.0
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
     for j in range(n_s):
@@ -193,7 +193,7 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
     return False
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero."""
     for i in range(n_c):

@@ -10,13 +10,13 @@ from numba import njit
 
 from symfric.solve.status import Status
 from symfric.solve.taylor.settle import TIE, expand
-from symfric.solve.taylor.workspace import EXPAND, H_LAST, KEEP_PATH, KEPT_STEPS, PHASE, STALL, T_END
+from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, N_Q, PHASE, STALL, T_END
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def start_singular(w, n_x, n_c):
     """Step over a singular start; the state at the start is in ``w.y``, its rate in ``w.c`` or, if undefined, ``w.base``."""
     w.counts[STALL] += 1
@@ -28,14 +28,16 @@ def start_singular(w, n_x, n_c):
             w.base[1, r] = w.c[r, 1]
         if not abs(w.base[1, r]) < np.inf:
             return _NAN
-    which, weight, time = -1, 2.0 / 3.0, w.clock[H_LAST]
+        if not abs(w.base[2, r]) < np.inf:
+            w.base[2, r] = 0.0
+    which, weight, time = -1, 2.0 / 3.0, _natural_time(w)
     for i in range(n_c):
         if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[2, i] > 0.0:
             which = i
             time = w.gauge[1, i] / w.gauge[2, i]
             if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[2, i]:
                 weight = 0.5
-    h = FRACTION * (time if time > 0.0 else 1e-3 * w.clock[T_END])
+    h = FRACTION * time
     w.y[n_x] += h
     status = _OK
     if which >= 0:
@@ -51,7 +53,18 @@ def start_singular(w, n_x, n_c):
     return status
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
+def _natural_time(w):
+    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
+    time = 0.0
+    n = w.limits[N_Q]
+    for i in range(n):
+        if w.scale[n + i] > 0.0:
+            time = max(time, w.scale[i] / w.scale[n + i])
+    return time if time > 0.0 else 1e-3 * w.clock[T_END]
+
+
+@njit(nogil=True, _nrt=False)
 def _keep(w, n_x, n_c, h):
     """Add the short step to the trajectory, as a straight line."""
     if w.limits[KEEP_PATH] == 0 or w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
@@ -67,7 +80,7 @@ def _keep(w, n_x, n_c, h):
     w.counts[KEPT_STEPS] += 1
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _balance(w, n_x, n_c, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
     low, high = 1e-18 * w.gauge[1, i], 2.0 * w.gauge[2, i] * h
@@ -85,7 +98,7 @@ def _balance(w, n_x, n_c, i, weight, h):
             high = slip
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False)
 def _endpoint(w, n_x, weight, h):
     """Move all states by the weighted rates at both ends."""
     expand(w)

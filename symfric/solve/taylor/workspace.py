@@ -147,32 +147,32 @@ def _integer_pointer(typing_context, address):
     return types.CPointer(types.int64)(types.int64), generate
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _reals(table, k):
     return carray(_real_pointer(table[k, 0]), (table[k, 1],))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _matrix(table, k):
     return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _cube(table, k):
     return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _integers(table, k):
     return carray(_integer_pointer(table[k, 0]), (table[k, 1],))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _integer_matrix(table, k):
     return carray(_integer_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def at_addresses(table):
     """Return the workspace that `addresses` described, without owning it; in the order of its fields."""
     return Workspace(
