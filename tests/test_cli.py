@@ -27,7 +27,7 @@ def call(*arguments):
 
 def spawn(*arguments, cwd=None):
     return subprocess.run(
-        [sys.executable, "-c", PROGRAM, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+        [sys.executable, "-c", PROGRAM, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=180
     )
 
 
@@ -232,7 +232,7 @@ def test_interrupt_ends_with_130(tmp_path):
     line = process.stderr.readline()  # the first line of progress: the work has begun
     time.sleep(0.2)
     process.send_signal(signal.SIGINT)
-    _, rest = process.communicate(timeout=60)
+    _, rest = process.communicate(timeout=180)
     assert "%" in line
     assert process.returncode == 130
     assert rest.strip().splitlines()[-1] == "interrupted"

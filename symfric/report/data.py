@@ -124,16 +124,7 @@ def _sweep(result: StudyResult) -> dict | None:
 
 def _quench(result: StudyResult) -> dict | None:
     found = result.quench.value
-    if found is None:
-        return None
-    design = found.design
-    return {
-        "values": dict(design.values),
-        "objective": design.objective,
-        "active": list(design.active),
-        "status": design.status,
-        "check": design.check,
-    }
+    return None if found is None else found.design.to_dict()
 
 
 def amplitude_csv(result: StudyResult) -> str | None:

@@ -101,9 +101,7 @@ def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
         ax.plot(curve.values, curve.amplitude, color=colour, linestyle=dash, linewidth=1.4, label=curve.label)
     ax.plot(sweep.values, sweep.half_range, "o", color="black", fillstyle="none", markersize=4.5, label="computed")
     if sweep.quenched is not None:
-        ax.plot(
-            sweep.values, sweep.quenched, "x", color=RED, markersize=5, label="computed, with the fast excitation"
-        )
+        ax.plot(sweep.values, sweep.quenched, "x", color=RED, markersize=5, label="computed, with the fast excitation")
     for name, value in sweep.marks.items():
         ax.axvline(value, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label=name)
     ax.set_ylim(bottom=0)

@@ -106,4 +106,6 @@ def _quench(result: StudyResult) -> list[Picture]:
     q = result.plan.coordinate
     ax = figures.plot_before_after(found.before, found.after, q, result.file.units)
     caption = f"At {found.speed} = {found.shown:.4g}, without and with the designed excitation."
-    return [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption)]
+    shown = [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption)]
+    ax, caption = found.design.plot(figures.new_axes()), "What limits the design; dashed: the level it must keep."
+    return [*shown, Picture(figures.to_svg(ax), f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}", caption)]

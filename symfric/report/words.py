@@ -189,20 +189,12 @@ def design(result: StudyResult) -> list[str]:
     low, high = ask.speeds
     lines = [f"Asked: the smallest {ask.minimise} that stops the vibration for belt speeds from {low:g} to {high:g}."]
     active = ", ".join(str(a) for a in found.active)
-    lines.append(f"Status: {found.status}." + (f" Active bounds and conditions: {active}." if active else ""))
-    lines.append(f"The full model at the optimum: {check_in_words(found.check)}.")
+    status = found.status
+    if status == "infimum":
+        status += " (anything above these values will do, however little; these values themselves will not)"
+    lines.append(f"Status: {status}." + (f" Active bounds and conditions: {active}." if active else ""))
+    lines.append(f"The full model at the optimum: {str(found.check).rstrip('.')}.")
     return lines
-
-
-def check_in_words(check) -> str:
-    """Return the check of a design as text."""
-    if isinstance(check, dict):
-        return ", ".join(f"{k} {_plain(v)}" for k, v in check.items())
-    return str(check).rstrip(".")
-
-
-def _plain(value) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def design_rows(result: StudyResult) -> list[tuple[str, float]]:

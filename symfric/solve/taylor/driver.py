@@ -8,6 +8,7 @@ from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
 from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, probe_trial, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.workspace import (
+    CHECKED,
     CHUNK,
     EVENTS,
     EXPAND,
@@ -256,6 +257,8 @@ def _is_sound(w, n_x, tau):
     order = w.c.shape[1] - 1
     for r in range(n_x):
         w.trial[r] = value(w.c[r], order, tau)
+    if w.limits[CHECKED] == 0:
+        return True
     w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + tau)
     probe_trial(w)
     for r in range(w.limits[N_Q]):

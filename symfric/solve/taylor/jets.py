@@ -27,12 +27,16 @@ class Series:
     probe : casadi.Function
         The same up to order 2.
     order : int
+    entire : bool
+        Whether only sums, products, sines and cosines of moving quantities occur. Such right-hand sides hide nothing
+        from the last coefficients; an exponential or a quotient can be flat here and steep within the step.
     """
 
     prelude: ca.Function
     series: ca.Function
     probe: ca.Function
     order: int
+    entire: bool
 
 
 @dataclass
@@ -89,7 +93,27 @@ def expand(field: ca.Function, order: int) -> Series:
         series=_flat("series", state, fixed, rows, order),
         probe=_flat("probe", state, fixed, rows, min(order, 2)),
         order=order,
+        entire=all(node.op in _ENTIRE or _divides_by_fixed(nodes, node) for node in nodes if node.moves),
     )
+
+
+_ENTIRE = {
+    ca.OP_INPUT,
+    ca.OP_ADD,
+    ca.OP_SUB,
+    ca.OP_MUL,
+    ca.OP_NEG,
+    ca.OP_TWICE,
+    ca.OP_SQ,
+    ca.OP_IF_ELSE_ZERO,
+    ca.OP_ASSIGN,
+    ca.OP_SIN,
+    ca.OP_COS,
+}
+
+
+def _divides_by_fixed(nodes: list, node) -> bool:
+    return node.op == ca.OP_DIV and not nodes[node.args[1]].moves
 
 
 def _flat(name: str, state: ca.SX, fixed: "_Fixed", rows: list[Jet], order: int) -> ca.Function:

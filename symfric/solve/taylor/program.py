@@ -55,7 +55,7 @@ def order_for(tolerance: float) -> int:
     Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005); ending a step at an event
     makes a few orders more pay, by measurement on the mass on a belt.
     """
-    return math.ceil(-0.5 * math.log(tolerance)) + 8
+    return math.ceil(-0.5 * math.log(tolerance)) + 10
 
 
 class TaylorProgram:
@@ -94,6 +94,7 @@ class TaylorProgram:
             keep_path,
             keep_events,
             len(scene.system.q),
+            not series.entire,
         )
         self._table = addresses(self.work)
         self._keep_path, self._keep_events = keep_path, keep_events

@@ -18,7 +18,7 @@ T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE = range(6)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q = range(6)
+MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED = range(7)
 # kinds of wanted rows
 RANGE, INTEGRAL = range(2)
 
@@ -109,7 +109,7 @@ def make_workspace(
         segment_p=segments[1],
         counts=np.zeros(11, dtype=np.int64),
         clock=room(6),
-        limits=np.zeros(6, dtype=np.int64),
+        limits=np.zeros(7, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),

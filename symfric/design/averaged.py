@@ -1,0 +1,154 @@
+r"""Damping and power of a shaken contact as CasADi functions of belt speed and intensity, for any law.
+
+With ``w = v - q cos(theta)`` and < > the mean over theta, the effective friction ``<sgn(w) mu(|w|)>``, Thomsen (41), has
+the slope
+
+.. math:: \bar\mu'(v) = \langle\mu'(|w|)\rangle + \frac{2\mu(0)}{\pi\sqrt{q^2 - v^2}}\,[v < q],
+
+whose last term comes from the jump at w = 0. The fast velocity ``x' = q cos(theta)`` spends the mean power
+``c q^2/2 - N <q cos(theta) sgn(w) mu(|w|)>``; for the cubic law that is `symfric.theory.belt.mean_power`.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+
+from symfric.design.belt import Belt
+from symfric.errors import SceneError
+from symfric.lower.printer import Printer, Switches
+from symfric.model.laws import Law
+from symfric.model.names import SPEED
+from symfric.model.numeric import gauss_legendre
+
+SMALLEST = 1e-30  # of (q^2 - v^2) relative to q^2: the slope is infinite at v = q, and stays a number here
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged:
+    """Damping ``c + N mubar'(v; q)`` and mean power of the fast motion; each a CasADi function of (v, q).
+
+    Attributes
+    ----------
+    inside, outside : Function ``(v, q) -> (damping, power)``
+        For v <= q and for v >= q; at v = q the damping inside is infinite.
+    unshaken : Function ``v -> damping``
+        Without excitation, v > 0.
+    levels : tuple of float
+        Relative velocities where the law has a kink, increasing: the average has kinks at |level +- q|.
+    falls_steeply : bool
+        Whether the slope of the law at rest is minus infinity; then so is the damping outside at v = q.
+    scale : float
+        Size of a damping, for tolerances.
+    """
+
+    inside: ca.Function
+    outside: ca.Function
+    unshaken: ca.Function
+    levels: tuple[float, ...]
+    falls_steeply: bool
+    scale: float
+
+
+def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Averaged:
+    """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max."""
+    pieces = [_compiled(e) for e in _branches(belt.law)]
+    breaks = [float(b) for b in belt.law.breaks]
+    rest, slope = (float(e) for e in pieces[0](0.0))
+    steep = not np.isfinite(slope)
+    v = ca.SX.sym("v")
+    unshaken = ca.Function("unshaken", [v], [belt.damping + belt.normal * _on_branch(pieces, breaks, v)])
+    grid = np.linspace(speeds[0], speeds[1], 65)[None, :]
+    grid = grid[grid > 0][None, :]
+    scale = abs(belt.damping) + float(np.max(np.abs(np.array(unshaken(grid)) - belt.damping), initial=0.0))
+    coarse, nodes = _functions(belt, pieces, breaks, rest, 48), 48
+    while nodes < 768:
+        fine = _functions(belt, pieces, breaks, rest, 2 * nodes)
+        if _distance(coarse, fine, speeds, q_max, steep) < 1e-11 * scale:
+            break
+        coarse, nodes = fine, 2 * nodes
+    levels = tuple(sorted({-b for b in breaks} | set(breaks) | {0.0}))
+    return Averaged(*coarse, unshaken, levels, steep and slope < 0, scale)
+
+
+def _branches(law: Law) -> list[sp.Expr]:
+    if not law.breaks:
+        return [law.kinetic]
+    if not isinstance(law.kinetic, sp.Piecewise):
+        raise SceneError("a law with breaks must be a Piecewise of SPEED to be averaged")
+    return [piece.expr for piece in law.kinetic.args]
+
+
+def _compiled(expr: sp.Expr) -> ca.Function:
+    """Return ``v -> (mu, mu')`` of one branch."""
+    v = ca.SX.sym("v")
+    mu = Printer({SPEED: v}, set(), Switches())(expr)
+    return ca.Function("mu", [v], [mu, ca.jacobian(mu, v)])
+
+
+def _on_branch(pieces, breaks, v: ca.SX) -> ca.SX:
+    result = pieces[-1](v)[1]
+    for piece, b in zip(reversed(pieces[:-1]), reversed(breaks), strict=True):
+        result = ca.if_else(v < b, piece(v)[1], result)
+    return result
+
+
+def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.Function, ca.Function]:
+    v, q = ca.SX.sym("v"), ca.SX.sym("q")
+    found = []
+    for name, inside in (("inside", True), ("outside", False)):
+        slope, weighted = _means(pieces, breaks, v, q, inside, nodes)
+        if inside and rest != 0:
+            gap = ca.fmax((q - v) * (q + v), SMALLEST * q * q)
+            slope += 2 * rest / (np.pi * ca.sqrt(gap))
+        damping = belt.damping + belt.normal * slope
+        power = 0.5 * belt.damping * q * q - belt.normal * q * weighted
+        found.append(ca.Function(name, [v, q], [damping, power], ["v", "q"], ["damping", "power"]))
+    return found[0], found[1]
+
+
+def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tuple[ca.SX, ca.SX]:
+    """Return ``<mu'(|w|)>`` and ``<cos(theta) sgn(w) mu(|w|)>``, arc by arc between the kinks of the law."""
+    levels = [*(-b for b in reversed(breaks)), 0.0, *breaks] if inside else list(breaks)
+    angles = [ca.SX(0), *(_angle((v - level) / q) for level in levels), ca.SX(np.pi)]
+    x, weights = gauss_legendre(nodes)
+    clustered, density = x**2 * (3 - 2 * x), 6 * x * (1 - x)  # nodes at both ends of an arc, where the law varies most
+    slope = weighted = ca.SX(0)
+    for k, (low, high) in enumerate(itertools.pairwise(angles)):
+        branch, sign = (k, 1) if not inside else _place(k, len(breaks))
+        for c, d in zip(clustered, weights * density / np.pi, strict=True):
+            cosine = ca.cos(low + (high - low) * c)
+            speed = ca.fmax(sign * (v - q * cosine), 1e-15 * q)  # rounding must not make it negative
+            mu, derivative = pieces[branch](speed)
+            slope += (high - low) * d * derivative
+            weighted += (high - low) * d * cosine * sign * mu
+    return slope, weighted
+
+
+def _place(k: int, n: int) -> tuple[int, int]:
+    """Return branch and sign of the k-th arc, w rising, of a law with n breaks."""
+    return (n - k, -1) if k <= n else (k - n - 1, 1)
+
+
+def _angle(cosine: ca.SX) -> ca.SX:
+    """Return acos, clipped; the derivative is zero beyond the ends and finite at them."""
+    clipped = ca.fmin(ca.fmax(cosine, -1 + 1e-16), 1 - 1e-16)
+    return ca.if_else(cosine >= 1, 0, ca.if_else(cosine <= -1, np.pi, ca.acos(clipped)))
+
+
+def _distance(coarse, fine, speeds, q_max: float, steep: bool) -> float:
+    """Return the largest difference of two quadratures over intensities and belt speeds."""
+    q, share = np.meshgrid(q_max * np.array([1e-3, 0.03, 0.3, 1.0]), np.linspace(0, 0.97, 8))
+    pairs = [(0, (share * q).ravel(), q.ravel())]
+    share = np.array([1.03, 1.3, 3.0, 10.0] if steep else [1.0, 1.03, 1.3, 3.0, 10.0])
+    q, share = np.meshgrid(q_max * np.array([1e-3, 0.03, 0.3, 1.0]), share)
+    pairs.append((1, (share * q).ravel(), q.ravel()))
+    largest = 0.0
+    for side, v, q in pairs:
+        seen = (v >= speeds[0]) & (v <= speeds[1])
+        if seen.any():
+            one, two = (np.array(f[side](v[seen][None], q[seen][None])[0]) for f in (coarse, fine))
+            largest = max(largest, float(np.max(np.abs(one - two))))
+    return largest

@@ -1,0 +1,167 @@
+"""What the full event-driven model does beside an optimum: multipliers of the stroboscopic map at finite frequency."""
+
+from dataclasses import asdict, dataclass
+from math import isfinite, nan, pi
+
+import numpy as np
+
+from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.solve.choose import Program, prepare
+from symfric.solve.run import Run
+
+TOLERANCE = 1e-12  # of the runs; differences of 1e-6 of a velocity then show growth rates of 1e-6
+MAPS = 40  # half slow periods over which the disturbance is followed
+PERIODS = 200  # most forcing periods in one map
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One motion of the full model about its forced vibration, started with a small disturbance.
+
+    Attributes
+    ----------
+    v_b, a, Omega : float
+    decay_rate : float
+        Of the slow motion, 1/time, from the largest Floquet multiplier of the full model; negative: self-excited.
+    averaged_rate : float
+        The same in the averaged model.
+    multiplier : float
+        Largest absolute value over `duration`.
+    amplitude_start, amplitude_end : float
+        Stroboscopic distance from the forced vibration, as a displacement, at the start and after `duration * MAPS`.
+    duration : float
+        Time of one map: whole forcing periods, about half a slow one.
+    energy_residual : float
+    status : str
+        "OK", or why there is no answer.
+    """
+
+    v_b: float
+    a: float
+    Omega: float
+    decay_rate: float
+    averaged_rate: float
+    multiplier: float
+    amplitude_start: float
+    amplitude_end: float
+    duration: float
+    energy_residual: float
+    status: str
+
+    @property
+    def self_excited(self) -> bool:
+        """Whether the disturbance grows; False without an answer."""
+        return self.decay_rate < 0
+
+
+@dataclass(frozen=True)
+class Check:
+    """The full model with a little more and a little less excitation than the optimum.
+
+    Attributes
+    ----------
+    step : float
+        Relative change of a; the optimum itself lies at the limit.
+    above, below : tuple of Probe
+        At the worst belt speeds of the averaged model; none below where no excitation is needed.
+    """
+
+    step: float
+    above: tuple[Probe, ...]
+    below: tuple[Probe, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the full model is stable and self-excited where the averaged one is."""
+        probes = (*self.above, *self.below)
+        return all(p.status == "OK" and p.self_excited == (p.averaged_rate < 0) for p in probes)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        sides = {"above": self.above, "below": self.below}
+        rows = {k: [{**asdict(p), "self_excited": p.self_excited} for p in side] for k, side in sides.items()}
+        return {"step": self.step, "agrees": self.agrees, **rows}
+
+    def __str__(self) -> str:
+        words = []
+        for probes, share in ((self.above, f"{100 * self.step:.3g} % more"), (self.below, f"{100 * self.step:.3g} % less")):
+            for p in probes:
+                state = "self-excited" if p.self_excited else "stable"
+                state = state if p.status == "OK" else f"no answer ({p.status})"
+                rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
+                words.append(f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})")
+        return "; ".join(words)
+
+
+def probe(
+    belt: Belt, program: Program, duration: float, excitation: tuple[float, float], v_b: float, rest: float, rate: float
+) -> Probe:
+    """Run the full model about the quasi-equilibrium `rest` of the slow position; see `Probe`.
+
+    Parameters
+    ----------
+    belt : Belt
+    program : Program
+        Of the scene until `duration`.
+    excitation : (float, float)
+        a and Omega.
+    rate : float
+        Decay rate of the averaged model.
+    """
+    a, Omega = excitation
+    names = [s.name for s in belt.scene.system.states]
+    values = {SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega}
+    speed = belt.gain * a * Omega or v_b
+    size = np.array([speed / belt.frequency, speed])
+    runs: list[Run] = []
+
+    def strobe(x: np.ndarray) -> np.ndarray:
+        runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
+        return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
+
+    start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
+    x, slopes = _fixed_point(strobe, start, size)
+    largest = float(np.max(np.abs(np.linalg.eigvals(slopes)))) if np.all(np.isfinite(slopes)) else nan
+    first = last = residual = nan
+    if isfinite(largest):
+        first = 1e-4 * float(size[0])
+        y = x + [first, 0.0]
+        for _ in range(MAPS):
+            y = strobe(y)
+        last = float(np.hypot(*((y - x) / size)) * size[0])
+        residual = runs[-1].energy_residual()
+    failed = next((r for r in runs if r.status != 0), None)
+    lost = "OK" if isfinite(largest) else "no forced vibration of the forcing's period was found"
+    status = lost if failed is None else f"{failed.status.name}: {failed.advice}"
+    decay = -float(np.log(max(largest, 1e-300))) / duration
+    return Probe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
+
+
+def _fixed_point(strobe, x: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the fixed point of the map and its derivatives there by Newton's method; NaN if it is not found."""
+    for _ in range(12):
+        slopes = _jacobian(strobe, x, size)
+        gap = strobe(x) - x
+        if not np.all(np.isfinite(slopes)) or not np.all(np.isfinite(gap)):
+            break
+        if np.max(np.abs(gap) / size) < 1e-9:
+            return x, slopes
+        x = x - np.linalg.solve(slopes - np.eye(2), gap)
+    return x, np.full((2, 2), np.nan)
+
+
+def _jacobian(strobe, x: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return central differences of the map, scaled to equal units; eigenvalues do not depend on the scale."""
+    step = 1e-6 * np.diag(size)
+    return np.column_stack([(strobe(x + d) - strobe(x - d)) / (2e-6 * s) for d, s in zip(step, size, strict=True)])
+
+
+def prepare_map(belt: Belt, excitation: tuple[float, float], v_b: float) -> tuple[Program, float]:
+    """Compile the scene over whole forcing periods that last about half a slow period; return it and their time."""
+    a, Omega = excitation
+    half = pi / belt.frequency
+    if a * Omega != 0:
+        forcing = 2 * pi / Omega
+        half = forcing * min(max(1, round(half / forcing)), PERIODS)
+    scene = belt.scene.where({SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega})
+    return prepare(scene.wanting(None).until(half), TOLERANCE), half

@@ -1,0 +1,251 @@
+"""The smallest fast excitation that keeps a mass on a belt from vibrating by itself."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from symfric.design.averaged import Averaged, average_belt
+from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
+from symfric.design.check import Check, Probe, prepare_map, probe
+from symfric.design.result import Curve, Design
+from symfric.design.search import Optimum, Problem, search
+from symfric.design.worst import SHARES, Point, Range
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import finite, nearest
+from symfric.model.scene import Scene
+
+OBJECTIVES = ("intensity", "power", "force")
+ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
+NONE_NEEDED = "no excitation needed"
+
+
+def quench(
+    scene: Scene,
+    speeds: tuple[float, float],
+    *,
+    Omega: tuple[float, float],
+    a: tuple[float, float],
+    minimise: str = "intensity",
+    margin: float = 0.0,
+) -> Design:
+    r"""Find the smallest excitation :math:`a\Omega^2\sin\Omega t` that keeps steady sliding stable.
+
+    Parameters
+    ----------
+    scene : Scene
+        One mass on a linear spring and damper, one contact with slip ``u - v_b``, any law, and a harmonic force that
+        shakes it with velocity a Omega: `symfric.scenes.mass_on_belt` or one like it with parameters v_b, a and Omega.
+        Its own values of these three are not used.
+    speeds : (float, float)
+        Lowest and highest belt speed, 0 <= low <= high > 0.
+    Omega, a : (float, float)
+        Bounds of frequency (> 0) and amplitude (>= 0).
+    minimise : {"intensity", "power", "force"}
+        ``a Omega``; the largest mean power over the belt speeds; ``a Omega^2``.
+    margin : float
+        Least damping ``c + N mubar'`` of the slow motion, >= 0, in the units of c; 0 is the limit of stability.
+
+    Returns
+    -------
+    Design
+        With values "a" and "Omega". Where several reach the optimum, the one of least force: the lowest frequency.
+        Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
+        does not.
+
+    Raises
+    ------
+    SceneError
+        If the scene is another one, or an argument is wrong.
+    NotFound
+        If no excitation within the bounds does it; names the one that comes closest, its worst belt speed and the
+        damping that is missing.
+
+    Notes
+    -----
+    On the averaged model: ``N mubar'(v; q) + c >= margin`` for every v in `speeds`, Thomsen (52), with the effective
+    friction (41) and q = a Omega; (56)-(58) are its solutions for the cubic law. Averaging needs Omega far above the
+    natural frequency: the lower bound of Omega is where the user says what far is, and the check what comes of it.
+    The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
+    The condition is local: large stick-slip cycles beside a stable sliding are not excluded.
+    """
+    if minimise not in OBJECTIVES:
+        raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
+    low, high = _bounds(speeds, "speeds", "belt speed")
+    if not high > 0:
+        raise SceneError("the highest of the speeds is 0; a belt at rest makes nothing vibrate")
+    Omega, a = _bounds(Omega, "Omega", "frequency"), _bounds(a, "a", "amplitude")
+    if not Omega[0] > 0:
+        raise SceneError(f"Omega is {Omega}; its lower bound must be positive, and far above the natural frequency")
+    if not a[1] > 0:
+        raise SceneError(f"a is {a}; its upper bound must be positive")
+    margin = finite(margin, "margin")
+    if margin < 0:
+        raise SceneError(f"margin is {margin:g}; it must not be negative")
+    belt = read_belt(scene)
+    averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
+    problem = Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
+    still = _unshaken(averaged, low, high)
+    if a[0] == 0 and still.value >= margin:
+        return _idle(belt, problem, still)
+    found = search(problem)
+    if not isinstance(found, Optimum):
+        raise NotFound(_missing(problem, found, still))
+    return _design(belt, problem, found)
+
+
+def _bounds(pair, name: str, what: str) -> tuple[float, float]:
+    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
+        raise SceneError(f"{name} is {pair!r}; give the lowest and the highest {what}")
+    low, high = (finite(e, f"a bound of {name}") for e in pair)
+    if low < 0:
+        raise SceneError(f"the lower bound of {name} is {low:g}; it must not be negative")
+    if low > high:
+        raise SceneError(f"{name} is ({low:g}, {high:g}); the lower bound comes first")
+    return low, high
+
+
+def _unshaken(averaged: Averaged, low: float, high: float) -> Point:
+    """Return the belt speed of least damping without excitation."""
+    edges = [low, *(b for b in averaged.levels if low < b < high), high]
+    parts = []
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), [np.nextafter(b, a)]]  # the slope jumps at a break
+    v = np.concatenate(parts)
+    y = np.array(averaged.unshaken(v[None])).ravel()
+    k = int(np.argmin(y))
+    return Point(float(y[k]), float(v[k]), 0.0, False)
+
+
+def _missing(problem: Problem, closest: tuple[float, str], still: Point) -> str:
+    q, regime = closest
+    worst = problem.speeds.worst(regime, q)[0] if q > 0 else still
+    if problem.a[0] == 0 and still.value >= worst.value:
+        q, worst = 0.0, still
+    low, high = (e / problem.gain for e in problem.intensities)
+    return (
+        f"no excitation with a*Omega from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
+        f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, a*Omega = "
+        f"{q / problem.gain:.6g}, leaves the damping at v_b = {worst.v:.6g} short by {problem.margin - worst.value:.6g}"
+    )
+
+
+def _idle(belt: Belt, problem: Problem, still: Point) -> Design:
+    """Return the design without excitation."""
+    speeds, Omega = problem.speeds, problem.Omega[0]
+    v = np.linspace(0.0, 1.3 * speeds.high, 201)[1:]
+    curve = _curve(problem, v, np.array(speeds.averaged.unshaken(v[None])).ravel(), ())
+    at = still.v if still.v > 0 else 0.01 * speeds.high  # a belt at rest does not slide
+    rest = belt.normal * belt.law(at) / belt.stiffness
+    damping = float(speeds.averaged.unshaken(at))
+    program, duration = prepare_map(belt, (0.0, Omega), at)
+    seen = probe(belt, program, duration, (0.0, Omega), at, rest, _rate(belt, damping))
+    values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
+    found = _placed(belt.scene, values, at)
+    return Design(values, 0.0, (NONE_NEEDED,), found, Check(0.0, (seen,), ()), "optimal", curve)
+
+
+def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
+    a, Omega = problem.excitation(found.q)
+    speeds = problem.speeds
+    worst = speeds.worst(found.regime, found.q)
+    near = problem.margin + ACTIVE * speeds.averaged.scale
+    marks = [p.v for p in worst if p.value <= near]
+    limit = found.regime == "inside" and found.q == speeds.high and problem.slack("mixed", found.q) < 0
+    if limit:
+        marks = [*marks, speeds.high]
+    marks = sorted(set(marks))
+    active = [f"damping at v_b = {v:.6g}" for v in marks]
+    if problem.minimise == "power" and speeds.low < speeds.high:
+        active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, power=True)[0].v:.6g}")
+    active += _on_bounds((AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega))
+    check = _checked(belt, problem, found, worst[0].v)
+    values = {AMPLITUDE: a, FREQUENCY: Omega}
+    scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
+    status = "infimum" if limit else "optimal"
+    curve = _along(problem, found.q, tuple(marks))
+    return Design(values, found.objective, tuple(active), scene, check, status, curve)
+
+
+def _on_bounds(*variables) -> list[str]:
+    sides = ((0, "lower"), (1, "upper"))
+    return [
+        f"{name} at its {word} bound"
+        for name, value, bounds in variables
+        for k, word in sides
+        if abs(value - bounds[k]) <= 1e-9 * bounds[1]
+    ]
+
+
+def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
+    """Return the scene with the designed values, and with v_b if it has no belt speed yet."""
+    missing = scene.values[scene.parameter(SPEED_NAME)] is None
+    return scene.where({**values, SPEED_NAME: v_b} if missing else values)
+
+
+def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
+    """Return the damping over the belt speeds, also those beside the range: they show what it costs."""
+    v, y = [], []
+    for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
+        part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))
+        part = part[part < q] if inside else part
+        v += [part, [np.nan]]
+        y += [problem.speeds.on(inside, part, np.full(part.shape, q))[0], [np.nan]]
+    return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
+
+
+def _curve(problem: Problem, v, y, marks) -> Curve:
+    return Curve(v, y, problem.margin, "belt speed v_b", "damping of the slow motion", marks)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """An excitation beside the optimum and its worst belt speed."""
+
+    excitation: tuple[float, float]
+    v_b: float
+    damping: float
+    rest: float
+
+
+def _checked(belt: Belt, problem: Problem, found: Optimum, v_b: float) -> Check:
+    """Ask the full model with a changed by a step: 1 %, and what the averaged model misses at this frequency."""
+    a, Omega = problem.excitation(found.q)
+    ratio = (belt.frequency / Omega) ** 2
+    step = 0.01 + 4 * ratio
+    program, duration = prepare_map(belt, (a, Omega), v_b)
+    sides = []
+    for factor in (1 + step, 1 - step):
+        side = _side(belt, problem, (factor * a, Omega), ratio)
+        sides.append(_seen(belt, program, duration, side))
+    return Check(step, (sides[0],), (sides[1],))
+
+
+def _side(belt: Belt, problem: Problem, excitation: tuple[float, float], ratio: float) -> _Side:
+    """Return the worst belt speed under an excitation, a little off the fast velocity, where the full model grazes.
+
+    The amplitude of the fast velocity at finite frequency is ``q/(1 - (omega/Omega)^2)``, that of the linear oscillator.
+    """
+    speeds, q = problem.speeds, belt.gain * excitation[0] * excitation[1]
+    regime = "outside" if q <= speeds.low else "mixed" if q <= speeds.high else "inside"
+    worst = speeds.worst(regime, q)[0]
+    v, inside = worst.v, worst.inside
+    graze = q / abs(1 - ratio)
+    if not inside and v < graze * 1.002:
+        v = min(graze * 1.002, speeds.high)
+        inside = v < q
+    pair = (np.array([v]), np.array([q]))
+    damping = float(speeds.on(inside, *pair)[0][0])
+    return _Side(excitation, float(v), damping, belt.normal * belt.law.averaged(q)(v) / belt.stiffness)
+
+
+def _seen(belt: Belt, program, duration: float, side: _Side) -> Probe:
+    rate = _rate(belt, side.damping)
+    return probe(belt, program, duration, side.excitation, side.v_b, side.rest, rate)
+
+
+def _rate(belt: Belt, damping: float) -> float:
+    """Return the decay rate of ``m x'' + damping x' + k x = 0``."""
+    half = damping / (2 * belt.mass)
+    beyond = half**2 - belt.frequency**2
+    return half - sqrt(beyond) if beyond > 0 and half > 0 else half + sqrt(max(beyond, 0.0)) * (1 if half > 0 else -1)

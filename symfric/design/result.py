@@ -1,0 +1,94 @@
+"""What every design returns."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symfric.model.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The condition that limits a design, over what it must hold for.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (n,)
+        NaN in `y` separates branches.
+    level : float
+        `y` must not be below it.
+    xlabel, ylabel : str
+    marks : tuple of float
+        Values of `x` where the condition is active.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    level: float
+    xlabel: str
+    ylabel: str
+    marks: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Design:
+    """An optimum and what the full model says of it.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        By the names of the parameters that were optimised.
+    objective : float
+        What was minimised, at the optimum.
+    active : tuple of str
+        Conditions and bounds that hold with equality.
+    scene : Scene
+        The given one with `values`.
+    check : object
+        What the full event-driven model does at the optimum; has ``agrees``, ``to_dict()`` and a readable ``str``.
+    status : str
+        "optimal", or "infimum": the conditions hold for parameters as near to `values` as one likes, not at them.
+    curve : Curve
+        What `plot` draws.
+    """
+
+    values: dict[str, float]
+    objective: float
+    active: tuple[str, ...]
+    scene: Scene
+    check: object
+    status: str
+    curve: Curve = field(repr=False)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{k}={v:.6g}" for k, v in self.values.items())
+        return f"Design({self.status}, {values}, objective={self.objective:.6g}, active: {'; '.join(self.active)})"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        return {
+            "values": dict(self.values),
+            "objective": self.objective,
+            "active": list(self.active),
+            "status": self.status,
+            "check": self.check.to_dict(),
+        }
+
+    def plot(self, ax=None):
+        """Draw the limiting condition and return the Axes."""
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.subplots()[1]
+        curve = self.curve
+        ax.plot(curve.x, curve.y)
+        ax.axhline(curve.level, color="0.4", linewidth=0.8, linestyle="--")
+        for x in curve.marks:
+            ax.plot([x], [curve.level], "o", color="C3")
+        seen = curve.y[np.isfinite(curve.y)]
+        low, high = min(float(np.min(seen)), curve.level), float(np.quantile(seen, 0.9))
+        room = 0.1 * max(high - low, 1e-3 * abs(low), 1e-12)  # the damping is infinite just below v_b = a Omega
+        ax.set_ylim(low - room, high + room)
+        ax.set_xlabel(curve.xlabel)
+        ax.set_ylabel(curve.ylabel)
+        return ax

@@ -1,0 +1,1 @@
+"""Periodic motions and where they change their kind."""
