@@ -1,7 +1,7 @@
 r"""Damping and power of a shaken contact as CasADi functions of belt speed and intensity, for any law.
 
-With ``w = v - q cos(theta)`` and < > the mean over theta, the effective friction ``<sgn(w) mu(|w|)>``, Thomsen (41), has
-the slope
+With ``w = v - q cos(theta)`` and < > the mean over theta, the effective friction ``<sgn(w) mu(|w|)>``, Thomsen (41),
+has the slope
 
 .. math:: \bar\mu'(v) = \langle\mu'(|w|)\rangle + \frac{2\mu(0)}{\pi\sqrt{q^2 - v^2}}\,[v < q],
 
@@ -28,12 +28,13 @@ SMALLEST = 1e-30  # of (q^2 - v^2) relative to q^2: the slope is infinite at v =
 
 @dataclass(frozen=True, eq=False)
 class Averaged:
-    """Damping ``c + N mubar'(v; q)`` and mean power of the fast motion; each a CasADi function of (v, q).
+    """The shaken contact as CasADi functions of (v, q).
 
     Attributes
     ----------
-    inside, outside : Function ``(v, q) -> (damping, power)``
-        For v <= q and for v >= q; at v = q the damping inside is infinite.
+    inside, outside : Function ``(v, q) -> (damping, power, friction)``
+        Damping ``c + N mubar'``, mean power of the fast motion, and mubar, for v <= q and for v >= q; at v = q the
+        damping inside is infinite.
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
     levels : tuple of float
@@ -63,7 +64,8 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
     grid = np.linspace(speeds[0], speeds[1], 65)[None, :]
     grid = grid[grid > 0][None, :]
     scale = abs(belt.damping) + float(np.max(np.abs(np.array(unshaken(grid)) - belt.damping), initial=0.0))
-    coarse, nodes = _functions(belt, pieces, breaks, rest, 48), 48
+    nodes = 24
+    coarse = _functions(belt, pieces, breaks, rest, nodes)
     while nodes < 768:
         fine = _functions(belt, pieces, breaks, rest, 2 * nodes)
         if _distance(coarse, fine, speeds, q_max, steep) < 1e-11 * scale:
@@ -99,32 +101,33 @@ def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.
     v, q = ca.SX.sym("v"), ca.SX.sym("q")
     found = []
     for name, inside in (("inside", True), ("outside", False)):
-        slope, weighted = _means(pieces, breaks, v, q, inside, nodes)
+        slope, weighted, mean = _means(pieces, breaks, v, q, inside, nodes)
         if inside and rest != 0:
             gap = ca.fmax((q - v) * (q + v), SMALLEST * q * q)
             slope += 2 * rest / (np.pi * ca.sqrt(gap))
         damping = belt.damping + belt.normal * slope
         power = 0.5 * belt.damping * q * q - belt.normal * q * weighted
-        found.append(ca.Function(name, [v, q], [damping, power], ["v", "q"], ["damping", "power"]))
+        found.append(ca.Function(name, [v, q], [damping, power, mean], ["v", "q"], ["damping", "power", "friction"]))
     return found[0], found[1]
 
 
-def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tuple[ca.SX, ca.SX]:
-    """Return ``<mu'(|w|)>`` and ``<cos(theta) sgn(w) mu(|w|)>``, arc by arc between the kinks of the law."""
+def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tuple[ca.SX, ...]:
+    """Return the means of mu'(|w|), cos(theta) sgn(w) mu(|w|) and sgn(w) mu(|w|), arc by arc between kinks of the law."""
     levels = [*(-b for b in reversed(breaks)), 0.0, *breaks] if inside else list(breaks)
     angles = [ca.SX(0), *(_angle((v - level) / q) for level in levels), ca.SX(np.pi)]
     x, weights = gauss_legendre(nodes)
-    clustered, density = x**2 * (3 - 2 * x), 6 * x * (1 - x)  # nodes at both ends of an arc, where the law varies most
-    slope = weighted = ca.SX(0)
+    clustered = ca.DM(x**2 * (3 - 2 * x)).T  # nodes at both ends of an arc, where the law varies most
+    density = ca.DM(weights * 6 * x * (1 - x) / np.pi)
+    slope = weighted = mean = ca.SX(0)
     for k, (low, high) in enumerate(itertools.pairwise(angles)):
         branch, sign = (k, 1) if not inside else _place(k, len(breaks))
-        for c, d in zip(clustered, weights * density / np.pi, strict=True):
-            cosine = ca.cos(low + (high - low) * c)
-            speed = ca.fmax(sign * (v - q * cosine), 1e-15 * q)  # rounding must not make it negative
-            mu, derivative = pieces[branch](speed)
-            slope += (high - low) * d * derivative
-            weighted += (high - low) * d * cosine * sign * mu
-    return slope, weighted
+        cosine = ca.cos(low + (high - low) * clustered)
+        speed = ca.fmax(sign * (v - q * cosine), 1e-15 * q)  # rounding must not make it negative
+        mu, derivative = pieces[branch](speed)
+        slope += (high - low) * ca.mtimes(derivative, density)
+        mean += (high - low) * sign * ca.mtimes(mu, density)
+        weighted += (high - low) * sign * ca.mtimes(cosine * mu, density)
+    return slope, weighted, mean
 
 
 def _place(k: int, n: int) -> tuple[int, int]:

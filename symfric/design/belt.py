@@ -82,7 +82,9 @@ def read_belt(scene: Scene) -> Belt:
     }
     mass, damping, stiffness, normal = (_constant(e, given, what) for what, e in numbers.items())
     if not stiffness > 0:
-        raise SceneError(f"the stiffness is {stiffness:g}; quench needs a spring, so that there is something to vibrate")
+        raise SceneError(
+            f"the stiffness is {stiffness:g}; quench needs a spring, so that there is something to vibrate"
+        )
     if not normal > 0:
         raise SceneError(f"the normal load of contact {contact.name!r} is {normal:g}; without it nothing rubs")
     (q,) = slow.contacts[0].law.breaks
@@ -143,5 +145,7 @@ def _gain(q: sp.Expr, given: dict, named: dict) -> float:
     a, Omega = sp.symbols("a Omega", positive=True)
     ratio = sp.simplify(q.subs(given).subs({named[AMPLITUDE]: a, named[FREQUENCY]: Omega}) / (a * Omega))
     if not ratio.is_number:
-        raise SceneError(f"the fast velocity is {q}, not proportional to a*Omega; write the force as a*Omega**2*sin(...)")
+        raise SceneError(
+            f"the fast velocity is {q}, not proportional to a*Omega; write the force as a*Omega**2*sin(...)"
+        )
     return float(ratio)

@@ -24,7 +24,7 @@ class Probe:
     decay_rate : float
         Of the slow motion, 1/time, from the largest Floquet multiplier of the full model; negative: self-excited.
     averaged_rate : float
-        The same in the averaged model.
+        The same in the averaged model, with the fast amplitude at this frequency.
     multiplier : float
         Largest absolute value over `duration`.
     amplitude_start, amplitude_end : float
@@ -84,7 +84,10 @@ class Check:
 
     def __str__(self) -> str:
         words = []
-        for probes, share in ((self.above, f"{100 * self.step:.3g} % more"), (self.below, f"{100 * self.step:.3g} % less")):
+        for probes, share in (
+            (self.above, f"{100 * self.step:.3g} % more"),
+            (self.below, f"{100 * self.step:.3g} % less"),
+        ):
             for p in probes:
                 state = "self-excited" if p.self_excited else "stable"
                 state = state if p.status == "OK" else f"no answer ({p.status})"
@@ -125,7 +128,7 @@ def probe(
     first = last = residual = nan
     if isfinite(largest):
         first = 1e-4 * float(size[0])
-        y = x + [first, 0.0]
+        y = x + np.array([first, 0.0])
         for _ in range(MAPS):
             y = strobe(y)
         last = float(np.hypot(*((y - x) / size)) * size[0])

@@ -1,5 +1,6 @@
 """The smallest fast excitation that keeps a mass on a belt from vibrating by itself."""
 
+import itertools
 from dataclasses import dataclass
 from math import sqrt
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from symfric.design.averaged import Averaged, average_belt
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
-from symfric.design.check import Check, Probe, prepare_map, probe
+from symfric.design.check import Check, prepare_map, probe
 from symfric.design.result import Curve, Design
 from symfric.design.search import Optimum, Problem, search
 from symfric.design.worst import SHARES, Point, Range
@@ -17,6 +18,7 @@ from symfric.model.scene import Scene
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
+BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
 NONE_NEEDED = "no excitation needed"
 
 
@@ -109,7 +111,7 @@ def _unshaken(averaged: Averaged, low: float, high: float) -> Point:
     """Return the belt speed of least damping without excitation."""
     edges = [low, *(b for b in averaged.levels if low < b < high), high]
     parts = []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in itertools.pairwise(edges):
         parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), [np.nextafter(b, a)]]  # the slope jumps at a break
     v = np.concatenate(parts)
     y = np.array(averaged.unshaken(v[None])).ravel()
@@ -123,10 +125,12 @@ def _missing(problem: Problem, closest: tuple[float, str], still: Point) -> str:
     if problem.a[0] == 0 and still.value >= worst.value:
         q, worst = 0.0, still
     low, high = (e / problem.gain for e in problem.intensities)
+    short = problem.margin - worst.value
     return (
         f"no excitation with a*Omega from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
         f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, a*Omega = "
-        f"{q / problem.gain:.6g}, leaves the damping at v_b = {worst.v:.6g} short by {problem.margin - worst.value:.6g}"
+        f"{q / problem.gain:.6g}, leaves the damping at v_b = {worst.v:.6g} short by "
+        + (f"{short:.6g}" if np.isfinite(short) else "any amount, because the friction falls there with infinite slope")
     )
 
 
@@ -159,7 +163,7 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
     if problem.minimise == "power" and speeds.low < speeds.high:
         active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, power=True)[0].v:.6g}")
     active += _on_bounds((AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega))
-    check = _checked(belt, problem, found, worst[0].v)
+    check = _checked(belt, problem, found)
     values = {AMPLITUDE: a, FREQUENCY: Omega}
     scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
     status = "infimum" if limit else "optimal"
@@ -200,48 +204,55 @@ def _curve(problem: Problem, v, y, marks) -> Curve:
 
 @dataclass(frozen=True)
 class _Side:
-    """An excitation beside the optimum and its worst belt speed."""
+    """An excitation beside the optimum and its worst belt speed; damping and friction of the averaged model there."""
 
     excitation: tuple[float, float]
     v_b: float
     damping: float
-    rest: float
+    friction: float
 
 
-def _checked(belt: Belt, problem: Problem, found: Optimum, v_b: float) -> Check:
-    """Ask the full model with a changed by a step: 1 %, and what the averaged model misses at this frequency."""
+def _checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
+    """Ask the full model with a changed by a step: 1 % and what averaging misses, more if nothing shows yet below."""
     a, Omega = problem.excitation(found.q)
-    ratio = (belt.frequency / Omega) ** 2
-    step = 0.01 + 4 * ratio
-    program, duration = prepare_map(belt, (a, Omega), v_b)
-    sides = []
-    for factor in (1 + step, 1 - step):
-        side = _side(belt, problem, (factor * a, Omega), ratio)
-        sides.append(_seen(belt, program, duration, side))
-    return Check(step, (sides[0],), (sides[1],))
+    step = 0.01 + 4 * (belt.frequency / Omega) ** 2
+    for _ in range(4):
+        below = _side(belt, problem, ((1 - step) * a, Omega))
+        if below.damping < 0 or problem.margin > 0 or step > 0.2:
+            break
+        step *= 2
+    above = _side(belt, problem, ((1 + step) * a, Omega))
+    program, duration = prepare_map(belt, (a, Omega), above.v_b)
+    probes = []
+    for side in (above, below):
+        rest = belt.normal * side.friction / belt.stiffness
+        rate = _rate(belt, side.damping)
+        probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
+    return Check(step, (probes[0],), (probes[1],))
 
 
-def _side(belt: Belt, problem: Problem, excitation: tuple[float, float], ratio: float) -> _Side:
-    """Return the worst belt speed under an excitation, a little off the fast velocity, where the full model grazes.
+def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
+    """Return the worst belt speed under an excitation, a little beside the kinks, where the full model grazes.
 
-    The amplitude of the fast velocity at finite frequency is ``q/(1 - (omega/Omega)^2)``, that of the linear oscillator.
+    The amplitude of the fast velocity at finite frequency is that of the linear oscillator, ``q/(1 - (omega/Omega)^2)``.
     """
-    speeds, q = problem.speeds, belt.gain * excitation[0] * excitation[1]
+    a, Omega = excitation
+    speeds = problem.speeds
+    q = belt.gain * a * Omega / abs(1 - (belt.frequency / Omega) ** 2)
     regime = "outside" if q <= speeds.low else "mixed" if q <= speeds.high else "inside"
-    worst = speeds.worst(regime, q)[0]
-    v, inside = worst.v, worst.inside
-    graze = q / abs(1 - ratio)
-    if not inside and v < graze * 1.002:
-        v = min(graze * 1.002, speeds.high)
-        inside = v < q
-    pair = (np.array([v]), np.array([q]))
-    damping = float(speeds.on(inside, *pair)[0][0])
-    return _Side(excitation, float(v), damping, belt.normal * belt.law.averaged(q)(v) / belt.stiffness)
-
-
-def _seen(belt: Belt, program, duration: float, side: _Side) -> Probe:
-    rate = _rate(belt, side.damping)
-    return probe(belt, program, duration, side.excitation, side.v_b, side.rest, rate)
+    worst = speeds.worst(regime, q)[0].v
+    beside = [worst]
+    for kink in (abs(level + side * q) for level in speeds.averaged.levels for side in (-1, 1)):
+        if abs(worst - kink) < BESIDE * q:
+            beside = [min(max(kink + side * BESIDE * q, speeds.low), speeds.high) for side in (-1, 1)]
+    functions = [speeds.averaged.inside if v < q else speeds.averaged.outside for v in beside]
+    found = [
+        (float(damping), v, float(mean))
+        for v, f in zip(beside, functions, strict=True)
+        for damping, _, mean in [f(v, q)]
+    ]
+    damping, v, friction = min(found)
+    return _Side(excitation, float(v), damping, friction)
 
 
 def _rate(belt: Belt, damping: float) -> float:

@@ -206,7 +206,7 @@ def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[P
         g.append((power - _at(speeds, start.regime, p, q)[1]) / P_size)
     cost = {"intensity": z[0], "force": z[0] * z[1], "power": z[2] if powers else z[0]}[problem.minimise]
     solver = ca.nlpsol("quench", "ipopt", {"x": z, "f": cost, "g": ca.vertcat(*g)}, IPOPT)
-    a, first = problem.excitation(start.q)
+    first = problem.excitation(start.q)[1]
     bound = max((p.value for p in powers), default=0.0)
     found = solver(
         x0=[start.q / q_size, first / O_size, bound / P_size],

@@ -10,6 +10,7 @@ So the intensities fall into three regimes, in each of which the damping over th
 | inside  | q >= high      | all slower; q = high only as a limit          |
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,7 +68,7 @@ class Range:
     def on(self, inside: bool, v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damping and power on arrays of equal shape."""
         function = self.averaged.inside if inside else self.averaged.outside
-        damping, power = (np.array(e).reshape(v.shape) for e in function(v.reshape(1, -1), q.reshape(1, -1)))
+        damping, power, _ = (np.array(e).reshape(v.shape) for e in function(v.reshape(1, -1), q.reshape(1, -1)))
         if not inside and self.averaged.falls_steeply:
             damping = np.where(v <= q, -np.inf, damping)
         return damping, power
@@ -94,7 +95,7 @@ class Range:
             low, high = self.interval(regime, inside, q)
             kinks = {abs(level + side * q) for level in self.averaged.levels for side in (-1, 1)}
             edges = [low, *sorted(k for k in kinks if low < k < high), high]
-            for a, b in zip(edges[:-1], edges[1:], strict=True):
+            for a, b in itertools.pairwise(edges):
                 for v, value in self._least(inside, q, a, b, power):
                     share = (v - low) / (high - low) if high > low else 0.0
                     found.append(Point(value, v, share, inside))
@@ -104,6 +105,9 @@ class Range:
         sign, row = (-1.0, 1) if power else (1.0, 0)
         v = a + (b - a) * SHARES if b > a else np.array([a])
         y = sign * self.on(inside, v, np.full(v.shape, q))[row]
+        rounding = 1e-13 * max(
+            self.averaged.scale if not power else 0.0, float(np.max(np.abs(y[np.isfinite(y)]), initial=0))
+        )
         left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
         found = []
         for k in np.flatnonzero((y <= left) & (y <= right)):
@@ -116,7 +120,7 @@ class Range:
                     method="bounded",
                     options={"xatol": 1e-9 * (ends[1] - ends[0])},
                 )
-                if polished.fun < y[k] - 1e-13 * abs(y[k]):  # not for rounding: an end stays an end
+                if polished.fun < y[k] - rounding:  # so that an end stays an end
                     best = float(polished.x), float(polished.fun)
             found.append((float(best[0]), sign * float(best[1])))
         return found

@@ -230,7 +230,7 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
     speeds, values = list(speeds), list(values)
     if len(speeds) != len(values):
         raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
-    if not speeds or sp.sympify(speeds[0]) != 0:
+    if not speeds or not sp.sympify(speeds[0]).is_zero:
         raise SceneError("the first speed of a piecewise-linear law must be 0")
     slopes = [(values[i + 1] - values[i]) / (speeds[i + 1] - speeds[i]) for i in range(len(speeds) - 1)]
     if last_slope is None and not slopes:

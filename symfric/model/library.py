@@ -18,7 +18,7 @@ def _open(law: Law) -> dict:
 
 
 def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, horizon=100.0) -> Scene:
-    r"""Mass on a moving belt, dimensionless: :math:`x'' + 2\beta x' + x + \gamma^2\mu(x' - v_b) = a\Omega^2\sin\Omega t`.
+    r"""Mass on a moving belt: :math:`x'' + 2\beta x' + x + \gamma^2\mu(x' - v_b) = a\Omega^2\sin\Omega t`.
 
     Parameters
     ----------

@@ -95,11 +95,12 @@ class Scene:
         object.__setattr__(self, "inputs", {found[n]: s for n, s in signals.items()})
 
     def _symbols(self) -> set[sp.Symbol]:
-        """Every symbol that some expression of the scene uses, the speed inside laws apart."""
-        wanted = [o.expr for o in self.outputs.values() if isinstance(o, ScalarOfExpression)]
-        starts = [e for e in self.initial.values() if isinstance(e, sp.Expr)]
-        parts = [e.free_symbols for e in (*self.system.expressions, *wanted, *starts)]
-        return set().union(*parts, *(c.free_symbols for c in self.contacts))
+        return _symbols(self.system, self.contacts, self.initial, self.outputs)
+
+    def _still_used(self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> dict:
+        """Return the values that the scene would still use with other parts; the others go with what they belonged to."""
+        used = _symbols(self.system, contacts, initial, outputs)
+        return {s: v for s, v in self.values.items() if s in used}
 
     def _state_names(self) -> dict[str, sp.Symbol]:
         return {s.name: s for s in self.system.states}
@@ -180,12 +181,10 @@ class Scene:
         changed = {self.parameter(k): v for k, v in values.items()}
         return replace(self, values={**self.values, **changed})
 
-    def starting(self, initial: Mapping[Key, float]) -> "Scene":
+    def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
         """Return the scene with another start of some of its states."""
-        return replace(
-            self,
-            initial={**{s.name: v for s, v in self.initial.items()}, **{name_of(k): v for k, v in initial.items()}},
-        )
+        start = {s.name: v for s, v in self.initial.items()} | {name_of(k): v for k, v in initial.items()}
+        return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
     def until(self, horizon: float) -> "Scene":
         """Return the scene with another horizon."""
@@ -193,12 +192,13 @@ class Scene:
 
     def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
         """Return the scene with other outputs."""
-        return replace(self, outputs=outputs)
+        outputs = _read_outputs(outputs)
+        return replace(self, outputs=outputs, values=self._still_used(self.contacts, self.initial, outputs))
 
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`."""
         contacts = [replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts]
-        return replace(self, contacts=contacts)
+        return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
 
     def equations(self) -> tuple[sp.Eq, ...]:
         """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
@@ -230,6 +230,14 @@ class Scene:
         names = ", ".join(c.name for c in self.contacts) or "none"
         values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
         return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
+
+
+def _symbols(system: System, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> set[sp.Symbol]:
+    """Return every symbol that some expression uses, the speed inside laws apart."""
+    wanted = [o.expr for o in outputs.values() if isinstance(o, ScalarOfExpression)]
+    starts = [e for e in initial.values() if isinstance(e, sp.Expr)]
+    parts = [e.free_symbols for e in (*system.expressions, *wanted, *starts)]
+    return set().union(*parts, *(c.free_symbols for c in contacts))
 
 
 def _read_outputs(outputs) -> dict[str, Output]:

@@ -20,17 +20,17 @@ class Status(IntEnum):
 ADVICE = {
     Status.OK: "",
     Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
-    Status.STEP_BUDGET: "more steps than the budget, or than a trajectory has room for; shorten the horizon, want scalar "
-    "outputs instead of a trajectory, or raise max_steps",
+    Status.STEP_BUDGET: "more steps than the budget, or than a trajectory has room for; shorten the horizon, want "
+    "scalar outputs instead of a trajectory, or raise max_steps",
     Status.STEP_COLLAPSE: "the step shrank to the rounding of time: the motion is singular here, or stiff beyond this "
     "route; look at the final state, or try route='integrators'",
-    Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and "
-    "check that static friction is not smaller than kinetic friction",
+    Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
+    "that static friction is not smaller than kinetic friction",
     Status.NOT_FINITE: "the motion or a force left the finite numbers; look at the final state, and at divisions and "
     "roots in the forces",
-    Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write the "
-    "load as Max(load, 0) if they may",
-    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient is "
-    "smaller than the kinetic one at rest, or contacts on the same body work against each other",
+    Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
+    "the load as Max(load, 0) if they may",
+    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
+    "is smaller than the kinetic one at rest, or contacts on the same body work against each other",
     Status.INTEGRATOR: "the integrator gave up; loosen the tolerance or use route='taylor'",
 }

@@ -128,7 +128,9 @@ def test_stack_agrees_with_a_time_stepping_scheme_that_knows_no_modes():
     assert errors[1] < 0.5 * errors[0]
 
 
-@pytest.mark.parametrize("laws", [(sf.laws.coulomb(0.2), sf.laws.coulomb(0.3)), (CUBIC, CUBIC)], ids=["coulomb", "cubic"])
+@pytest.mark.parametrize(
+    "laws", [(sf.laws.coulomb(0.2), sf.laws.coulomb(0.3)), (CUBIC, CUBIC)], ids=["coulomb", "cubic"]
+)
 def test_redundant_contacts_move_like_one_with_the_summed_law(laws):
     first, second = laws
     slip = U - 0.2
@@ -348,3 +350,67 @@ def test_one_contact_released_by_another_that_is_caught():
     assert run.final == pytest.approx([10 / 3 + 1 / 0.3, 10 / 3 * 1.5 + 1 / 0.3, 0, 0], abs=1e-10)
     assert [(e.contact, e.before, e.after) for e in run.events] == [("b", 1, 0), ("a", 1, 0)]
     assert [e.t for e in run.events] == pytest.approx([10 / 3, 10], abs=1e-10)
+
+
+JOINT = sf.laws.coulomb(0.1, 0.08)
+T = sf.TIME
+
+
+def double_pendulum(contacts, horizon=15.0):
+    mass = [[2, sp.cos(X - Y)], [sp.cos(X - Y), 1]]
+    force = [-(W**2) * sp.sin(X - Y) - 2 * sp.sin(X), U**2 * sp.sin(X - Y) - sp.sin(Y)]
+    system = sf.System(q=[X, Y], u=[U, W], mass=mass, force=force)
+    return sf.Scene(system=system, contacts=contacts, initial={X: 1.2, Y: 0.3, U: 0, W: 0}, horizon=horizon)
+
+
+def on_belt(force=-X - U / 10, slip=U - 0.2, normal=1, law=CUBIC, profile=1, **more):
+    return one_mass(force, [sf.Contact("belt", slip, normal, law, profile)], **more)
+
+
+VARIED = {
+    "belt speed that varies": on_belt(slip=U - 0.2 * sp.cos(3 * T), normal=1 + 0.3 * U),
+    "load that follows the velocity": on_belt(normal=1 + U / 2),
+    "load that varies in time": on_belt(normal=1 + 0.9 * sp.sin(5 * T)),
+    "load that touches zero": on_belt(normal=1 + sp.sin(5 * T)),
+    "load with a floor": on_belt(normal=sp.Max(0, 1 + 2 * sp.sin(5 * T))),
+    "profile that touches zero": on_belt(-X, U, law=sf.laws.coulomb(0.3), profile=sp.Abs(X), x=1.0),
+    "profile in pieces": on_belt(-X, U - 0.1, law=sf.laws.coulomb(0.3, 0.2), profile=1 + sp.Max(X, 0), x=1.0),
+    "kink at the slip": on_belt(-X - 0.3 * sp.Abs(U - 0.2)),
+    "kink at rest": on_belt(-X - sp.Abs(X) / 2, U, law=sf.laws.coulomb(0.1), x=1.0),
+    "dead zone": on_belt(-sp.Max(X - 0.1, 0) - sp.Min(X + 0.1, 0) - U / 10, law=sf.laws.coulomb(0.05, 0.03)),
+    "largest of four": on_belt(-X - sp.Max(X, U, X * U, sp.Rational(1, 10))),
+    "pendulum": on_belt(-sp.sin(X), U, 0.5 + 0.2 * U**2 + 0.3 * sp.cos(X) ** 2, JOINT, x=2.5),
+    "Hertzian spring": on_belt(sp.Rational(1, 2) - sp.Max(X, 0) ** sp.Rational(3, 2)),
+    "double pendulum": double_pendulum([sf.Contact("a", U, 1, JOINT), sf.Contact("b", W - U, 1, JOINT)]),
+    "tip on a belt": double_pendulum([sf.Contact("tip", U * sp.cos(X) + W * sp.cos(Y) - 0.3, 0.4, CUBIC)]),
+}
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_loads_kinks_and_geometry_agree_with_the_independent_route(name):
+    scene = VARIED[name]
+    fine, other = sf.simulate(scene, 1e-12).checked(), sf.simulate(scene, 1e-8, route="integrators").checked()
+    assert np.max(np.abs(fine.final - other.final)) < 1e-6
+    coarse = sf.simulate(scene, 1e-7).checked()
+    assert np.max(np.abs(coarse.final - fine.final)) < 2e-6
+    events = [[(e.contact, e.before, e.after) for e in run.events] for run in (coarse, fine, other)]
+    assert events[0] == events[1] == events[2]
+    assert fine.energy_residual() < 1e-10
+
+
+def test_redundant_contacts_whose_slip_turns_with_the_position():
+    slip = U * sp.cos(X) + W * sp.cos(Y) - 0.3
+    both = double_pendulum([sf.Contact("a", slip, 0.4, CUBIC), sf.Contact("b", slip, 0.4, CUBIC)])
+    single = double_pendulum([sf.Contact("a", slip, 0.8, CUBIC)])
+    two, one = sf.simulate(both, 1e-9), sf.simulate(single, 1e-11).checked()
+    assert two.status == sf.Status.OK, two.advice
+    assert np.max(np.abs(two.final - one.final)) < 1e-7
+
+
+def test_more_contacts_than_coordinates_hold_the_system_at_rest():
+    slip = U * sp.cos(X) + W * sp.cos(Y)
+    contacts = [sf.Contact("tip", slip, 0.4, CUBIC), sf.Contact("a", U, 0.4, CUBIC), sf.Contact("b", W - U, 0.4, CUBIC)]
+    run = sf.simulate(double_pendulum(contacts, horizon=30.0), 1e-9)
+    assert run.status == sf.Status.OK, run.advice
+    assert np.max(np.abs(run.final[2:])) < 1e-12
+    assert run.mode[:, -1].tolist() == [0, 0, 0]

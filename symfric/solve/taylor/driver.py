@@ -127,7 +127,7 @@ def drive(w):
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
 def _step_size(w, n_x):
-    """Return the step at which the last two terms of every row fall below the tolerance; NaN if a term is not finite."""
+    """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite."""
     order = w.c.shape[1] - 1
     tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
     if before == 0.0:

@@ -328,7 +328,7 @@ def _pow(k, out, args, partner):
 
 
 def _with_cofactor(sign: float):
-    """Pairs (sin, cos), (cos, sin), (sinh, cosh), (cosh, sinh): out' = outer * partner * a', partner' = inner * out * a'."""
+    """Pairs such as (sin, cos): out' = outer * partner * a', partner' = inner * out * a'."""
     outer, inner = sign
 
     def rule(k, out, args, partner):

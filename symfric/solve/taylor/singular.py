@@ -1,8 +1,8 @@
 """Starts at points where the equations have no Taylor series although the motion is well defined.
 
-A law like mu_d + alpha sqrt(v) has an infinite slope at rest, an effective law has one at the intensity of the fast
-vibration. There the slip grows like B t^2 (release at the static bound) or c t + C t^(3/2) (release with a jump of the
-force, or passage through the singular speed). One short step with the right weight of its end catches the leading terms.
+A law like mu_d + alpha sqrt(v) has an infinite slope at rest. The slip then grows like B t^2 (release at the static
+bound) or c t + C t^(3/2) (release with a jump of the force); one short step with the right weight of its end catches the
+leading terms.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 @njit(nogil=True, _nrt=False)
 def start_singular(w, n_x, n_c):
-    """Step over a singular start; the state at the start is in ``w.y``, its rate in ``w.c`` or, if undefined, ``w.base``."""
+    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
     w.counts[STALL] += 1
     if w.counts[STALL] > 20:
         return _NAN
