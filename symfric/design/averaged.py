@@ -112,7 +112,7 @@ def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.
 
 
 def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tuple[ca.SX, ...]:
-    """Return the means of mu'(|w|), cos(theta) sgn(w) mu(|w|) and sgn(w) mu(|w|), arc by arc between kinks of the law."""
+    """Return the means of mu'(|w|), cos(theta) sgn(w) mu(|w|) and sgn(w) mu(|w|), arc by arc between kinks."""
     levels = [*(-b for b in reversed(breaks)), 0.0, *breaks] if inside else list(breaks)
     angles = [ca.SX(0), *(_angle((v - level) / q) for level in levels), ca.SX(np.pi)]
     x, weights = gauss_legendre(nodes)

@@ -11,7 +11,7 @@ from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_bel
 from symfric.design.check import Check, prepare_map, probe
 from symfric.design.result import Curve, Design
 from symfric.design.search import Optimum, Problem, search
-from symfric.design.worst import SHARES, Point, Range
+from symfric.design.worst import SHARES, Range
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import finite, nearest
 from symfric.model.scene import Scene
@@ -88,7 +88,7 @@ def quench(
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
     problem = Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
     still = _unshaken(averaged, low, high)
-    if a[0] == 0 and still.value >= margin:
+    if a[0] == 0 and still[0] >= margin:
         return _idle(belt, problem, still)
     found = search(problem)
     if not isinstance(found, Optimum):
@@ -107,8 +107,8 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
     return low, high
 
 
-def _unshaken(averaged: Averaged, low: float, high: float) -> Point:
-    """Return the belt speed of least damping without excitation."""
+def _unshaken(averaged: Averaged, low: float, high: float) -> tuple[float, float]:
+    """Return the least damping without excitation, and its belt speed."""
     edges = [low, *(b for b in averaged.levels if low < b < high), high]
     parts = []
     for a, b in itertools.pairwise(edges):
@@ -116,30 +116,31 @@ def _unshaken(averaged: Averaged, low: float, high: float) -> Point:
     v = np.concatenate(parts)
     y = np.array(averaged.unshaken(v[None])).ravel()
     k = int(np.argmin(y))
-    return Point(float(y[k]), float(v[k]), 0.0, False)
+    return float(y[k]), float(v[k])
 
 
-def _missing(problem: Problem, closest: tuple[float, str], still: Point) -> str:
+def _missing(problem: Problem, closest: tuple[float, str], still: tuple[float, float]) -> str:
     q, regime = closest
-    worst = problem.speeds.worst(regime, q)[0] if q > 0 else still
-    if problem.a[0] == 0 and still.value >= worst.value:
-        q, worst = 0.0, still
+    point = problem.speeds.worst(regime, q)[0] if q > 0 else None
+    damping, v = (point.value, point.v) if point else still
+    if problem.a[0] == 0 and still[0] >= damping:
+        q, (damping, v) = 0.0, still
     low, high = (e / problem.gain for e in problem.intensities)
-    short = problem.margin - worst.value
+    short = problem.margin - damping
     return (
         f"no excitation with a*Omega from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
         f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, a*Omega = "
-        f"{q / problem.gain:.6g}, leaves the damping at v_b = {worst.v:.6g} short by "
+        f"{q / problem.gain:.6g}, leaves the damping at v_b = {v:.6g} short by "
         + (f"{short:.6g}" if np.isfinite(short) else "any amount, because the friction falls there with infinite slope")
     )
 
 
-def _idle(belt: Belt, problem: Problem, still: Point) -> Design:
+def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     """Return the design without excitation."""
     speeds, Omega = problem.speeds, problem.Omega[0]
     v = np.linspace(0.0, 1.3 * speeds.high, 201)[1:]
     curve = _curve(problem, v, np.array(speeds.averaged.unshaken(v[None])).ravel(), ())
-    at = still.v if still.v > 0 else 0.01 * speeds.high  # a belt at rest does not slide
+    at = still[1] if still[1] > 0 else 0.01 * speeds.high  # a belt at rest does not slide
     rest = belt.normal * belt.law(at) / belt.stiffness
     damping = float(speeds.averaged.unshaken(at))
     program, duration = prepare_map(belt, (0.0, Omega), at)
@@ -234,7 +235,7 @@ def _checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
 def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
     """Return the worst belt speed under an excitation, a little beside the kinks, where the full model grazes.
 
-    The amplitude of the fast velocity at finite frequency is that of the linear oscillator, ``q/(1 - (omega/Omega)^2)``.
+    At finite frequency the amplitude of the fast velocity is that of the linear oscillator, q/(1 - (omega/Omega)^2).
     """
     a, Omega = excitation
     speeds = problem.speeds
@@ -245,14 +246,12 @@ def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Sid
     for kink in (abs(level + side * q) for level in speeds.averaged.levels for side in (-1, 1)):
         if abs(worst - kink) < BESIDE * q:
             beside = [min(max(kink + side * BESIDE * q, speeds.low), speeds.high) for side in (-1, 1)]
-    functions = [speeds.averaged.inside if v < q else speeds.averaged.outside for v in beside]
-    found = [
-        (float(damping), v, float(mean))
-        for v, f in zip(beside, functions, strict=True)
-        for damping, _, mean in [f(v, q)]
-    ]
+    found = []
+    for v in beside:
+        damping, _, friction = (speeds.averaged.inside if v < q else speeds.averaged.outside)(v, q)
+        found.append((float(damping), float(v), float(friction)))
     damping, v, friction = min(found)
-    return _Side(excitation, float(v), damping, friction)
+    return _Side(excitation, v, damping, friction)
 
 
 def _rate(belt: Belt, damping: float) -> float:

@@ -5,7 +5,7 @@ answer violates it nowhere. The feasible intensities may fall into several inter
 each and keeps the best.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -187,7 +187,7 @@ def _exchange(problem: Problem, start: Start) -> float:
 
 
 def _unknown(points: list[Point], known: list[Point]) -> list[Point]:
-    return [p for p in points if not any(p.inside == k.inside and abs(p.share - k.share) < 1e-12 for k in known)]
+    return [p for p in points if not any(replace(p, value=k.value, v=k.v) == k for k in known)]
 
 
 def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[Point]) -> tuple[float, float] | None:
@@ -201,9 +201,9 @@ def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[P
     g = [intensity - problem.a[0] * Omega, problem.a[1] * Omega - intensity]
     g = [e / (q_size / problem.gain) for e in g]
     for p in dampings:
-        g.append((_at(speeds, start.regime, p, q)[0] - problem.margin) / scale)
+        g.append((_at(speeds, p, q)[0] - problem.margin) / scale)
     for p in powers:
-        g.append((power - _at(speeds, start.regime, p, q)[1]) / P_size)
+        g.append((power - _at(speeds, p, q)[1]) / P_size)
     cost = {"intensity": z[0], "force": z[0] * z[1], "power": z[2] if powers else z[0]}[problem.minimise]
     solver = ca.nlpsol("quench", "ipopt", {"x": z, "f": cost, "g": ca.vertcat(*g)}, IPOPT)
     first = problem.excitation(start.q)[1]
@@ -221,10 +221,9 @@ def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[P
     return float(np.clip(x[0], start.low, start.high)), float(x[2])
 
 
-def _at(speeds: Range, regime: str, p: Point, q: ca.SX):
-    low, high = speeds.interval(regime, p.inside, q)
+def _at(speeds: Range, p: Point, q: ca.SX):
     function = speeds.averaged.inside if p.inside else speeds.averaged.outside
-    return function(low + p.share * (high - low), q)
+    return function(p.at(q), q)
 
 
 def _polished(problem: Problem, start: Start, q: float) -> float:

@@ -23,8 +23,20 @@ SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))  #
 
 
 @dataclass(frozen=True)
+class Edge:
+    """An end of an interval of belt speeds, ``fixed + rate * q``; intervals move with q."""
+
+    fixed: float
+    rate: float
+
+    def __call__(self, q):
+        """Return its place; q may be a float, an array or CasADi's."""
+        return self.fixed + self.rate * q
+
+
+@dataclass(frozen=True)
 class Point:
-    """A belt speed as the optimiser keeps it: a share of the inside or outside interval, which moves with q.
+    """A belt speed as the optimiser keeps it: a share of an interval between two kinks, which moves with q.
 
     Attributes
     ----------
@@ -32,12 +44,19 @@ class Point:
         Damping or mean power there.
     v, share : float
     inside : bool
+    low, high : Edge
     """
 
     value: float
     v: float
     share: float
     inside: bool
+    low: Edge
+    high: Edge
+
+    def at(self, q):
+        """Return the belt speed at another q."""
+        return self.low(q) + self.share * (self.high(q) - self.low(q))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +74,12 @@ class Range:
         empty = {name for name, (a, b) in cut.items() if a > b or whole[name][0] == whole[name][1]}
         return {name: ends for name, ends in cut.items() if name not in empty}
 
-    def interval(self, regime: str, inside: bool, q):
-        """Return the ends of the inside or outside interval of belt speeds; q may be an array or CasADi's."""
+    def interval(self, regime: str, inside: bool) -> tuple[Edge, Edge]:
+        """Return the ends of the inside or outside interval of belt speeds."""
+        low, high, split = Edge(self.low, 0.0), Edge(self.high, 0.0), Edge(0.0, 1.0)
         if regime == "mixed":
-            return (self.low, q) if inside else (q, self.high)
-        return self.low, self.high
+            return (low, split) if inside else (split, high)
+        return low, high
 
     def sides(self, regime: str) -> tuple[bool, ...]:
         """Return which of inside and outside there are."""
@@ -77,7 +97,7 @@ class Range:
         """Return the least damping and the largest power over the belt speeds of a grid, shapes (n,)."""
         least, most = np.full(q.size, np.inf), np.full(q.size, -np.inf)
         for inside in self.sides(regime):
-            low, high = (np.broadcast_to(e, q.shape)[:, None] for e in self.interval(regime, inside, q))
+            low, high = (np.broadcast_to(e(q), q.shape)[:, None] for e in self.interval(regime, inside))
             kinks = np.abs(q[:, None, None] * [-1.0, 1.0] + np.array(self.averaged.levels)[:, None])
             kinks = np.clip(kinks.reshape(q.size, -1), low, high)
             v = np.hstack([low + (high - low) * SHARES, kinks])
@@ -92,27 +112,40 @@ class Range:
         """
         found = []
         for inside in self.sides(regime):
-            low, high = self.interval(regime, inside, q)
-            kinks = {abs(level + side * q) for level in self.averaged.levels for side in (-1, 1)}
-            edges = [low, *sorted(k for k in kinks if low < k < high), high]
-            for a, b in itertools.pairwise(edges):
-                for v, value in self._least(inside, q, a, b, power):
-                    share = (v - low) / (high - low) if high > low else 0.0
-                    found.append(Point(value, v, share, inside))
+            for low, high in itertools.pairwise(self._edges(regime, inside, q)):
+                # kinks themselves are left out by a hair: the slope can be infinite on one of their sides
+                hair = 1e-12 * q
+                a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
+                for v, value in self._least(inside, q, a, max(a, b), power):
+                    width = high(q) - low(q)
+                    share = (v - low(q)) / width if width > 0 else 0.0
+                    found.append(Point(value, v, share, inside, low, high))
         return sorted(found, key=lambda p: -p.value if power else p.value)
+
+    def _edges(self, regime: str, inside: bool, q: float) -> list[Edge]:
+        """Return the ends of the interval and the kinks in it, in order."""
+        low, high = self.interval(regime, inside)
+        kinks = {}
+        for level in self.averaged.levels:
+            for side in (-1.0, 1.0):
+                sign = 1.0 if level + side * q >= 0 else -1.0
+                kink = Edge(sign * level, sign * side)
+                if low(q) < kink(q) < high(q):
+                    kinks[kink(q)] = kink
+        return [low, *(kinks[v] for v in sorted(kinks)), high]
 
     def _least(self, inside: bool, q: float, a: float, b: float, power: bool) -> list[tuple[float, float]]:
         sign, row = (-1.0, 1) if power else (1.0, 0)
         v = a + (b - a) * SHARES if b > a else np.array([a])
         y = sign * self.on(inside, v, np.full(v.shape, q))[row]
-        rounding = 1e-13 * max(
-            self.averaged.scale if not power else 0.0, float(np.max(np.abs(y[np.isfinite(y)]), initial=0))
-        )
+        size = np.max(np.abs(y[np.isfinite(y)]), initial=0.0 if power else self.averaged.scale)
+        rounding = 1e-13 * float(size)
         left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
         found = []
         for k in np.flatnonzero((y <= left) & (y <= right)):
             best = v[k], y[k]
-            if v.size > 1 and np.isfinite(y[k]):
+            beside = y[max(k - 1, 0) : k + 2]
+            if np.isfinite(y[k]) and np.max(beside) > y[k] + rounding:  # no plateau
                 ends = v[max(k - 1, 0)], v[min(k + 1, v.size - 1)]
                 polished = minimize_scalar(
                     lambda s: sign * self.on(inside, np.array([s]), np.array([q]))[row][0],

@@ -264,8 +264,9 @@ def _hold(A: ca.SX, b: ca.SX, fixed: bool) -> ca.SX:
     """Solve A x = b by Cholesky's method without roots, for the forces of the contacts on trial as sticking.
 
     Contacts may be redundant (two on the same body): A is then singular, though b lies in its range. If A is fixed
-    while the mode lasts, a pivot that vanishes against its diagonal sets its force to zero, which leaves the load on the
-    contacts before it; the motion is the same for every distribution. `fixed` says that A does not depend on the state.
+    while the mode lasts, a pivot that vanishes against its diagonal sets its force to zero, which leaves the load on
+    the contacts before it; the motion is the same for every distribution. `fixed` says that A does not depend on the
+    state.
     """
     n = b.numel()
     rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal

@@ -92,7 +92,7 @@ def _compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symb
 
 
 def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:
-    """Evaluate in floating point (never exactly: cosh(exp(1e9)) has more digits than memory); None if symbols remain."""
+    """Evaluate in floating point (exactly, cosh(exp(1e9)) has more digits than memory); None if symbols remain."""
     symbols = tuple(sorted(expr.free_symbols, key=str))
     if not set(symbols) <= set(numbers):
         return None

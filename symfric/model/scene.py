@@ -98,7 +98,7 @@ class Scene:
         return _symbols(self.system, self.contacts, self.initial, self.outputs)
 
     def _still_used(self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> dict:
-        """Return the values that the scene would still use with other parts; the others go with what they belonged to."""
+        """Return the values that the scene would still use with other parts; the rest goes with what it belonged to."""
         used = _symbols(self.system, contacts, initial, outputs)
         return {s: v for s, v in self.values.items() if s in used}
 

@@ -99,7 +99,7 @@ def test_start_exactly_on_the_switching_surface(x):
     assert ended(coarse)
     assert coarse.final == pytest.approx(fine.final, abs=1e-5)
     assert other.final == pytest.approx(fine.final, abs=1e-7)
-    held = abs(x + 2 * 0.05 * 0.2) < 0.4 - 1e-12
+    held = -0.42 - 1e-12 < x < 0.38 - 1e-12  # |x + 2 beta v_b| <= mu_s; at its upper end the belt carries it out
     assert (fine.mode[0, 0] == 0) == held
     if not held:
         assert fine.mode[0, 0] == -np.sign(x)
@@ -173,13 +173,18 @@ def test_tolerances_from_coarse_to_the_rounding(tolerance):
 
 @pytest.mark.parametrize("shift", [-1e-3, -1e-5, -1e-7, -1e-9, -1e-11, 0.0, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3])
 def test_the_graze_from_both_sides(shift):
-    horizon = {"v_b": ONSET + shift}
-    scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=400.0)
-    runs = [sf.simulate(scene.where(horizon), tolerance) for tolerance in (1e-6, 1e-9, 1e-13)]
-    assert all(ended(run) for run in runs)
-    assert len({run.stats["events"] for run in runs}) == 1
-    assert (runs[0].stats["events"] > 20) == (shift <= -1e-5)
-    assert np.max(np.abs(runs[1].final - runs[2].final)) < 1e-7
+    # below the onset the cycle sticks, above it slips; nearer than its own error no run can tell
+    scene = sf.scenes.mass_on_belt(v_b=ONSET + shift, horizon=400.0)
+    fine = sf.simulate(scene, 1e-14)
+    assert ended(fine)
+    if abs(shift) >= 1e-7:
+        assert (fine.stats["events"] > 20) == (shift < 0)
+    for tolerance in (1e-6, 1e-8, 1e-10, 1e-12):
+        run = sf.simulate(scene, tolerance)
+        assert ended(run)
+        assert np.max(np.abs(run.final - fine.final)) < 100 * tolerance
+        if tolerance < 0.01 * abs(shift):
+            assert run.stats["events"] == fine.stats["events"]
 
 
 def test_a_start_that_grazes_exactly():
@@ -233,7 +238,11 @@ def test_static_friction_below_kinetic_friction_is_refused_or_undecided():
     scene = sf.scenes.coulomb_oscillator(0.3)
     with pytest.raises(sf.SceneError, match="static coefficient"):
         scene.where({"delta_s": 0.1})
-    run = sf.prepare(scene, 1e-9).run({"delta_s": 0.1})
+    with pytest.raises(sf.SceneError, match="static coefficient"):
+        sf.prepare(scene, 1e-9).run({"delta_s": 0.1})
+    mu_s = sp.Symbol("mu_s")
+    belt = sf.scenes.mass_on_belt(sf.laws.custom(0.3, mu_s), v_b=0.2).where({mu_s: 0.4})
+    run = sf.prepare(belt, 1e-9).run({"mu_s": 0.1})
     assert run.status == sf.Status.UNDECIDED
     assert "static" in run.advice
 

@@ -1,8 +1,8 @@
 """Starts at points where the equations have no Taylor series although the motion is well defined.
 
 A law like mu_d + alpha sqrt(v) has an infinite slope at rest. The slip then grows like B t^2 (release at the static
-bound) or c t + C t^(3/2) (release with a jump of the force); one short step with the right weight of its end catches the
-leading terms.
+bound) or c t + C t^(3/2) (release with a jump of the force); one short step with the right weight of its end catches
+the leading terms.
 """
 
 import numpy as np
