@@ -54,7 +54,7 @@ class Averaged:
 
 
 def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Averaged:
-    """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max."""
+    """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max (at most 192)."""
     pieces = [_compiled(e) for e in _branches(belt.law)]
     breaks = [float(b) for b in belt.law.breaks]
     rest, slope = (float(e) for e in pieces[0](0.0))
@@ -66,9 +66,9 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
     scale = abs(belt.damping) + float(np.max(np.abs(np.array(unshaken(grid)) - belt.damping), initial=0.0))
     nodes = 24
     coarse = _functions(belt, pieces, breaks, rest, nodes)
-    while nodes < 768:
+    while nodes < 192:
         fine = _functions(belt, pieces, breaks, rest, 2 * nodes)
-        if _distance(coarse, fine, speeds, q_max, steep) < 1e-11 * scale:
+        if _distance(coarse, fine, speeds, q_max, steep) < 1e-10 * scale:
             break
         coarse, nodes = fine, 2 * nodes
     levels = tuple(sorted({-b for b in breaks} | set(breaks) | {0.0}))

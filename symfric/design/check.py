@@ -120,6 +120,8 @@ def probe(
     runs: list[Run] = []
 
     def strobe(x: np.ndarray) -> np.ndarray:
+        if runs and runs[-1].status != 0:  # one failure is enough
+            return np.full(2, np.nan)
         runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
         return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
 

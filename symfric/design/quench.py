@@ -19,6 +19,7 @@ from symfric.model.scene import Scene
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
 BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
+FAST = 3.0  # natural frequencies: the separation of motions means nothing below
 NONE_NEEDED = "no excitation needed"
 
 
@@ -42,7 +43,7 @@ def quench(
     speeds : (float, float)
         Lowest and highest belt speed, 0 <= low <= high > 0.
     Omega, a : (float, float)
-        Bounds of frequency (> 0) and amplitude (>= 0).
+        Bounds of frequency (at least 3 natural frequencies) and amplitude (>= 0).
     minimise : {"intensity", "power", "force"}
         ``a Omega``; the largest mean power over the belt speeds; ``a Omega^2``.
     margin : float
@@ -85,6 +86,11 @@ def quench(
     if margin < 0:
         raise SceneError(f"margin is {margin:g}; it must not be negative")
     belt = read_belt(scene)
+    if Omega[0] < FAST * belt.frequency:
+        raise SceneError(
+            f"the lower bound of Omega is {Omega[0]:g}; fast vibration needs at least {FAST:g} times the natural "
+            f"frequency {belt.frequency:.6g}, and the averaged model becomes exact far above it"
+        )
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
     problem = Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
     still = _unshaken(averaged, low, high)
@@ -97,9 +103,11 @@ def quench(
 
 
 def _bounds(pair, name: str, what: str) -> tuple[float, float]:
-    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
-        raise SceneError(f"{name} is {pair!r}; give the lowest and the highest {what}")
-    low, high = (finite(e, f"a bound of {name}") for e in pair)
+    try:
+        low, high = pair
+    except (TypeError, ValueError):
+        raise SceneError(f"{name} is {pair!r}; give the lowest and the highest {what}") from None
+    low, high = (finite(e, f"a bound of {name}") for e in (low, high))
     if low < 0:
         raise SceneError(f"the lower bound of {name} is {low:g}; it must not be negative")
     if low > high:

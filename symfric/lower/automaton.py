@@ -37,9 +37,9 @@ class Automaton:
         Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
         ``N mu_s -+ lambda`` while it sticks; then one row for each switch; then one for each load that varies.
     gauge : casadi.Function
-        ``(y, t, p) -> (w, scale, pull, load, margin)``, each (n_c,): slips, the sum of the magnitudes of their terms, and
-        the slip acceleration that the largest static friction can cause, the scales of zero tests; then the normal load
-        times the profile, and static minus kinetic coefficient at rest, neither of which may be negative.
+        ``(y, t, p) -> (w, scale, pull, load, margin)``, each (n_c,): slips, the sum of the magnitudes of their terms,
+        and the slip acceleration that the largest static friction can cause, the scales of zero tests; then the normal
+        load times the profile, and static minus kinetic coefficient at rest, neither of which may be negative.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies.
     sticks : tuple of bool

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.status import Status
-from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, magnitude, value
+from symfric.solve.taylor.polynomials import FUSED, extend_range, fill_powers, first_crossing, gain, magnitude
 from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, probe_trial, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.workspace import (
@@ -140,9 +140,8 @@ def _step_size(w, n_x):
         if a == 0.0 and b == 0.0:
             continue
         scale = max(w.scale[r], abs(w.c[r, 1]) * before, EPS * abs(w.c[r, 0]) / tolerance)
-        if (
-            n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0
-        ):  # a guard must be right relative to what is left of it
+        if w.limits[CHECKED] and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
+            # near a singularity of a law its guard must be right relative to what is left of it
             scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, EPS * scale / tolerance)
         if scale == 0.0:
             scale = _largest_term(w, r, before)
@@ -196,9 +195,7 @@ def _first_event(w, n_x, n_c, h):
     order = w.c.shape[1] - 1
     n_g = w.hit.size
     w.counts[FLAGGED] = 0
-    w.power[0] = 1.0
-    for k in range(1, order + 1):
-        w.power[k] = w.power[k - 1] * h
+    fill_powers(w.power, order, h)
     tau, which = h, -1
     for g in range(n_g):
         w.hit[g] = 0
@@ -255,8 +252,10 @@ def _is_sound(w, n_x, tau):
     all coefficients at the beginning of a step; no error estimate at the beginning sees it, the defect at the end does.
     """
     order = w.c.shape[1] - 1
+    if tau != w.power[1]:
+        fill_powers(w.power, order, tau)
     for r in range(n_x):
-        w.trial[r] = value(w.c[r], order, tau)
+        w.trial[r] = w.c[r, 0] + gain(w.c[r], order, w.power)
     if w.limits[CHECKED] == 0:
         return True
     w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + tau)

@@ -44,6 +44,24 @@ def magnitude(b, n, powers):
     return r
 
 
+@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
+def gain(b, n, powers):
+    """Return the sum of the terms 1 .. n; free order of the sum, because it is added to the larger b[0] afterwards."""
+    r = 0.0
+    for k in range(1, n + 1):
+        r += b[k] * powers[k]
+    return r
+
+
+@njit(nogil=True, _nrt=False)
+def fill_powers(powers, n, h):
+    """Fill in the powers 0 .. n of h, in two independent chains."""
+    square = h * h
+    powers[0], powers[1] = 1.0, h
+    for k in range(2, n + 1):
+        powers[k] = powers[k - 2] * square
+
+
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
 def polish(b, n, lo, hi, f_lo, f_hi):
     """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
@@ -142,9 +160,23 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
+@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
+def _parabola_clear(b, n):
+    """Return whether the first three terms stay above the magnitude of all the others on [0, 1]; excludes most steps."""
+    rest = 0.0
+    for k in range(3, n + 1):
+        rest += abs(b[k])
+    lowest = min(b[0], b[0] + b[1] + b[2])
+    if b[2] > 0.0 and -2.0 * b[2] < b[1] < 0.0:
+        lowest = b[0] - 0.25 * b[1] * b[1] / b[2]
+    return lowest > rest
+
+
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
 def first_crossing(b, n, table, stack, found):
     """Return the first s in (0, 1] at which b, not negative at 0, becomes negative; 2.0 if it does not."""
+    if n >= 2 and _parabola_clear(b, n):
+        return 2.0
     bound = 0.0
     for k in range(2, n + 1):
         bound += k * abs(b[k])
