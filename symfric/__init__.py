@@ -1,6 +1,6 @@
 """Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design."""
 
-from symfric import theory
+from symfric import design, theory
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
 from symfric.model import library as scenes
@@ -70,6 +70,7 @@ __all__ = [
     "Taylor",
     "Trajectory",
     "average",
+    "design",
     "equilibrium",
     "explain",
     "friction_force",

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from symfric.design.averaged import Averaged, average_belt
+from symfric.design.averaged import average_belt
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
 from symfric.design.check import Check, prepare_map, probe
 from symfric.design.result import Curve, Design
@@ -72,6 +72,19 @@ def quench(
     The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
     The condition is local: large stick-slip cycles beside a stable sliding are not excluded.
     """
+    belt = read_belt(scene)
+    problem = _problem(belt, speeds, Omega, a, minimise, margin)
+    still = _unshaken(problem.speeds)
+    if problem.a[0] == 0 and still[0] >= problem.margin:
+        return _idle(belt, problem, still)
+    found = search(problem)
+    if not isinstance(found, Optimum):
+        raise NotFound(_missing(problem, found, still))
+    return _design(belt, problem, found)
+
+
+def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float) -> Problem:
+    """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
     low, high = _bounds(speeds, "speeds", "belt speed")
@@ -85,21 +98,13 @@ def quench(
     margin = finite(margin, "margin")
     if margin < 0:
         raise SceneError(f"margin is {margin:g}; it must not be negative")
-    belt = read_belt(scene)
     if Omega[0] < FAST * belt.frequency:
         raise SceneError(
             f"the lower bound of Omega is {Omega[0]:g}; fast vibration needs at least {FAST:g} times the natural "
             f"frequency {belt.frequency:.6g}, and the averaged model becomes exact far above it"
         )
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
-    problem = Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
-    still = _unshaken(averaged, low, high)
-    if a[0] == 0 and still[0] >= margin:
-        return _idle(belt, problem, still)
-    found = search(problem)
-    if not isinstance(found, Optimum):
-        raise NotFound(_missing(problem, found, still))
-    return _design(belt, problem, found)
+    return Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
 
 
 def _bounds(pair, name: str, what: str) -> tuple[float, float]:
@@ -115,14 +120,14 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
     return low, high
 
 
-def _unshaken(averaged: Averaged, low: float, high: float) -> tuple[float, float]:
+def _unshaken(speeds: Range) -> tuple[float, float]:
     """Return the least damping without excitation, and its belt speed."""
-    edges = [low, *(b for b in averaged.levels if low < b < high), high]
+    edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
     parts = []
     for a, b in itertools.pairwise(edges):
         parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), [np.nextafter(b, a)]]  # the slope jumps at a break
     v = np.concatenate(parts)
-    y = np.array(averaged.unshaken(v[None])).ravel()
+    y = np.array(speeds.averaged.unshaken(v[None])).ravel()
     k = int(np.argmin(y))
     return float(y[k]), float(v[k])
 

@@ -22,8 +22,9 @@ from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 
-
-BRIDGE = 1e-12  # part of the speed over which an infinite slope of a law is replaced by a line
+BRIDGE = (
+    1e-9  # part of the speed over which a line replaces an infinite slope of a law; smaller, and high orders overflow
+)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class Law:
     source : str
         Document and equation, or the file of ``derivations/`` that establishes the formula.
     steep : tuple of Expr
-        Those of the `breaks` just below which the slope is infinite; solvers bridge the last part in 1e12 of the
+        Those of the `breaks` just below which the slope is infinite; solvers bridge the last part in 1e9 of the
         speed by a straight line.
     """
 

@@ -84,7 +84,8 @@ def mode_integrator(
     p, m, begin, length = data[:n_p], data[n_p : n_p + n_m], data[-2], data[-1]
     rate, guards, rows = field(state[:n_x], begin + length * time, p, m)
     live = state[-1] > 0.5
-    moving = ca.if_else(live, length * ca.vertcat(rate, rows[:n_integrals]), 0)
+    integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
+    moving = ca.if_else(live, length * ca.vertcat(rate, integrals), 0)
     dae = {"x": state, "t": time, "p": data, "ode": ca.vertcat(moving, 0, 0, 0)}
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": settings.max_steps}
     if settings.plugin == "collocation":

@@ -182,7 +182,7 @@ class Run:
             If no trajectory was wanted, or a time lies outside the run.
         """
         t = np.asarray(t, dtype=float)
-        if t.size and (np.min(t) < 0 or np.max(t) > self.t_final * (1 + 1e-15)):
+        if t.size and not (np.min(t) >= 0 and np.max(t) <= self.t_final * (1 + 1e-15)):
             raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
         return self._path()(t)
 

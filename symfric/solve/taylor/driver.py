@@ -5,7 +5,7 @@ from numba import njit
 
 from symfric.solve.status import Status
 from symfric.solve.taylor.polynomials import FUSED, extend_range, fill_powers, first_crossing, gain, magnitude
-from symfric.solve.taylor.settle import EPS, TIE, expand, prelude, probe_trial, settle
+from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, probe_trial, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.workspace import (
     CHECKED,
@@ -62,6 +62,7 @@ def reset(w, y, p):
     w.counts[:] = 0
     w.clock[T_LOW], w.clock[H_LAST], w.clock[REST], w.clock[MARK_T] = 0.0, 0.0, np.nan, 0.0
     w.scale[:] = 0.0
+    w.start[:] = 0.0
     w.hit[:] = 0
     w.fresh[:] = 0
     for e in range(w.kind.size):
@@ -104,6 +105,8 @@ def drive(w):
             h = left
         tau = _first_event(w, n_x, n_c, h)
         while tau > 0.0 and not _is_sound(w, n_x, tau):
+            if tau <= 16.0 * EPS * w.y[n_x]:
+                return _COLLAPSE
             last, h = False, 0.25 * tau
             tau = _first_event(w, n_x, n_c, h)
         if tau < h:
@@ -202,6 +205,8 @@ def _first_event(w, n_x, n_c, h):
         r = n_x + g
         total = magnitude(w.c[r], order, w.power)
         begin = w.c[r, 0]
+        if g >= w.m.size:
+            begin += TOUCH * w.clock[TOLERANCE] * w.scale[r]
         if w.fresh[g] == 0 and begin > total:
             continue
         if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
@@ -229,6 +234,8 @@ def _crossing(w, r, g, begin, total, h):
         first = 1
         if g < 2 * w.sticks.size and g % 2 == 0 and abs(w.c[r, 1]) <= TIE * w.gauge[2, g // 2]:
             first = 2  # a release: the slip acceleration is zero to rounding, whatever the length of the step
+        elif g >= 2 * w.sticks.size and abs(w.c[r, 1]) * natural_time(w) <= TIE * w.scale[r]:
+            first = 2
         while first < order and abs(w.c[r, first]) * w.power[first] <= 1e-13 * total:
             first += 1
         if total == 0.0:
@@ -241,6 +248,8 @@ def _crossing(w, r, g, begin, total, h):
         return 2.0
     for k in range(first, order + 1):
         w.poly[k - first] = w.c[r, k] * w.power[k]
+    if first == 0:
+        w.poly[0] = begin
     return first_crossing(w.poly, order - first, w.table, w.stack, w.found)
 
 
@@ -271,8 +280,7 @@ def _is_sound(w, n_x, tau):
         w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
         scale = max(w.scale[r], abs(c[1]) * tau, abs(truth) * tau)
         if abs(rate - truth) * tau > 1e3 * w.clock[TOLERANCE] * scale + 1e-10 * tau * (abs(c[1]) + abs(truth)):
-            singular = not abs(truth) < np.inf
-            return singular or tau <= 16.0 * EPS * abs(w.y[n_x])
+            return not abs(truth) < np.inf  # a singular point ends the step, and is left by `start_singular`
     return True
 
 

@@ -65,7 +65,9 @@ def fill_powers(powers, n, h):
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
 def polish(b, n, lo, hi, f_lo, f_hi):
     """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
-    s = lo + (hi - lo) * (f_lo / (f_lo - f_hi)) if f_lo != f_hi else 0.5 * (lo + hi)
+    s = 0.5 * (lo + hi)  # unless both ends are clearly no roots themselves, as an end of a subdivision may be
+    if min(abs(f_lo), abs(f_hi)) > 1e-6 * max(abs(f_lo), abs(f_hi)):
+        s = lo + (hi - lo) * (f_lo / (f_lo - f_hi))
     for _ in range(100):
         if not lo < s < hi:
             s = 0.5 * (lo + hi)
@@ -81,8 +83,8 @@ def polish(b, n, lo, hi, f_lo, f_hi):
         else:
             hi = s
         new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
-        if abs(new - s) <= 1e-9 * s:  # the next step would be about the square of this one
-            return min(max(new, lo), hi)
+        if lo <= new <= hi and abs(new - s) <= 1e-9 * s:  # the next step would be about the square of this one
+            return new
         s = new
     return hi
 
@@ -162,7 +164,7 @@ def roots(b, n, most, table, stack, found):
 
 @njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
 def _parabola_clear(b, n):
-    """Return whether the first three terms stay above the magnitude of all the others on [0, 1]; excludes most steps."""
+    """Return whether the first three terms stay above the magnitude of all others on [0, 1]; excludes most steps."""
     rest = 0.0
     for k in range(3, n + 1):
         rest += abs(b[k])

@@ -52,8 +52,8 @@ class Taylor:
 def order_for(tolerance: float, n_states: int) -> int:
     """Return the order that costs least.
 
-    Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005). Steps that end at events make
-    more orders pay, by measurement 12 for one mass on a belt and 8 for ten, where a step costs more.
+    Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005). Steps that end at events
+    make more orders pay, by measurement 12 for one mass on a belt and 8 for ten, where a step costs more.
     """
     return math.ceil(-0.5 * math.log(tolerance)) + (12 if n_states <= 4 else 8)
 
@@ -106,6 +106,10 @@ class TaylorProgram:
         self._place = {s.name: k for k, s in enumerate(self.automaton.parameters)}
         self._dropped = {s.name for s in vanishing(scene, varied)}
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
+
+    def __reduce__(self):
+        """Pickle as what it was prepared from; machine code is compiled, or loaded from the cache, where it arrives."""
+        return TaylorProgram, (self.scene, self.tolerance, self.settings, self._varied)
 
     def run(
         self,

@@ -12,11 +12,12 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from symfric.solve.status import Status
-from symfric.solve.taylor.workspace import KINKS
+from symfric.solve.taylor.workspace import KINKS, N_Q, T_END, TOLERANCE
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
 TIE = 1e-13  # of a derivative, relative to its scale
+TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
@@ -69,8 +70,11 @@ def settle(w):
     n_x, n_c = w.y.size - 1, w.sticks.size
     n_s = w.m.size - 2 * n_c
     _try_sticking(w, n_x, n_c)
+    lost = 0.0
+    for g in range(w.m.size, w.hit.size):
+        lost = min(lost, -TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g])
     for i in range(n_c):
-        if w.gauge[3, i] < 0.0:
+        if w.gauge[3, i] < lost:
             return _LOST
         if w.gauge[4, i] < 0.0:
             return _UNDECIDED
@@ -95,8 +99,12 @@ def settle(w):
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     call_code(w.code[3], w.y.ctypes.data, w.p.ctypes.data, w.gauge.ctypes.data)
+    n_q = w.limits[N_Q]
+    for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
+        w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
+    call_code(w.code[3], w.trial.ctypes.data, w.p.ctypes.data, w.span.ctypes.data)
     for i in range(n_c):
-        slip, size = w.gauge[0, i], w.gauge[1, i]
+        slip, size = w.gauge[0, i], max(w.gauge[1, i], 0.125 * w.span[1, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
         stuck = w.m[i] > 0.5
         if stuck:
@@ -173,8 +181,20 @@ def _backing(w, row, pull, horizon):
 
 
 @njit(nogil=True, _nrt=False)
+def natural_time(w):
+    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
+    time = 0.0
+    n = w.limits[N_Q]
+    for i in range(n):
+        if w.scale[n + i] > 0.0:
+            time = max(time, w.scale[i] / w.scale[n + i])
+    return time if time > 0.0 else 1e-3 * w.clock[T_END]
+
+
+@njit(nogil=True, _nrt=False)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    time = natural_time(w)
     for j in range(n_s):
         g = 2 * n_c + j
         row = n_x + g
@@ -182,7 +202,8 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
         if w.turns[n_c + j] >= 2:
             continue
         if w.hit[g] or abs(value) <= ROUNDING * w.scale[row]:
-            wrong = slope < 0.0 or (slope == 0.0 and curve < 0.0)
+            flat = abs(slope) * time <= TIE * w.scale[row]
+            wrong = curve < 0.0 if flat else slope < 0.0
         else:
             wrong = value < 0.0
         if wrong:

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.status import Status
-from symfric.solve.taylor.settle import TIE, expand
-from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, N_Q, PHASE, STALL, T_END
+from symfric.solve.taylor.settle import TIE, expand, natural_time
+from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
@@ -20,7 +20,10 @@ _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 def start_singular(w, n_x, n_c):
     """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
     w.counts[STALL] += 1
-    if w.counts[STALL] > 20:
+    begins = False
+    for g in range(w.fresh.size):
+        begins = begins or w.fresh[g] != 0
+    if w.counts[STALL] > 20 or (w.counts[STALL] == 1 and not begins):
         return _NAN
     for r in range(n_x):
         w.base[0, r] = w.y[r]
@@ -30,7 +33,7 @@ def start_singular(w, n_x, n_c):
             return _NAN
         if not abs(w.base[2, r]) < np.inf:
             w.base[2, r] = 0.0
-    which, weight, time = -1, 2.0 / 3.0, _natural_time(w)
+    which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
         if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[2, i] > 0.0:
             which = i
@@ -51,17 +54,6 @@ def start_singular(w, n_x, n_c):
         w.fresh[g] = 0
     w.counts[PHASE] = EXPAND
     return status
-
-
-@njit(nogil=True, _nrt=False)
-def _natural_time(w):
-    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
-    time = 0.0
-    n = w.limits[N_Q]
-    for i in range(n):
-        if w.scale[n + i] > 0.0:
-            time = max(time, w.scale[i] / w.scale[n + i])
-    return time if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
 @njit(nogil=True, _nrt=False)

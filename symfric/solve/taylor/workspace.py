@@ -34,6 +34,7 @@ class Workspace(NamedTuple):
     c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
     probe: np.ndarray  # the first three of them, (n_r, 3)
     gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, (5, n_c)
+    span: np.ndarray  # the same at the largest velocities so far, (5, n_c)
     scale: np.ndarray  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
     trial: np.ndarray  # state and time at the end of the step on trial, (n_x + 1,)
     base: np.ndarray  # state before a singular start, and its first two coefficients, (3, n_x)
@@ -85,6 +86,7 @@ def make_workspace(
         c=room(n_r, order + 1),
         probe=room(n_r, min(order, 2) + 1),
         gauge=room(5, n_c),
+        span=room(5, n_c),
         scale=room(n_r),
         trial=room(n_x + 1),
         base=room(3, n_x),
@@ -184,34 +186,35 @@ def at_addresses(table):
         _matrix(table, 5),  # c
         _matrix(table, 6),  # probe
         _matrix(table, 7),  # gauge
-        _reals(table, 8),  # scale
-        _reals(table, 9),  # trial
-        _matrix(table, 10),  # base
-        _reals(table, 11),  # start
-        _integers(table, 12),  # sticks
-        _integers(table, 13),  # anchor
-        _reals(table, 14),  # factor
-        _integers(table, 15),  # old
-        _integers(table, 16),  # zero
-        _integers(table, 17),  # turns
-        _integers(table, 18),  # hit
-        _integers(table, 19),  # fresh
-        _integers(table, 20),  # kind
-        _matrix(table, 21),  # total
-        _reals(table, 22),  # power
-        _reals(table, 23),  # poly
-        _reals(table, 24),  # slope
-        _reals(table, 25),  # found
-        _matrix(table, 26),  # stack
-        _cube(table, 27),  # table
-        _reals(table, 28),  # segment_t
-        _matrix(table, 29),  # segment_p
-        _integers(table, 30),  # counts
-        _reals(table, 31),  # clock
-        _integers(table, 32),  # limits
-        _reals(table, 33),  # event_t
-        _integer_matrix(table, 34),  # event_i
-        _matrix(table, 35),  # path_t
-        _cube(table, 36),  # path_c
-        _integer_matrix(table, 37),  # path_m
+        _matrix(table, 8),  # span
+        _reals(table, 9),  # scale
+        _reals(table, 10),  # trial
+        _matrix(table, 11),  # base
+        _reals(table, 12),  # start
+        _integers(table, 13),  # sticks
+        _integers(table, 14),  # anchor
+        _reals(table, 15),  # factor
+        _integers(table, 16),  # old
+        _integers(table, 17),  # zero
+        _integers(table, 18),  # turns
+        _integers(table, 19),  # hit
+        _integers(table, 20),  # fresh
+        _integers(table, 21),  # kind
+        _matrix(table, 22),  # total
+        _reals(table, 23),  # power
+        _reals(table, 24),  # poly
+        _reals(table, 25),  # slope
+        _reals(table, 26),  # found
+        _matrix(table, 27),  # stack
+        _cube(table, 28),  # table
+        _reals(table, 29),  # segment_t
+        _matrix(table, 30),  # segment_p
+        _integers(table, 31),  # counts
+        _reals(table, 32),  # clock
+        _integers(table, 33),  # limits
+        _reals(table, 34),  # event_t
+        _integer_matrix(table, 35),  # event_i
+        _matrix(table, 36),  # path_t
+        _cube(table, 37),  # path_c
+        _integer_matrix(table, 38),  # path_m
     )
