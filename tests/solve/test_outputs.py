@@ -29,7 +29,14 @@ def dense(run, n=40):
 
 @pytest.mark.parametrize("scene", [BELT, EXCITED], ids=["stick-slip", "excited"])
 def test_extremes_agree_with_the_trajectory(scene):
-    expressions = {"x": X, "u": U, "energy": X**2 / 2 + U**2 / 2, "slip": U - V_B, "product": X * U, "wave": sp.cos(9 * X)}
+    expressions = {
+        "x": X,
+        "u": U,
+        "energy": X**2 / 2 + U**2 / 2,
+        "slip": U - V_B,
+        "product": X * U,
+        "wave": sp.cos(9 * X),
+    }
     wanted = {"path": sf.Trajectory()}
     for name, e in expressions.items():
         wanted |= {f"max {name}": sf.Max(e), f"min {name}": sf.Min(e), f"half {name}": sf.HalfRange(e)}
@@ -91,7 +98,9 @@ def test_integrals_have_their_closed_forms():
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_work_of_friction_is_the_energy_that_is_lost(tolerance):
     floor = sf.friction_force("floor") * sf.slip("floor")
-    run = sf.simulate(sf.scenes.coulomb_oscillator(0.03).wanting({"work": sf.Integral(floor), "end": sf.End()}), tolerance)
+    run = sf.simulate(
+        sf.scenes.coulomb_oscillator(0.03).wanting({"work": sf.Integral(floor), "end": sf.End()}), tolerance
+    )
     assert run["work"] == pytest.approx((0.02**2 - 1) / 2, abs=10 * tolerance)
 
 

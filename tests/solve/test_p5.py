@@ -74,7 +74,15 @@ def stick_slip(v_b, horizon):
     t, y, events, release = 0.0, np.array([0.0, 0.0]), 0, 0.4 - 0.1 * v_b
     while True:
         slide = integrate.solve_ivp(
-            rate, (t, horizon), y, method="DOP853", rtol=1e-12, atol=1e-13, max_step=0.02, first_step=1e-3, events=caught
+            rate,
+            (t, horizon),
+            y,
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+            max_step=0.02,
+            first_step=1e-3,
+            events=caught,
         )
         t, x = slide.t[-1], slide.y[0, -1]
         if slide.status == 0:

@@ -153,7 +153,7 @@ def test_equal_static_and_kinetic_friction_from_rest_on_the_belt():
         (0.001, 500, 0.0),
     ],
 )
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-13])
+@pytest.mark.parametrize("tolerance", [1e-13])  # a tie is exact only if the error of the run is rounding
 def test_ties_of_the_coulomb_oscillator(delta, half_cycles, stop, tolerance):
     run = sf.simulate(sf.scenes.coulomb_oscillator(delta), tolerance)
     assert ended(run)
@@ -250,7 +250,7 @@ def test_static_friction_below_kinetic_friction_is_refused_or_undecided():
 @pytest.mark.parametrize("zero", [{"v_b": 0.0}, {"gamma2": 0.0}, {"beta": 0.0}, {"v_b": 0.0, "beta": 0.0}])
 def test_parameters_that_become_zero_or_leave_it(zero):
     scene = sf.scenes.mass_on_belt(v_b=0.2).starting({"x": 1.0})
-    other = {k: 0.11 for k in zero}
+    other = dict.fromkeys(zero, 0.11)
     from_zero = sf.prepare(scene.where(zero), 1e-11)
     assert np.array_equal(from_zero.run().final, sf.simulate(scene.where(zero), 1e-11).final)
     assert from_zero.run(other).final == pytest.approx(sf.simulate(scene.where(other), 1e-11).final, abs=1e-10)

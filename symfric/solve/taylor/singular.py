@@ -37,7 +37,8 @@ def start_singular(w, n_x, n_c):
     for i in range(n_c):
         if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[2, i] > 0.0:
             which = i
-            time = w.gauge[1, i] / w.gauge[2, i]
+            size, pull = max(w.gauge[1, i], w.span[1, i]), max(w.gauge[2, i], abs(w.c[n_x + 2 * i, 1]))
+            time = size / pull if size > 0.0 else time
             if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[2, i]:
                 weight = 0.5
     h = FRACTION * time
@@ -75,7 +76,8 @@ def _keep(w, n_x, n_c, h):
 @njit(nogil=True, _nrt=False)
 def _balance(w, n_x, n_c, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
-    low, high = 1e-18 * w.gauge[1, i], 2.0 * w.gauge[2, i] * h
+    high = 2.0 * h * (w.gauge[2, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
+    low = 1e-12 * high
     k, way = w.anchor[i], w.m[n_c + i] / w.factor[i]
     for _ in range(80):
         slip = np.sqrt(low * high) if low > 0.0 else 0.5 * high

@@ -1,0 +1,91 @@
+"""Imports point down only, and importing the package stays light."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import symfric
+
+ROOT = Path(symfric.__file__).parent
+BELOW = {
+    "errors": set(),
+    "model": {"errors"},
+    "theory": {"errors", "model"},
+    "lower": {"errors", "model"},
+    "solve": {"errors", "model", "lower"},
+}
+BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
+BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}
+BELOW["design"] = BELOW["ensemble"] | {"ensemble"}
+BELOW["report"] = BELOW["design"] | {"design"}
+BELOW["scenefile"] = BELOW["report"] | {"report"}
+BELOW["bench"] = BELOW["scenefile"] | {"scenefile"}
+BELOW["cli"] = BELOW["bench"] | {"bench"}
+HEAVY = ("matplotlib", "control", "xarray", "heyoka", "IPython", "distributed")
+
+
+def files():
+    return sorted(ROOT.rglob("*.py"))
+
+
+def layer_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return "symfric" if parts == ("__init__",) else parts[0]
+
+
+def imports(path):
+    """Yield line and dotted name of every import of the package, those inside functions too."""
+    package = ("symfric", *path.relative_to(ROOT).parent.parts)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, a.name) for a in node.names if a.name.split(".")[0] == "symfric")
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(filter(None, [base, node.module]))
+            if module == "symfric":
+                yield from ((node.lineno, f"symfric.{a.name}") for a in node.names)
+            elif module.startswith("symfric."):
+                yield node.lineno, module
+
+
+def violations():
+    found = []
+    for path in files():
+        layer = layer_of(path)
+        if layer == "symfric":
+            continue
+        for line, name in imports(path):
+            parts = name.split(".")
+            target = parts[1] if len(parts) > 1 else "symfric"
+            if target not in BELOW[layer] | {layer}:
+                found.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+    return found
+
+
+def test_every_module_belongs_to_a_layer():
+    assert {layer_of(path) for path in files()} - set(BELOW) - {"symfric", "__main__"} == set()
+
+
+def test_no_import_points_up():
+    assert violations() == []
+
+
+def test_the_test_would_see_an_upward_import(tmp_path, monkeypatch):
+    fake = tmp_path / "symfric"
+    (fake / "model").mkdir(parents=True)
+    source = (
+        "def f():\n    from symfric.solve.run import Run\n    from ..lower import printer\n    import symfric.theory\n"
+    )
+    (fake / "model" / "laws.py").write_text(source)
+    monkeypatch.setattr(sys.modules[__name__], "ROOT", fake)
+    assert [v.split(" imports ")[1] for v in violations()] == ["symfric.solve.run", "symfric.lower", "symfric.theory"]
+
+
+@pytest.mark.parametrize("module", ["symfric", "symfric.cli"])
+def test_import_is_light(module):
+    code = f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
