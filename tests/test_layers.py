@@ -20,9 +20,9 @@ BELOW = {
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}
 BELOW["design"] = BELOW["ensemble"] | {"ensemble"}
-BELOW["report"] = BELOW["design"] | {"design"}
-BELOW["scenefile"] = BELOW["report"] | {"report"}
-BELOW["bench"] = BELOW["scenefile"] | {"scenefile"}
+BELOW["scenefile"] = BELOW["design"] | {"design"}
+BELOW["report"] = BELOW["scenefile"] | {"scenefile"}
+BELOW["bench"] = BELOW["report"] | {"report"}
 BELOW["cli"] = BELOW["bench"] | {"bench"}
 HEAVY = ("matplotlib", "control", "xarray", "heyoka", "IPython", "distributed")
 

@@ -39,14 +39,14 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
         name = symbol.name
         if symbol == SPEED:
             raise SceneError("sf.SPEED is used outside a law; name your own velocity with another symbol")
+        if name == TIME.name and symbol != TIME:
+            raise SceneError("t is reserved for time; use sf.TIME")
         if name in allowed:
             if allowed[name] != symbol:
                 raise SceneError(
                     f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
                 )
             continue
-        if name == TIME.name:
-            raise SceneError("t is reserved for time; use sf.TIME")
         if name not in parameters:
             hint = nearest(name, parameters | set(allowed)) if parameters else ""
             raise SceneError(f"no value for {name}; add it to Scene.values" + (hint if "did you" in hint else ""))

@@ -46,7 +46,10 @@ def finite(value, what: str) -> float:
             raise SceneError(f"{what} is {value}; it must be real")
     elif not isinstance(value, numbers.Real):
         raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
-    result = float(value)
+    try:
+        result = float(value)
+    except TypeError:
+        raise SceneError(f"{what} is {value}; it must be a finite real number") from None
     if not math.isfinite(result):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result

@@ -31,10 +31,20 @@ def expand_integrals(expr: sp.Expr) -> sp.Expr:
     return expr.replace(lambda e: isinstance(e, sp.Integral), as_sum)
 
 
+def _at_the_edge(inverse):
+    """Return asin or acos that takes an argument which rounding has pushed beyond 1 for 1."""
+
+    def evaluate(x):
+        return inverse(np.where(np.abs(x) < 1 + 1e-12, np.clip(x, -1.0, 1.0), x))
+
+    return evaluate
+
+
 @lru_cache(maxsize=256)
 def numeric_function(symbols: tuple[sp.Symbol, ...], expr: sp.Expr):
     """Return ``f(*arrays) -> array`` that evaluates `expr` elementwise and broadcasts constants."""
-    compiled = sp.lambdify(symbols, expand_integrals(expr), modules=["numpy", "scipy"], cse=True)
+    edges = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
+    compiled = sp.lambdify(symbols, expand_integrals(expr), modules=[edges, "numpy", "scipy"], cse=True)
 
     def evaluate(*arguments):
         arrays = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arguments)) if arguments else []

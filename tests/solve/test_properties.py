@@ -160,6 +160,27 @@ def test_the_dimensional_belt_is_the_dimensionless_one(mass, stiffness, length, 
     assert own.stats["steps"] == pytest.approx(plain.stats["steps"], rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "length"), [(1.0, 1.0, 1.0), (1.0, 1e12, 1.0), (1e-9, 1e3, 1e-6), (1.0, 1e20, 1.0)]
+)
+@pytest.mark.parametrize("v_b", [1e-6, 1e-9])
+def test_creep_looks_the_same_in_all_units(mass, stiffness, length, v_b):
+    # a belt so slow that the law's slope at rest is all that matters: in units of v_b every such motion is the same
+    omega = np.sqrt(stiffness / mass)
+    law = sf.laws.cubic(0.4, 0.25, 0.5 * length * omega)
+    force = -stiffness * X - 0.1 * mass * omega * U
+    scene = sf.Scene(
+        system=sf.System(q=[X], u=[U], mass=[[mass]], force=[force]),
+        contacts=[sf.Contact("belt", U - v_b * length * omega, stiffness * length, law)],
+        initial={X: length * (0.4 - 20 * v_b), U: v_b * length * omega},
+        horizon=60 / omega,
+    )
+    run = sf.simulate(scene, 1e-10).checked()
+    assert run.stats["events"] == 11
+    assert run.events[0].t * omega == pytest.approx(19.9, abs=1e-5)
+    assert (run.final / [length, length * omega] - [0.4, 0]) / v_b == pytest.approx([-0.792308, -1.727347], abs=2e-5)
+
+
 def test_mirrored_belt_without_excitation_is_bit_for_bit():
     run, other = (sf.simulate(sf.scenes.mass_on_belt(v_b=v_b), 1e-10) for v_b in (0.2, -0.2))
     assert np.array_equal(other.final, -run.final)

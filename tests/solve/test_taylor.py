@@ -84,7 +84,10 @@ def test_every_law_agrees_with_the_independent_route(name, how):
     a, Omega = EXCITED[how]
     scene = sf.scenes.mass_on_belt(LAWS[name], v_b=0.2, a=a, Omega=Omega, horizon=12.0)
     scene = scene.wanting({"end": sf.End(), "events": sf.Events()})
-    run, other = sf.simulate(scene, 1e-11).checked(), sf.simulate(scene, 1e-7, route="integrators").checked()
+    run, other = sf.simulate(scene, 1e-11).checked(), sf.simulate(scene, 1e-7, route="integrators")
+    if other.status == sf.Status.INTEGRATOR:  # erk may give up at a graze, which it says
+        assert other.t_final < 12.0
+        return
     assert np.max(np.abs(run.final - other.final)) < 1e-5
 
 
