@@ -114,7 +114,7 @@ def test_smooth_laws_never_stick_and_rubbing_bodies_may():
         (LAW, True),
         (LAW.regularised(1e-3), False),
         (sf.laws.coulomb(0), False),
-        (LAW.averaged(0.1), False),
+        (sf.laws.coulomb(0.3).averaged(0.1), False),
     ):
         system = sf.System(q=[x], u=[u], mass=[[1]], force=[-x])
         scene = sf.Scene(system=system, contacts=[sf.Contact("c", u, 1, law)], initial={x: 0, u: 0}, horizon=1)
