@@ -159,7 +159,7 @@ class Scene:
             )
         values = dict(self.values)
         for state, value in self.initial.items():
-            number = value if isinstance(value, float) else float(value.subs(self.values))
+            number = value if isinstance(value, float) else value.subs(self.values)
             values[state] = finite(number, f"the initial value of {state.name}")
         return values
 
