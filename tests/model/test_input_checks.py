@@ -359,3 +359,9 @@ def test_errors_are_value_errors_of_one_line():
     with pytest.raises(ValueError, match="no value for v_b") as info:
         scene(values={K: 1.0})
     assert "\n" not in str(info.value)
+
+
+@pytest.mark.xfail(strict=True, reason="a matrix is a SymPy expression too")
+def test_a_matrix_is_no_scalar_force():
+    with pytest.raises(sf.SceneError, match=r"force\[0\] is .*not a scalar expression"):
+        system(force=[sp.eye(2)])

@@ -416,3 +416,10 @@ def test_more_contacts_than_coordinates_hold_the_system_at_rest():
     assert run.status == sf.Status.OK, run.advice
     assert np.max(np.abs(run.final[2:])) < 1e-12
     assert run.mode[:, -1].tolist() == [0, 0, 0]
+
+
+@pytest.mark.xfail(strict=True, reason="the stick forces of redundant contacts are singular if the slip turns with q")
+def test_redundant_contacts_whose_slip_turns_run_to_the_end():
+    slip = U * sp.cos(X) + W * sp.cos(Y) - 0.3
+    both = double_pendulum([sf.Contact("a", slip, 0.4, CUBIC), sf.Contact("b", slip, 0.4, CUBIC)])
+    assert sf.simulate(both, 1e-7).status == sf.Status.OK

@@ -185,3 +185,10 @@ def test_phase_portrait_of_one_swing_has_the_closed_form():
     assert run(t)[0] == pytest.approx(0.03 + 0.97 * np.cos(t), abs=1e-13)
     assert run(math.pi + t)[0] == pytest.approx(-0.03 - 0.91 * np.cos(t), abs=1e-12)
     assert [e.t for e in run.events] == pytest.approx(np.arange(1, 18) * math.pi, abs=1e-11)
+
+
+@pytest.mark.xfail(strict=True, reason="the route 'integrators' gives up on excited belts, or does not return at all")
+@pytest.mark.parametrize("name", ["stribeck", "exponential", "custom"])
+def test_the_independent_route_reaches_the_end_of_an_excited_run(name):
+    scene = sf.scenes.mass_on_belt(LAWS[name], v_b=0.2, a=0.01, Omega=20.0, horizon=12.0)
+    assert sf.simulate(scene.wanting({"events": sf.Events()}), 1e-7, route="integrators").status == sf.Status.OK
