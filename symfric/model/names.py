@@ -63,6 +63,8 @@ def expression(value, what: str) -> sp.Expr:
         result = sp.sympify(value, strict=True)
     except sp.SympifyError:
         raise SceneError(f"{what} is {value!r}, not a SymPy expression") from None
+    if getattr(result, "is_Matrix", False):
+        raise SceneError(f"{what} is a matrix, not a scalar expression")
     if not isinstance(result, sp.Expr):
         raise SceneError(f"{what} is {value!r}, not a scalar expression")
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):

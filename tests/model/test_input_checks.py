@@ -361,7 +361,6 @@ def test_errors_are_value_errors_of_one_line():
     assert "\n" not in str(info.value)
 
 
-@pytest.mark.xfail(strict=True, reason="a matrix is a SymPy expression too")
 def test_a_matrix_is_no_scalar_force():
     with pytest.raises(sf.SceneError, match=r"force\[0\] is .*not a scalar expression"):
         system(force=[sp.eye(2)])
