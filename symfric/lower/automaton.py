@@ -5,11 +5,16 @@ sign sigma_j. With f the applied forces, J = dw/du and lambda the friction force
 
     M u' = f + J^T lambda,   lambda_i = -d_i N_i mu(d_i w_i) where i slips,   w_i' = 0 where i sticks.
 
+A contact that cannot slip while the ones before it stick has no constraint of its own: then s_i is 2, and it carries
+nothing, or 3 if it is parallel to one of those (two on the same body), and they share the force in proportion to their
+bounds. The motion is the same for every distribution of the forces, the end of the sticking is not.
+
 The sticking forces follow from ``(I - S + S A S) lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
-``A = J M^-1 J^T`` and ``S = diag(s)``: one graph serves every mode, and for a constant mass matrix everything that
+``A = J M^-1 J^T`` and ``S = diag(s == 1)``: one graph serves every mode, and for a constant mass matrix everything that
 depends on the mode alone is computed once per mode, not once per step.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,9 +27,9 @@ from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 
-BRIDGE = (
-    1e-9  # part of the speed over which a line replaces an infinite slope of a law; smaller, and high orders overflow
-)
+# part of the speed over which a line replaces an infinite slope of a law; smaller, and high orders overflow
+BRIDGE = 1e-9
+REDUNDANT = 1e-11  # part of its diagonal below which a pivot of the coupling vanishes
 
 
 @dataclass(frozen=True)
@@ -36,11 +41,13 @@ class Automaton:
     field : casadi.Function
         ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
         Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
-        ``N mu_s -+ lambda`` while it sticks; then one row for each switch; then one for each load that varies.
+        ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force; then one row for each switch;
+        then one for each load that varies.
     gauge : casadi.Function
-        ``(y, t, p) -> (w, scale, pull, load, margin)``, each (n_c,): slips, the sum of the magnitudes of their terms,
-        and the slip acceleration that the largest static friction can cause, the scales of zero tests; then the normal
-        load times the profile, and static minus kinetic coefficient at rest, neither of which may be negative.
+        ``(y, t, p) -> (w, scale, pull, load, margin, coupling, spread)``. The first five are (n_c,): slips, the sum of
+        the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the scales
+        of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest, neither of
+        which may be negative. The others are ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies.
     sticks : tuple of bool
@@ -48,11 +55,14 @@ class Automaton:
     parameters : tuple of Symbol
         Order of the first entries of p; then, for each input, start, value and slope of its current sample interval.
     inputs : tuple of Symbol
-    n_switches : int
+    n_q, n_switches : int
+        Number of coordinates and of switches.
     autonomous : bool
         Whether time appears nowhere.
     anchors : tuple of (int, float)
         For each contact the index of the one velocity it depends on and its factor, or (-1, 0) if there are several.
+    parallels : tuple of int
+        For each contact the first one whose slip is a multiple of its own.
     """
 
     field: ca.Function
@@ -63,9 +73,11 @@ class Automaton:
     sticks: tuple[bool, ...]
     parameters: tuple[sp.Symbol, ...]
     inputs: tuple[sp.Symbol, ...]
+    n_q: int
     n_switches: int
     autonomous: bool
     anchors: tuple[tuple[int, float], ...]
+    parallels: tuple[int, ...]
 
     @property
     def n_mode(self) -> int:
@@ -171,7 +183,9 @@ def _bridged(law: Law) -> sp.Expr:
     return kinetic
 
 
-def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
+def lower(
+    scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset(), *, tested: bool = False
+) -> Automaton:
     """Build the automaton of a scene.
 
     Parameters
@@ -181,6 +195,9 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
         Expressions wanted along the run; may contain `friction_force` and `slip`.
     varied : frozenset of str
         Parameters that will change although they are zero now; the other zeros are dropped from the equations.
+    tested : bool
+        Whether the graph itself finds out which sticking contacts are redundant, by conditions on the state; otherwise
+        the mode says it.
 
     Raises
     ------
@@ -188,18 +205,20 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
         If an expression has no CasADi form.
     """
     low = Lowering(scene, vanishing(scene, varied))
-    system, n, nc = scene.system, len(scene.system.q), len(scene.contacts)
+    system, n = scene.system, len(scene.system.q)
     u, w, load = low.y[n : 2 * n], low.w, low.load
     f, mass = low.vector(system.force), low.mass()
-    rate, friction = accelerations(low, f, mass)
+    rate, friction = accelerations(low, f, mass, tested)
     guards = []
-    for i in range(nc):
-        bound = load[i] * low.sx(scene.contacts[i].law.stick)
+    bounds = [load[i] * low.sx(c.law.stick) for i, c in enumerate(scene.contacts)]
+    friction = _shared(low, friction, bounds)
+    for i, bound in enumerate(bounds):
         if scene.contacts[i].law.smooth:
             guards += [low.d[i] * w[i], ca.SX(1)]
         else:
-            guards += [ca.if_else(low.s[i], bound - friction[i], low.d[i] * w[i])]
-            guards += [ca.if_else(low.s[i], bound + friction[i], 1)]
+            sticks, idle = low.s[i] > 0.5, low.s[i] == 2
+            guards += [ca.if_else(idle, w[i], ca.if_else(sticks, bound - friction[i], low.d[i] * w[i]))]
+            guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, bound + friction[i], 1))]
     for i, c in enumerate(scene.contacts):
         low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction[i], w[i]
         low.moving |= {friction_force(c.name), slip(c.name)}
@@ -221,14 +240,16 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
         sticks=tuple(not c.law.smooth for c in scene.contacts),
         parameters=low.parameters,
         inputs=low.inputs,
+        n_q=n,
         n_switches=len(low.switches.signs),
         autonomous=not ca.depends_on(ca.vertcat(*out), low.t),
         anchors=tuple(_anchor(scene, c) for c in scene.contacts),
+        parallels=tuple(k for k, _ in _parallels(scene)),
     )
 
 
-def accelerations(low: Lowering, f: ca.SX, mass: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return u' and the friction forces of all contacts in the mode held by (s, d)."""
+def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX]:
+    """Return u' and the friction forces of all contacts in the mode held by (s, d); `tested` as in `lower`."""
     n, nc, w = f.numel(), low.w.numel(), low.w
     u, q = low.y[n : 2 * n], low.y[:n]
     D, LT, order = ca.ldl(mass)
@@ -239,43 +260,35 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX) -> tuple[ca.SX, ca.SX]:
     slipping = ca.SX(low.sliding)
     for i, c in enumerate(low.scene.contacts):
         if not c.law.smooth:
-            slipping[i] = ca.if_else(low.s[i], 0, low.sliding[i])
+            slipping[i] = ca.if_else(low.s[i] > 0.5, 0, low.sliding[i])
     free = solve(f + J.T @ slipping)
     sticking = [i for i, c in enumerate(low.scene.contacts) if not c.law.smooth]
     if not sticking:
         return free, slipping
-    Jk, s = J[sticking, :], low.s[sticking]
+    Jk, s = J[sticking, :], low.s[sticking] == 1
     pull = solve(Jk.T)
     A = Jk @ pull
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
     S = ca.diag(s)
     system = ca.sparsify(ca.SX.eye(len(sticking)) - S + S @ A @ S)
-    fixed = not ca.depends_on(system, ca.vertcat(low.y, low.t))
-    held = _hold(system, -S @ (Jk @ free + drift), fixed)
+    held = _hold(system, -S @ (Jk @ free + drift), tested)
     friction, rate = ca.SX(slipping), ca.densify(free + pull @ held)
     for k, i in enumerate(sticking):
         friction[i] = slipping[i] + held[k]
         index, factor = _anchor(low.scene, low.scene.contacts[i])
         if index >= 0:  # a body held by the ground follows it exactly, not to rounding
-            rate[index - n] = ca.if_else(s[k], -drift[k] / factor, rate[index - n])
+            rate[index - n] = ca.if_else(low.s[i] > 0.5, -drift[k] / factor, rate[index - n])
     return rate, friction
 
 
-def _hold(A: ca.SX, b: ca.SX, fixed: bool) -> ca.SX:
-    """Solve A x = b by Cholesky's method without roots, for the forces of the contacts on trial as sticking.
-
-    Contacts may be redundant (two on the same body): A is then singular, though b lies in its range. If A is fixed
-    while the mode lasts, a pivot that vanishes against its diagonal sets its force to zero, which leaves the load on
-    the contacts before it; the motion is the same for every distribution. `fixed` says that A does not depend on the
-    state.
-    """
+def _hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
+    """Solve A x = b by Cholesky's method without roots; if `tested`, a pivot that vanishes makes its unknown zero."""
     n = b.numel()
     rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal
     reciprocal = []
     for j in range(n):
         pivot = rows[j][j] - sum((rows[j][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
-        inverse = 1 / pivot
-        reciprocal.append(ca.if_else(pivot > 1e-11 * rows[j][j], inverse, 0) if fixed else inverse)
+        reciprocal.append(ca.if_else(pivot > REDUNDANT * rows[j][j], 1 / pivot, 0) if tested else 1 / pivot)
         for i in range(j + 1, n):
             rows[i][j] -= sum((rows[i][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
     x = [b[i] for i in range(n)]
@@ -287,6 +300,33 @@ def _hold(A: ca.SX, b: ca.SX, fixed: bool) -> ca.SX:
     return ca.vertcat(*x)
 
 
+def _parallels(scene: Scene) -> list[tuple[int, float]]:
+    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone."""
+    found = []
+    for i, c in enumerate(scene.contacts):
+        ratios = ((k, sp.cancel(c.slip / other.slip)) for k, other in enumerate(scene.contacts[:i]))
+        alike = ((k, float(r)) for k, r in ratios if r.is_number and not scene.contacts[k].law.smooth)
+        found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
+    return found
+
+
+def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
+    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds."""
+    parallels = _parallels(low.scene)
+    shared = ca.SX(friction)
+    for first in {k for k, _ in parallels}:
+        group = [(i, factor) for i, (k, factor) in enumerate(parallels) if k == first]
+        if len(group) < 2:
+            continue
+        sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
+        whole = sum(ca.if_else(sticks[i], factor * friction[i], 0) for i, factor in group)
+        reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
+        reach = ca.if_else(reach > 0, reach, 1) if not ca.depends_on(reach, ca.vertcat(low.y, low.t)) else reach
+        for i, factor in group:
+            shared[i] = ca.if_else(sticks[i], math.copysign(1, factor) * bounds[i] * whole / reach, friction[i])
+    return shared
+
+
 def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     w, load, n_c = low.w, low.load, low.w.numel()
     J = ca.jacobian(w, u) if n_c else ca.SX(0, u.numel())
@@ -296,11 +336,12 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     stick, rest = ([low.sx(e) for e in es] for es in ([a.stick for a in laws], [a.at_rest for a in laws]))
     bounds = [load[i] * (stick[i] + ca.fabs(rest[i])) for i in range(n_c)]
     margin = ca.vertcat(*(stick[i] * (1 + 1e-12) - rest[i] for i in range(n_c))) if n_c else w
-    D, LT, order = ca.ldl(mass)
-    inverse = [(J[i, :] @ ca.ldl_solve(J[i, :].T, D, LT, order)) for i in range(n_c)]
-    pull = ca.vertcat(*(a * ca.fabs(b) for a, b in zip(inverse, bounds, strict=True))) if n_c else w
-    out = low.unswitched([ca.densify(e) for e in (w, terms, pull, load, margin)])
-    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], ["w", "scale", "pull", "load", "margin"])
+    spread = ca.ldl_solve(J.T, *ca.ldl(mass)) if n_c else ca.SX(u.numel(), 0)
+    coupling = J @ spread
+    pull = ca.vertcat(*(coupling[i, i] * ca.fabs(b) for i, b in enumerate(bounds))) if n_c else w
+    out = low.unswitched([ca.densify(e) for e in (w, terms, pull, load, margin, ca.vec(coupling), ca.vec(spread.T))])
+    names = ["w", "scale", "pull", "load", "margin", "coupling", "spread"]
+    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], names)
 
 
 def _anchor(scene: Scene, contact) -> tuple[int, float]:

@@ -97,13 +97,13 @@ class IntegratorsProgram:
         self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}
         self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
         self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
-        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied)
+        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied, tested=True)
         refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")
         self._held = settings.plugin in ONE_STEP
         self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
-        self._rule: Rule = make_rule(self.automaton, len(scene.system.q), max(1e-12, 10 * self._local))
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * self._local))
         self._elements = min(2000, settings.elements)
         self._advance = self._integrator(0)
         self._nodes = node_function(self._field, len(self._integrals))
@@ -149,7 +149,7 @@ class IntegratorsProgram:
         if mode is None:
             motion.status = Status.UNDECIDED
             return
-        _, _, _, load, margin = (numbers(e) for e in self.automaton.gauge(motion.y, motion.t, p))
+        _, _, _, load, margin = (numbers(e) for e in self.automaton.gauge(motion.y, motion.t, p)[:5])
         if np.any(load < 0) or np.any(margin < 0):
             motion.status = Status.LOST_CONTACT if np.any(load < 0) else Status.UNDECIDED
             return

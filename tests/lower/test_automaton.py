@@ -90,7 +90,7 @@ def test_names_and_layout():
     assert not automaton.autonomous
 
 
-def test_a_redundant_contact_carries_nothing_and_changes_nothing():
+def test_redundant_contacts_share_the_force_and_change_nothing():
     x, u = sp.symbols("x u", real=True)
 
     def scene(k):
@@ -99,13 +99,15 @@ def test_a_redundant_contact_carries_nothing_and_changes_nothing():
         return sf.Scene(system=system, contacts=contacts, initial={x: 0, u: 0}, horizon=1)
 
     y, t = [0.3, 0.2], 0.4
-    one, three = lower(scene(1)), lower(scene(3), [sf.friction_force(f"c{i}") for i in range(3)])
-    alone = np.array(one.field(y, t, [], [1, 1])[0]).ravel()
-    rate, _, forces = (np.array(e).ravel() for e in three.field(y, t, [], [1, 1, 1, 1, 1, 1]))
+    alone = np.array(lower(scene(1)).field(y, t, [], [1, 1])[0]).ravel()
     assert alone[1] == 0
-    assert rate == pytest.approx(alone, abs=1e-14)
-    assert np.all(np.isfinite(forces))
-    assert forces @ [1, 2, 3] == pytest.approx(-(-0.9 + np.cos(t)), abs=1e-13)  # together they hold the force
+    # the mode says which contacts are redundant, or the graph finds out
+    for tested, stick in ((False, [1, 3, 3]), (True, [1, 1, 1])):
+        three = lower(scene(3), [sf.friction_force(f"c{i}") for i in range(3)], tested=tested)
+        rate, _, forces = (np.array(e).ravel() for e in three.field(y, t, [], [*stick, 1, 1, 1]))
+        assert rate == pytest.approx(alone, abs=1e-14)
+        assert forces @ [1, 2, 3] == pytest.approx(-(-0.9 + np.cos(t)), abs=1e-13)  # together they hold the force
+        assert forces == pytest.approx(np.full(3, forces[0]), abs=1e-13)  # equal loads, equal shares
 
 
 def test_smooth_laws_never_stick_and_rubbing_bodies_may():

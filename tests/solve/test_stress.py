@@ -153,7 +153,7 @@ def test_equal_static_and_kinetic_friction_from_rest_on_the_belt():
         (0.001, 500, 0.0),
     ],
 )
-@pytest.mark.parametrize("tolerance", [1e-13])  # a tie is exact only if the error of the run is rounding
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-13])
 def test_ties_of_the_coulomb_oscillator(delta, half_cycles, stop, tolerance):
     run = sf.simulate(sf.scenes.coulomb_oscillator(delta), tolerance)
     assert ended(run)
@@ -258,9 +258,17 @@ def test_parameters_that_become_zero_or_leave_it(zero):
     assert to_zero.final == pytest.approx(from_zero.run().final, abs=1e-10)
 
 
-@pytest.mark.xfail(strict=True, reason="a tie is lost to the error of the run: one swing of zero width too many")
-@pytest.mark.parametrize(("delta", "half_cycles"), [(1 / 3, 1), (0.2, 2), (1 / 7, 3), (1 / 9, 4)])
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
-def test_ties_at_coarser_tolerances(delta, half_cycles, tolerance):
-    run = sf.simulate(sf.scenes.coulomb_oscillator(delta), tolerance)
+@pytest.mark.parametrize("half_cycles", [1, 2, 3, 4, 10, 50])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-13])
+def test_a_stop_exactly_at_the_static_bound_is_a_stop(half_cycles, tolerance):
+    run = sf.simulate(sf.scenes.coulomb_oscillator(1 / (2 * half_cycles + 1)), tolerance)
     assert run.outputs["stop_time"] == pytest.approx(half_cycles * math.pi, rel=10 * tolerance)
+    assert run.stats["events"] == half_cycles
+
+
+@pytest.mark.parametrize("half_cycles", [1, 4, 20])
+@pytest.mark.parametrize("beyond", [-1e-3, -1e-4, 1e-4, 1e-3])
+def test_a_stop_near_the_static_bound_is_decided(half_cycles, beyond):
+    delta = (1 + beyond) / (2 * half_cycles + 1)  # the last turn lies just inside or just outside the bound
+    run = sf.simulate(sf.scenes.coulomb_oscillator(delta), 1e-7)
+    assert run.stats["events"] == half_cycles + (beyond < 0)

@@ -65,6 +65,7 @@ def reset(w, y, p):
     w.start[:] = 0.0
     w.hit[:] = 0
     w.fresh[:] = 0
+    w.slack[:] = 0.0
     for e in range(w.kind.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 2], w.total[e, 3] = np.inf, -np.inf, 0.0, 0.0
 
@@ -205,7 +206,9 @@ def _first_event(w, n_x, n_c, h):
         r = n_x + g
         total = magnitude(w.c[r], order, w.power)
         begin = w.c[r, 0]
-        if g >= w.m.size:
+        if g < w.m.size:
+            begin += w.slack[g]
+        else:
             begin += TOUCH * w.clock[TOLERANCE] * w.scale[r]
         if w.fresh[g] == 0 and begin > total:
             continue

@@ -93,7 +93,7 @@ class TaylorProgram:
             1_000_000,
             keep_path,
             keep_events,
-            len(scene.system.q),
+            self.automaton.n_q,
             not series.entire,
         )
         self._table = addresses(self.work)

@@ -11,12 +11,14 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
+from symfric.lower.automaton import REDUNDANT
 from symfric.solve.status import Status
-from symfric.solve.taylor.workspace import KINKS, N_Q, T_END, TOLERANCE
+from symfric.solve.taylor.workspace import KINKS, N_Q, STEPS, T_END, TOLERANCE
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
 TIE = 1e-13  # of a derivative, relative to its scale
+MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
 TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -83,6 +85,7 @@ def settle(w):
         w.turns[i] = 0
     rounds = 60 + 12 * (n_c + n_s)
     for turn in range(rounds):
+        _share(w, n_c)
         prelude(w)
         probe(w)
         least = turn > 20 + 4 * n_c
@@ -106,24 +109,73 @@ def _try_sticking(w, n_x, n_c):
     for i in range(n_c):
         slip, size = w.gauge[0, i], max(w.gauge[1, i], 0.125 * w.span[1, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        stuck = w.m[i] > 0.5
-        if stuck:
+        if w.old[i] == 0:
             w.zero[i] = abs(slip) <= 1e-9 * size
         else:
             w.zero[i] = w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
         if not w.zero[i]:
-            w.m[i] = 0.0
             w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
-            continue
-        if w.sticks[i] == 0:
+        w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
+    _project(w, n_c)
+    for i in range(n_c):
+        if w.m[i] == 0.0:
             continue
         if w.anchor[i] >= 0:
-            w.y[w.anchor[i]] -= slip / w.factor[i]
-        if stuck and (w.hit[2 * i] or w.hit[2 * i + 1]):
+            w.y[w.anchor[i]] -= w.gauge[0, i] / w.factor[i]
+        if w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1]):
             w.m[i] = 0.0
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
-        else:
-            w.m[i] = 1.0
+
+
+@njit(nogil=True, _nrt=False)
+def _project(w, n_c):
+    """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy."""
+    coupled = False
+    for i in range(n_c):
+        coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
+    if not coupled:  # exact without, where every slip has a velocity of its own
+        return
+    _share(w, n_c)
+    n_q = w.limits[N_Q]
+    for i in range(n_c):
+        w.impulse[i] = -w.gauge[0, i]
+        for j in range(i):
+            if w.m[i] == 1.0 and w.m[j] == 1.0:
+                w.impulse[i] -= w.share[i, j] * w.impulse[j]
+    for i in range(n_c - 1, -1, -1):
+        if w.m[i] != 1.0:
+            continue
+        w.impulse[i] /= w.share[i, i]
+        for j in range(i + 1, n_c):
+            if w.m[j] == 1.0:
+                w.impulse[i] -= w.share[j, i] * w.impulse[j]
+        for r in range(n_q):
+            w.y[n_q + r] += w.gauge[5 + n_c + r, i] * w.impulse[i]
+
+
+@njit(nogil=True, _nrt=False)
+def _share(w, n_c):
+    """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one."""
+    for i in range(n_c):
+        if w.m[i] < 0.5:
+            continue
+        pivot = w.gauge[5 + i, i]
+        for j in range(i):
+            if w.m[j] != 1.0:
+                continue
+            rest = w.gauge[5 + i, j]
+            for k in range(j):
+                if w.m[k] == 1.0:
+                    rest -= w.share[i, k] * w.share[j, k] * w.share[k, k]
+            w.share[i, j] = rest / w.share[j, j]
+            pivot -= rest * w.share[i, j]
+        w.share[i, i] = pivot
+        w.m[i] = 1.0
+        if pivot <= REDUNDANT * w.gauge[5 + i, i]:
+            w.m[i] = 2.0
+            for j in range(i):
+                if w.parallel[j] == w.parallel[i] and w.m[j] == 1.0:
+                    w.m[i] = 3.0
 
 
 @njit(nogil=True, _nrt=False)
@@ -133,8 +185,10 @@ def _change_contact(w, n_x, n_c, horizon, least):
     for i in range(n_c):
         if not w.zero[i]:
             continue
-        if w.m[i] > 0.5:
-            size, where = _excess(w, n_x + 2 * i, horizon)
+        if w.m[i] == 2.0:
+            size, where = _drift(w, n_x + 2 * i, w.gauge[2, i])
+        elif w.m[i] > 0.5:
+            size, where = _excess(w, n_x + 2 * i, horizon, _doubt(w, i))
         else:
             size, where = _backing(w, n_x + 2 * i, w.gauge[2, i], horizon), 0
         if size <= TIE and w.turns[i] >= 2:
@@ -157,16 +211,38 @@ def _change_contact(w, n_x, n_c, horizon, least):
 
 
 @njit(nogil=True, _nrt=False)
-def _excess(w, row, horizon):
+def _doubt(w, i):
+    """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
+
+    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound.
+    """
+    if w.counts[STEPS] == 0:
+        return ROUNDING
+    pull, size = w.gauge[2, i] * natural_time(w), w.span[1, i]
+    ratio = size / pull if pull > 0.0 else 0.0
+    return max(ROUNDING, min(MOST_DOUBT, w.clock[TOLERANCE] * (1.0 + ratio)))
+
+
+@njit(nogil=True, _nrt=False)
+def _excess(w, row, horizon, doubt):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
     scale = 0.5 * abs(over + under) + 0.5 * abs(over - under)
     g, slope, way = (over, w.probe[row, 1], -1) if over < under else (under, w.probe[row + 1, 1], 1)
-    if g < -ROUNDING * scale:
+    if g < -doubt * scale:
         return -g / scale, way
     if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
         return 0.5 * TIE, way
     return 0.0, 0
+
+
+@njit(nogil=True, _nrt=False)
+def _drift(w, row, pull):
+    """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
+    rate = w.probe[row, 1]
+    if abs(rate) <= REDUNDANT * pull:
+        return 0.0, 0
+    return abs(rate) / pull if pull > 0.0 else 1.0, 1 if rate > 0.0 else -1
 
 
 @njit(nogil=True, _nrt=False)
@@ -216,13 +292,17 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
 
 @njit(nogil=True, _nrt=False)
 def _mark_fresh(w, n_x, n_c, n_s):
-    """Name the guards that start the new mode at zero."""
+    """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
+    w.slack[:] = 0.0
     for i in range(n_c):
         a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
-        if w.m[i] > 0.5:
+        if w.m[i] == 2.0:
+            w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
+        elif w.m[i] > 0.5:
             scale = 0.5 * abs(a + b) + 0.5 * abs(a - b)
-            w.fresh[2 * i] = abs(a) <= ROUNDING * scale
-            w.fresh[2 * i + 1] = abs(b) <= ROUNDING * scale
+            w.fresh[2 * i] = a <= ROUNDING * scale
+            w.fresh[2 * i + 1] = b <= ROUNDING * scale
+            w.slack[2 * i], w.slack[2 * i + 1] = max(0.0, -a), max(0.0, -b)
         else:
             w.fresh[2 * i] = w.zero[i]
             w.fresh[2 * i + 1] = 0

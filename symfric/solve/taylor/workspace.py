@@ -33,8 +33,11 @@ class Workspace(NamedTuple):
     aux: np.ndarray  # what the prelude computes
     c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
     probe: np.ndarray  # the first three of them, (n_r, 3)
-    gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, (5, n_c)
-    span: np.ndarray  # the same at the largest velocities so far, (5, n_c)
+    gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
+    # coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (5 + n_c + n_q, n_c)
+    span: np.ndarray  # the same at the largest velocities so far
+    share: np.ndarray  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    impulse: np.ndarray  # of each contact that makes its slip exactly zero, (n_c,)
     scale: np.ndarray  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
     trial: np.ndarray  # state and time at the end of the step on trial, (n_x + 1,)
     base: np.ndarray  # state before a singular start, and its first two coefficients, (3, n_x)
@@ -42,11 +45,13 @@ class Workspace(NamedTuple):
     sticks: np.ndarray  # whether a contact can stick, (n_c,)
     anchor: np.ndarray  # index of the one velocity in a contact's slip, or -1, (n_c,)
     factor: np.ndarray  # and its factor, (n_c,)
+    parallel: np.ndarray  # first contact whose slip is a multiple of that of a contact, (n_c,)
     old: np.ndarray  # modes before an event, (n_c,)
     zero: np.ndarray  # contacts whose slip is zero now, (n_c,)
     turns: np.ndarray  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
     hit: np.ndarray  # guards that have just reached zero, (n_g,)
     fresh: np.ndarray  # guards that start their mode at zero, (n_g,)
+    slack: np.ndarray  # what is added to a guard so that it starts its mode at zero, (n_g,)
     kind: np.ndarray  # RANGE or INTEGRAL of every wanted row, (n_e,)
     total: np.ndarray  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
     power: np.ndarray  # powers of the step, (order + 1,)
@@ -72,7 +77,7 @@ def make_workspace(
 ) -> Workspace:
     """Allocate the arrays of a program."""
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
-    n_e, order = len(kinds), series.order
+    n_e, order, n_q = len(kinds), series.order, automaton.n_q
     n_r = n_x + n_g + n_e
     code = [addresses[name] for name in ("prelude", "series", "probe", "gauge")]
     room = lambda *shape: np.zeros(shape)  # noqa: E731
@@ -85,8 +90,10 @@ def make_workspace(
         aux=room(series.prelude.nnz_out(0)),
         c=room(n_r, order + 1),
         probe=room(n_r, min(order, 2) + 1),
-        gauge=room(5, n_c),
-        span=room(5, n_c),
+        gauge=room(5 + n_c + n_q, n_c),
+        span=room(5 + n_c + n_q, n_c),
+        share=room(n_c, n_c),
+        impulse=room(n_c),
         scale=room(n_r),
         trial=room(n_x + 1),
         base=room(3, n_x),
@@ -94,11 +101,13 @@ def make_workspace(
         sticks=np.array(automaton.sticks, dtype=np.int64),
         anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
         factor=np.array([f for _, f in automaton.anchors], dtype=float),
+        parallel=np.array(automaton.parallels, dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
         turns=flags(n_c + automaton.n_switches),
         hit=flags(n_g),
         fresh=flags(n_g),
+        slack=room(n_g),
         kind=np.array(kinds, dtype=np.int64),
         total=room(n_e, 4),
         power=room(order + 2),
@@ -187,34 +196,38 @@ def at_addresses(table):
         _matrix(table, 6),  # probe
         _matrix(table, 7),  # gauge
         _matrix(table, 8),  # span
-        _reals(table, 9),  # scale
-        _reals(table, 10),  # trial
-        _matrix(table, 11),  # base
-        _reals(table, 12),  # start
-        _integers(table, 13),  # sticks
-        _integers(table, 14),  # anchor
-        _reals(table, 15),  # factor
-        _integers(table, 16),  # old
-        _integers(table, 17),  # zero
-        _integers(table, 18),  # turns
-        _integers(table, 19),  # hit
-        _integers(table, 20),  # fresh
-        _integers(table, 21),  # kind
-        _matrix(table, 22),  # total
-        _reals(table, 23),  # power
-        _reals(table, 24),  # poly
-        _reals(table, 25),  # slope
-        _reals(table, 26),  # found
-        _matrix(table, 27),  # stack
-        _cube(table, 28),  # table
-        _reals(table, 29),  # segment_t
-        _matrix(table, 30),  # segment_p
-        _integers(table, 31),  # counts
-        _reals(table, 32),  # clock
-        _integers(table, 33),  # limits
-        _reals(table, 34),  # event_t
-        _integer_matrix(table, 35),  # event_i
-        _matrix(table, 36),  # path_t
-        _cube(table, 37),  # path_c
-        _integer_matrix(table, 38),  # path_m
+        _matrix(table, 9),  # share
+        _reals(table, 10),  # impulse
+        _reals(table, 11),  # scale
+        _reals(table, 12),  # trial
+        _matrix(table, 13),  # base
+        _reals(table, 14),  # start
+        _integers(table, 15),  # sticks
+        _integers(table, 16),  # anchor
+        _reals(table, 17),  # factor
+        _integers(table, 18),  # parallel
+        _integers(table, 19),  # old
+        _integers(table, 20),  # zero
+        _integers(table, 21),  # turns
+        _integers(table, 22),  # hit
+        _integers(table, 23),  # fresh
+        _reals(table, 24),  # slack
+        _integers(table, 25),  # kind
+        _matrix(table, 26),  # total
+        _reals(table, 27),  # power
+        _reals(table, 28),  # poly
+        _reals(table, 29),  # slope
+        _reals(table, 30),  # found
+        _matrix(table, 31),  # stack
+        _cube(table, 32),  # table
+        _reals(table, 33),  # segment_t
+        _matrix(table, 34),  # segment_p
+        _integers(table, 35),  # counts
+        _reals(table, 36),  # clock
+        _integers(table, 37),  # limits
+        _reals(table, 38),  # event_t
+        _integer_matrix(table, 39),  # event_i
+        _matrix(table, 40),  # path_t
+        _cube(table, 41),  # path_c
+        _integer_matrix(table, 42),  # path_m
     )
