@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symfric.errors import SceneError
-from symfric.solve.taylor.jets import expand
+from symfric.solve.taylor.jets import expand, reach
 from symfric.solve.taylor.jit import compile_functions
 
 ORDER = 7
@@ -98,3 +98,13 @@ def test_damaged_cache_is_not_used(tmp_path, monkeypatch):
 def test_unknown_operation_is_refused_by_name():
     with pytest.raises(SceneError, match="OP_FABS"):
         expand(field_of(ca.fabs(x))[0], 3)
+
+
+@pytest.mark.parametrize("order", [3, 4, 7, 8])
+def test_what_a_step_reaches(order):
+    rng = np.random.default_rng(order)
+    c, h = rng.normal(size=(3, order + 1)), 0.7
+    found = np.array(reach(2, 1, order)(h, c.ravel())).ravel()
+    powers = h ** np.arange(1, order + 1)
+    assert found[:2] == pytest.approx(c[:2, 1:] @ powers, abs=1e-14)
+    assert found[2] == pytest.approx(np.abs(c[2, 1:]) @ powers, abs=1e-14)

@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.status import Status
-from symfric.solve.taylor.polynomials import FUSED, extend_range, fill_powers, first_crossing, gain, magnitude
-from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, probe_trial, settle
+from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
+from symfric.solve.taylor.settle import EPS, TIE, TOUCH, call_code, expand, natural_time, prelude, probe_trial, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.workspace import (
     CHECKED,
@@ -129,7 +129,7 @@ def drive(w):
             return _LOST
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _step_size(w, n_x):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite."""
     order = w.c.shape[1] - 1
@@ -161,7 +161,7 @@ def _step_size(w, n_x):
     return h
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _largest_term(w, r, h):
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
@@ -170,7 +170,7 @@ def _largest_term(w, r, h):
     return max(largest, 1e-300)
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1
@@ -193,18 +193,17 @@ def _first_step(w):
     return h
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _first_event(w, n_x, n_c, h):
     """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
-    order = w.c.shape[1] - 1
     n_g = w.hit.size
     w.counts[FLAGGED] = 0
-    fill_powers(w.power, order, h)
+    _reach(w, h)
     tau, which = h, -1
     for g in range(n_g):
         w.hit[g] = 0
         r = n_x + g
-        total = magnitude(w.c[r], order, w.power)
+        total = w.reach[r]
         begin = w.c[r, 0]
         if g < w.m.size:
             begin += w.slack[g]
@@ -214,10 +213,10 @@ def _first_event(w, n_x, n_c, h):
             continue
         if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
             continue  # zero throughout, to rounding
-        s = _crossing(w, r, g, begin, total, h)
-        if s * h < tau:
-            tau, which = s * h, g
-        elif which >= 0 and s * h <= tau * (1.0 + 4.0 * EPS):
+        t = _crossing(w, r, g, begin, total, h)
+        if t < tau:
+            tau, which = t, g
+        elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):
             w.hit[g] = 1
     if which >= 0:
         w.hit[which] = 1
@@ -228,9 +227,16 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True)
+def _reach(w, h):
+    """Compute what a step adds to the states, and by how much it can change the guards."""
+    w.step[0] = h
+    call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
+
+
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
-    """Return the fraction of the step at which guard row r becomes negative, 2.0 if it does not."""
+    """Return the time at which guard row r becomes negative, more than h if it does not."""
     order = w.c.shape[1] - 1
     first = 0
     if w.fresh[g]:
@@ -239,24 +245,24 @@ def _crossing(w, r, g, begin, total, h):
             first = 2  # a release: the slip acceleration is zero to rounding, whatever the length of the step
         elif g >= 2 * w.sticks.size and abs(w.c[r, 1]) * natural_time(w) <= TIE * w.scale[r]:
             first = 2
-        while first < order and abs(w.c[r, first]) * w.power[first] <= 1e-13 * total:
-            first += 1
         if total == 0.0:
-            return 2.0
-        if w.c[r, first] < 0.0:
+            return 2.0 * h
+        power = h**first
+        while first < order and abs(w.c[r, first]) * power <= 1e-13 * total:
+            first += 1
+            power *= h
+        begin = w.c[r, first]
+        total /= power
+        if begin < 0.0:
             return 0.0
     elif begin < 0.0 or (begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0):
         return 0.0
     if first == order:
-        return 2.0
-    for k in range(first, order + 1):
-        w.poly[k - first] = w.c[r, k] * w.power[k]
-    if first == 0:
-        w.poly[0] = begin
-    return first_crossing(w.poly, order - first, w.table, w.stack, w.found)
+        return 2.0 * h
+    return first_crossing(w.c[r, first:], order - first, h, begin, total, w.table, w.stack, w.found, w.poly)
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _is_sound(w, n_x, tau):
     """Return whether the polynomial still obeys the equations at the end of a step.
 
@@ -264,10 +270,10 @@ def _is_sound(w, n_x, tau):
     all coefficients at the beginning of a step; no error estimate at the beginning sees it, the defect at the end does.
     """
     order = w.c.shape[1] - 1
-    if tau != w.power[1]:
-        fill_powers(w.power, order, tau)
+    if tau != w.step[0]:
+        _reach(w, tau)
     for r in range(n_x):
-        w.trial[r] = w.c[r, 0] + gain(w.c[r], order, w.power)
+        w.trial[r] = w.c[r, 0] + w.reach[r]
     if w.limits[CHECKED] == 0:
         return True
     w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + tau)
@@ -287,7 +293,7 @@ def _is_sound(w, n_x, tau):
     return True
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -322,7 +328,7 @@ def _advance(w, n_x, n_c, tau):
             w.fresh[g] = 0
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
     order = w.c.shape[1] - 1
@@ -346,7 +352,7 @@ def _accumulate(w, first, tau):
         w.total[e, 0], w.total[e, 1] = low, high
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     status = settle(w)
@@ -379,7 +385,7 @@ def _switch(w, n_x, n_c):
     return _budget(w, n_x)
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _budget(w, n_x):
     if w.counts[STALL] > _STALLED:
         return _CHATTER
@@ -393,7 +399,7 @@ def _budget(w, n_x):
     return _OK
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _begin(w, n_x):
     """Note the first value of every row, and the size of every guard."""
     expand(w)
@@ -402,7 +408,7 @@ def _begin(w, n_x):
         w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _next_segment(w):
     """Load the next slope of the inputs."""
     w.counts[SEGMENT] += 1

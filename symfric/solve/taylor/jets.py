@@ -39,6 +39,11 @@ class Series:
     entire: bool
 
 
+# most states of a system whose newest coefficients are taken out of the chain of operations, see `_split_rates`; the
+# dense product with the slopes costs more than it saves in a larger one
+_SPLIT = 4
+
+
 @dataclass
 class _Node:
     """One instruction in single-assignment form."""
@@ -50,7 +55,7 @@ class _Node:
     place: tuple[int, int] | None = None  # (argument, element) of an input
 
 
-def expand(field: ca.Function, order: int) -> Series:
+def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     """Return the Taylor series of ``y' = rate`` and of every guard and row along it.
 
     Parameters
@@ -59,6 +64,8 @@ def expand(field: ca.Function, order: int) -> Series:
         ``(y, t, p, m) -> (rate, guards, rows)``.
     order : int
         Highest order of the coefficients.
+    suffix : str
+        Of the names of the functions.
 
     Raises
     ------
@@ -69,32 +76,52 @@ def expand(field: ca.Function, order: int) -> Series:
     n_x = field.nnz_in(0)
     state, p, m = ca.SX.sym("y", n_x + 1), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed = _Fixed(nodes, p, m)
-    jets: list[Jet | None] = [None] * len(nodes)
-    partners: dict[int, Jet] = {}
+    sweep = _Sweep(nodes, fixed)
     x: list[Jet] = [[state[i]] for i in range(n_x)]
     clock = [state[n_x], ca.SX(1)]
-    needed = [i for i, node in enumerate(nodes) if node.moves]
+    slopes: list[list] = []
     for k in range(order + 1):
-        for i in needed:
-            node = nodes[i]
-            if node.place is not None:
-                jets[i] = x[node.place[1]] if node.place[0] == 0 else clock
-                continue
-            if k == 0:
-                jets[i] = []
-            args = [jets[a] if nodes[a].moves else [fixed.value(a)] for a in node.args]
-            jets[i].append(_coefficient(node.op, k, jets[i], args, partners.setdefault(i, []), fixed, node.args))
-        for row, out in zip(x, outputs[0], strict=True):
-            rate = _at(jets[out] if nodes[out].moves else [fixed.value(out)], k)
-            row.append(_scaled(rate, 1 / (k + 1)))
+        sweep.extend([_at(row, k) for row in x], _at(clock, k))
+        if k == 0 and n_x <= _SPLIT:
+            slopes = [
+                sweep.trial(1, [ca.SX(1) if j == i else None for j in range(n_x)], None, outputs[0]) for i in range(n_x)
+            ]
+        if k == 0 or not slopes:
+            rates = [_scaled(sweep.at(out, k), 1 / (k + 1)) for out in outputs[0]]
+        else:
+            rates = _split_rates(sweep.trial(k, [None] * n_x, _at(clock, k), outputs[0]), slopes, x, k)
+        for row, rate in zip(x, rates, strict=True):
+            row.append(rate)
+    jets = sweep.jets
     rows = x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
     return Series(
-        prelude=ca.Function("prelude", [p, m], [fixed.expressions()], {"cse": True}),
-        series=_flat("series", state, fixed, rows, order),
-        probe=_flat("probe", state, fixed, rows, min(order, 2)),
+        prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
+        series=_flat("series" + suffix, state, fixed, rows, order),
+        probe=_flat("probe" + suffix, state, fixed, rows, min(order, 2)),
         order=order,
         entire=all(node.op in _ENTIRE or _divides_by_fixed(nodes, node) for node in nodes if node.moves),
     )
+
+
+def reach(n_x: int, n_g: int, order: int) -> ca.Function:
+    """Return ``(h, coefficients) -> (gain, size)``: what h adds to the states, and by how much guards can change.
+
+    Both are sums of the terms 1 to `order`, of their magnitudes for the guards; rows as in `Series`.
+    """
+    h = ca.SX.sym("h")
+    c = ca.SX.sym("c", (n_x + n_g) * (order + 1))
+    square = h * h
+    out = []
+    for r in range(n_x + n_g):
+        row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
+        row = row if r < n_x else [ca.fabs(e) for e in row]
+        odd, even = row[order - 1 + order % 2], row[order - order % 2]
+        for k in range(order - 3 + order % 2, 0, -2):
+            odd = odd * square + row[k]
+        for k in range(order - 2 - order % 2, 1, -2):
+            even = even * square + row[k]
+        out.append(h * (odd + h * even))
+    return ca.Function("reach", [h, c], [ca.vertcat(*out)])
 
 
 _ENTIRE = {
@@ -114,6 +141,60 @@ _ENTIRE = {
 
 def _divides_by_fixed(nodes: list, node) -> bool:
     return node.op == ca.OP_DIV and not nodes[node.args[1]].moves
+
+
+class _Sweep:
+    """The jets of all nodes, extended by one order at a time."""
+
+    def __init__(self, nodes: list[_Node], fixed: "_Fixed"):
+        self._nodes, self._fixed = nodes, fixed
+        self._moving = [i for i, node in enumerate(nodes) if node.moves]
+        self.jets: list[Jet | None] = [[] if node.moves else None for node in nodes]
+        self._partners: list[Jet] = [[] for _ in nodes]
+
+    def at(self, i: int, k: int):
+        """Return coefficient k of node i."""
+        return _at(self.jets[i] if self._nodes[i].moves else [self._fixed.value(i)], k)
+
+    def extend(self, newest: list, clock) -> None:
+        """Append to every jet the coefficient that follows from the newest ones of the states and of time."""
+        for i in self._moving:
+            node, jet = self._nodes[i], self.jets[i]
+            if node.place is not None:
+                jet.append(newest[node.place[1]] if node.place[0] == 0 else clock)
+                continue
+            args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
+            jet.append(_coefficient(node.op, len(jet), jet, args, self._partners[i], self._fixed, node.args))
+
+    def trial(self, k: int, newest: list, clock, wanted: list[int]) -> list:
+        """Return coefficients k of the nodes `wanted` if the newest ones of states and time were others."""
+        tried: dict[int, object] = {}
+        for i in self._moving:
+            node = self._nodes[i]
+            if node.place is not None:
+                tried[i] = newest[node.place[1]] if node.place[0] == 0 else clock
+                continue
+            args = [
+                [*self.jets[a][:k], tried[a]] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args
+            ]
+            partner = self._partners[i][:k]
+            tried[i] = _coefficient(node.op, k, self.jets[i][:k], args, partner, self._fixed, node.args)
+        return [tried[o] if self._nodes[o].moves else None for o in wanted]
+
+
+def _split_rates(rest: list, slopes: list[list], x: list[Jet], k: int) -> list:
+    """Return coefficients k + 1 of the states from what the older ones make of the rates, and slopes times the newest.
+
+    The rates are linear in the newest coefficients. Taken out, these pass through one multiplication and addition from
+    order to order instead of through every operation of the equations; that chain sets the time of a call.
+    """
+    rates = []
+    for i, old in enumerate(rest):
+        rate = _scaled(old, 1 / (k + 1))
+        for j, row in enumerate(x):
+            rate = _plus(rate, _times(_scaled(slopes[j][i], 1 / (k + 1)), row[k]))
+        rates.append(rate)
+    return rates
 
 
 def _flat(name: str, state: ca.SX, fixed: "_Fixed", rows: list[Jet], order: int) -> ca.Function:
@@ -208,12 +289,22 @@ def _minus(a, b):
     return -b if a is None else a - b
 
 
-def _total(terms):
-    """Sum pairwise: shorter dependency chains and smaller rounding than from left to right."""
-    terms = [t for t in terms if t is not None]
-    while len(terms) > 1:
-        terms = [terms[i] + terms[i + 1] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
-    return terms[0] if terms else None
+def _newest_last(k: int) -> list[int]:
+    """Return 1 .. k - 1 in the order in which the later one of coefficients j and k - j becomes known."""
+    return sorted(range(1, k), key=lambda j: max(j, k - j))
+
+
+def _convolution(a: Jet, b: Jet, k: int):
+    """Sum of a[j] b[k-j] for j = 1 .. k - 1, the newest coefficients last, so that the sum waits for nothing before."""
+    total = None
+    for j in _newest_last(k):
+        total = _plus(total, _times(_at(a, j), _at(b, k - j)))
+    return total
+
+
+def _derivative(a: Jet) -> Jet:
+    """Return j a[j] for every j."""
+    return [_scaled(e, j) for j, e in enumerate(a)]
 
 
 def _product(a: Jet, b: Jet, k: int, last: int = 0):
@@ -222,9 +313,9 @@ def _product(a: Jet, b: Jet, k: int, last: int = 0):
     The terms with the newest coefficients are added last: the others are ready long before, and the recurrence from one
     order to the next, which sets the time of a call, becomes one multiplication and one addition.
     """
-    rest = _total([_times(_at(a, j), _at(b, k - j)) for j in range(1, k)])
     if k == 0:
         return _times(_at(a, 0), _at(b, 0))
+    rest = _convolution(a, b, k)
     if last == 0:
         rest = _plus(rest, _times(_at(a, k), _at(b, 0)))
     return _plus(rest, _times(_at(a, 0), _at(b, k)))
@@ -232,7 +323,9 @@ def _product(a: Jet, b: Jet, k: int, last: int = 0):
 
 def _square(a: Jet, k: int, first: int = 0):
     """Coefficient k of a^2 (from index `first` on both sides), each pair once, the newest last."""
-    pairs = _total([_times(_at(a, j), _at(a, k - j)) for j in range(1, (k + 1) // 2)])
+    pairs = None
+    for j in range((k - 1) // 2, 0, -1):
+        pairs = _plus(pairs, _times(_at(a, j), _at(a, k - j)))
     middle = _times(_at(a, k // 2), _at(a, k // 2)) if k % 2 == 0 and k // 2 >= first else None
     rest = _plus(_scaled(pairs, 2), middle)
     return _plus(rest, _times(_scaled(_at(a, 0), 2), _at(a, k))) if first == 0 and k > 0 else rest
@@ -244,9 +337,7 @@ def _scaled(a, factor: float):
 
 def _moment(a: Jet, b: Jet, k: int, last: int = 0):
     """1/k times the sum of j a[j] b[k-j], j = 1 .. k - last: coefficient k of the integral of a' b; the newest last."""
-    rest = _total([_scaled(_times(_at(a, j), _at(b, k - j)), j / k) for j in range(2, k)])
-    if k > 1:
-        rest = _plus(rest, _scaled(_times(_at(a, 1), _at(b, k - 1)), 1 / k))
+    rest = _scaled(_convolution(_derivative(a[: k + 1]), b, k), 1 / k)
     return rest if last else _plus(rest, _times(_at(a, k), _at(b, 0)))
 
 
@@ -323,8 +414,10 @@ def _log(k, out, args, partner):
 def _pow(k, out, args, partner):
     """``out a' e = a out'`` for a constant exponent e."""
     a, e = args[0], args[1][0]
-    terms = [_times(_times(_at(a, k - j), _at(out, j)), e * ((k - j) / k) - j / k) for j in range(k)]
-    return _times(_total(terms), partner[0])
+    total = None
+    for j in (*_newest_last(k), 0):
+        total = _plus(total, _times(_times(_at(a, k - j), _at(out, j)), e * ((k - j) / k) - j / k))
+    return _times(total, partner[0])
 
 
 def _with_cofactor(sign: float):
@@ -358,7 +451,7 @@ def _from_root(root_of, outer: float):
         a = args[0]
         root = _scaled(_square(a, k), root_of)
         partner.append(_times(_minus(root, _square([*partner, None], k, first=1)), 0.5 / partner[0]))
-        rest = _total([_scaled(_times(_at(out, j), _at(partner, k - j)), j / k) for j in range(1, k)])
+        rest = _moment(out, partner, k, last=1)
         return _times(_minus(_scaled(_at(a, k), outer), rest), 1 / partner[0])
 
     return rule
@@ -370,7 +463,7 @@ def _from_rational(sign: float):
     def rule(k, out, args, partner):
         a = args[0]
         partner.append(_scaled(_square(a, k), sign))
-        rest = _total([_scaled(_times(_at(out, j), _at(partner, k - j)), j / k) for j in range(1, k)])
+        rest = _moment(out, partner, k, last=1)
         return _times(_minus(_at(a, k), rest), 1 / partner[0])
 
     return rule
@@ -390,7 +483,7 @@ def _atan2(k, out, args, partner):
     y, x = args
     partner.append(_plus(_square(x, k), _square(y, k)))
     turn = _minus(_moment(y, x, k), _moment(x, y, k))
-    rest = _total([_scaled(_times(_at(out, j), _at(partner, k - j)), j / k) for j in range(1, k)])
+    rest = _moment(out, partner, k, last=1)
     return _times(_minus(turn, rest), 1 / partner[0])
 
 

@@ -1,7 +1,8 @@
-"""Roots and extrema of polynomials on [0, 1], rigorously: Bernstein subdivision, then safeguarded Newton.
+"""Roots and extrema of polynomials on an interval, rigorously.
 
-A polynomial is a row of coefficients ``b[0..n]`` in powers of s. Sampling signs would miss a guard that dips below zero
-and returns within a step; the signs of the Bernstein coefficients cannot, by the variation-diminishing property
+A polynomial is a row of coefficients ``b[0..n]``. A first crossing is approached from below in steps that cannot pass
+it; where these get short (a graze), Bernstein subdivision decides. Sampling signs would miss a guard that dips below
+zero and returns within a step; the signs of the Bernstein coefficients cannot, by the variation-diminishing property
 (Lane and Riesenfeld, 1981).
 """
 
@@ -9,6 +10,7 @@ import numpy as np
 from numba import njit
 
 DEPTH = 52  # of subdivision; 2^-52 of a step
+MARCHES = 12  # before subdivision takes over; a simple root needs about five
 FUSED = {"contract"}  # products and sums in one instruction; infinities and NaN keep their meaning
 
 
@@ -35,31 +37,18 @@ def value(b, n, s):
     return r
 
 
-@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
-def magnitude(b, n, powers):
-    """Return the sum of the magnitudes of the terms 1 .. n: a bound of |b - b[0]|, so the order of the sum is free."""
-    r = 0.0
-    for k in range(1, n + 1):
-        r += abs(b[k]) * powers[k]
-    return r
-
-
-@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
-def gain(b, n, powers):
-    """Return the sum of the terms 1 .. n; free order of the sum, because it is added to the larger b[0] afterwards."""
-    r = 0.0
-    for k in range(1, n + 1):
-        r += b[k] * powers[k]
-    return r
-
-
-@njit(nogil=True, _nrt=False)
-def fill_powers(powers, n, h):
-    """Fill in the powers 0 .. n of h, in two independent chains."""
-    square = h * h
-    powers[0], powers[1] = 1.0, h
-    for k in range(2, n + 1):
-        powers[k] = powers[k - 2] * square
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def value_and_slope(b, n, t):
+    """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power."""
+    square = t * t
+    fourth, inverse = square * square, 1.0 / t
+    a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(n - n % 4, -1, -4):
+        a0, d0 = a0 * fourth + b[k], d0 * fourth + k * b[k]
+        a1, d1 = a1 * fourth + b[k + 1], d1 * fourth + (k + 1) * b[k + 1]
+        a2, d2 = a2 * fourth + b[k + 2], d2 * fourth + (k + 2) * b[k + 2]
+        a3, d3 = a3 * fourth + b[k + 3], d3 * fourth + (k + 3) * b[k + 3]
+    return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 * inverse + square * d3)
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
@@ -162,34 +151,78 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
-@njit(nogil=True, _nrt=False, fastmath={"contract", "reassoc"})
-def _parabola_clear(b, n):
-    """Return whether the first three terms stay above the magnitude of all others on [0, 1]; excludes most steps."""
-    rest = 0.0
-    for k in range(3, n + 1):
-        rest += abs(b[k])
-    lowest = min(b[0], b[0] + b[1] + b[2])
-    if b[2] > 0.0 and -2.0 * b[2] < b[1] < 0.0:
-        lowest = b[0] - 0.25 * b[1] * b[1] / b[2]
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def _stays_above(b, h, start, total):
+    """Return whether the first three terms stay above the magnitude of all others on [0, h]; excludes most steps."""
+    first, second = b[1] * h, b[2] * h * h
+    rest = max(total - abs(first) - abs(second), 0.0) + 1e-15 * total
+    lowest = min(start, start + first + second)
+    if second > 0.0 and -2.0 * second < first < 0.0:
+        lowest = start - 0.25 * first * first / second
     return lowest > rest
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
-def first_crossing(b, n, table, stack, found):
-    """Return the first s in (0, 1] at which b, not negative at 0, becomes negative; 2.0 if it does not."""
-    if n >= 2 and _parabola_clear(b, n):
-        return 2.0
-    bound = 0.0
-    for k in range(2, n + 1):
-        bound += k * abs(b[k])
-    if abs(b[1]) > bound:  # monotone
-        if b[1] >= 0.0:
-            return 2.0
-        end = value(b, n, 1.0)
-        return 2.0 if end >= 0.0 else polish(b, n, 0.0, 1.0, b[0], end)
-    if roots(b, n, 1, table, stack, found) == 0:
-        return 2.0
-    return found[0]
+def _march(b, n, h):
+    """Go from 0 towards the first crossing in steps that cannot pass it; NaN if that takes too many.
+
+    With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
+    parabola is safe, and converges to a simple root of b as fast as Newton's method.
+    """
+    bend = 0.0
+    for k in range(n, 1, -1):
+        bend = bend * h + k * (k - 1) * abs(b[k])
+    t, f, slope = 0.0, b[0], b[1]
+    if bend == 0.0:
+        return -f / slope if f < -slope * h else 2.0 * h
+    for _ in range(MARCHES):
+        root = np.sqrt(slope * slope + 2.0 * bend * f)
+        step = 2.0 * f / (root - slope) if slope < 0.0 else (slope + root) / bend
+        if slope < 0.0 and bend * step * step <= -1e-16 * slope * t:
+            return t + step if t + step < h else 2.0 * h
+        t += step
+        if t >= h:
+            return 2.0 * h
+        f, slope = value_and_slope(b, n, t)
+        if f <= 0.0:  # on the root, to rounding
+            return t
+    return np.nan
+
+
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def first_crossing(b, n, h, start, total, table, stack, found, own):
+    """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
+
+    Parameters
+    ----------
+    b : ndarray
+        Coefficients, at least n + 1.
+    n : int
+        Degree, at least 1.
+    h : float
+    start : float
+        What counts as b[0], not negative.
+    total : float
+        Sum of the magnitudes of the terms 1 .. n at h, or a bound of it.
+    table, stack, found : ndarray
+        As for `roots`.
+    own : ndarray
+        Work space, at least n + 4.
+    """
+    if n >= 2 and _stays_above(b, h, start, total):
+        return 2.0 * h
+    own[0] = start
+    for k in range(1, n + 1):
+        own[k] = b[k]
+    own[n + 1 : n + 4] = 0.0
+    t = _march(own, n, h)
+    if t >= 0.0:
+        return t
+    power = 1.0
+    for k in range(1, n + 1):
+        power *= h
+        own[k] *= power
+    return h * found[0] if roots(own, n, 1, table, stack, found) else 2.0 * h
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)

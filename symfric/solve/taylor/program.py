@@ -17,7 +17,7 @@ from symfric.solve.segments import segments
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import EVENTS_FULL, PATH_FULL
 from symfric.solve.taylor.entry import launch, resume
-from symfric.solve.taylor.jets import expand
+from symfric.solve.taylor.jets import Series, expand, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses, make_workspace
 
@@ -72,12 +72,20 @@ class TaylorProgram:
             n: rows.index((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr)) for n, o in outputs.items()
         }
         self.automaton: Automaton = lower(scene, [e for _, e in rows], varied)
-        series = expand(self.automaton.field, settings.order or order_for(self.tolerance, len(scene.system.states)))
-        functions = [series.prelude, series.series, series.probe, _joined_gauge(self.automaton.gauge)]
-        self.code: MachineCode = compile_functions(functions)
+        order = settings.order or order_for(self.tolerance, len(scene.system.states))
+        sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
+        variants = _variants(self.automaton, order, sticker)
+        functions = [f for v in variants for f in (v.prelude, v.series, v.probe)]
+        self.code: MachineCode = compile_functions(
+            [
+                *functions,
+                _joined_gauge(self.automaton.gauge),
+                reach(len(scene.system.states), self.automaton.n_guards, order),
+            ]
+        )
         self.work: Workspace = make_workspace(
             self.automaton,
-            series,
+            variants,
             self.code.addresses,
             [k for k, _ in rows],
             segments([scene.inputs[i] for i in self.automaton.inputs], scene.horizon),
@@ -94,7 +102,8 @@ class TaylorProgram:
             keep_path,
             keep_events,
             self.automaton.n_q,
-            not series.entire,
+            not all(v.entire for v in variants),
+            sticker,
         )
         self._table = addresses(self.work)
         self._keep_path, self._keep_events = keep_path, keep_events
@@ -220,6 +229,27 @@ def check_tolerance(tolerance: float) -> float:
 
 def _double(array: np.ndarray) -> np.ndarray:
     return np.concatenate([array, np.zeros_like(array)])
+
+
+def _variants(automaton: Automaton, order: int, sticker: int) -> list[Series]:
+    """Return one series for all modes; if one contact alone can stick, one for its slipping and one for its sticking.
+
+    Two that choose nothing are faster than one in which the mode is data (by a quarter for one mass on a belt), but
+    their number would double with every contact.
+    """
+    if sticker < 0:
+        return [expand(automaton.field, order)]
+    return [
+        expand(_fixed(automaton.field, sticker, stick), order, name) for stick, name in ((0, "_slip"), (1, "_stick"))
+    ]
+
+
+def _fixed(field: ca.Function, entry: int, number: float) -> ca.Function:
+    """Return the field with one entry of its mode fixed."""
+    arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
+    mode = ca.SX(arguments[3])
+    mode[entry] = number
+    return ca.Function("field", arguments, field(*arguments[:3], mode))
 
 
 def _joined_gauge(gauge: ca.Function) -> ca.Function:

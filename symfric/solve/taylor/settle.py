@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 
 from symfric.lower.automaton import REDUNDANT
 from symfric.solve.status import Status
-from symfric.solve.taylor.workspace import KINKS, N_Q, STEPS, T_END, TOLERANCE
+from symfric.solve.taylor.workspace import KINKS, N_Q, STEPS, STICKER, T_END, TOLERANCE
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
@@ -38,31 +38,43 @@ def call_code(typing_context, address, a, b, out):
     return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
+def _variant(w):
+    """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
+    return 5 if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
+
+
+@njit(nogil=True, _nrt=False, forceinline=True)
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
-    call_code(w.code[0], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
+    call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
-    call_code(w.code[1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
+    call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def probe(w):
     """Compute the first three coefficients in the mode on trial."""
-    call_code(w.code[2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+    call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def probe_trial(w):
     """Compute the first three coefficients at the end of the step on trial, in the present mode."""
-    call_code(w.code[2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+    call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
+def _measure(w, y, gauge):
+    """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
+    call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)
+
+
+@njit(nogil=True, _nrt=False, forceinline=True)
 def settle(w):
     """Choose the mode of every contact and switch at the present state; return a status.
 
@@ -98,14 +110,14 @@ def settle(w):
     return _UNDECIDED
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
-    call_code(w.code[3], w.y.ctypes.data, w.p.ctypes.data, w.gauge.ctypes.data)
+    _measure(w, w.y, w.gauge)
     n_q = w.limits[N_Q]
     for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
-    call_code(w.code[3], w.trial.ctypes.data, w.p.ctypes.data, w.span.ctypes.data)
+    _measure(w, w.trial, w.span)
     for i in range(n_c):
         slip, size = w.gauge[0, i], max(w.gauge[1, i], 0.125 * w.span[1, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
@@ -127,7 +139,7 @@ def _try_sticking(w, n_x, n_c):
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _project(w, n_c):
     """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy."""
     coupled = False
@@ -153,7 +165,7 @@ def _project(w, n_c):
             w.y[n_q + r] += w.gauge[5 + n_c + r, i] * w.impulse[i]
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _share(w, n_c):
     """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one."""
     for i in range(n_c):
@@ -178,7 +190,7 @@ def _share(w, n_c):
                     w.m[i] = 3.0
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
@@ -210,7 +222,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     return True
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _doubt(w, i):
     """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
 
@@ -223,7 +235,7 @@ def _doubt(w, i):
     return max(ROUNDING, min(MOST_DOUBT, w.clock[TOLERANCE] * (1.0 + ratio)))
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _excess(w, row, horizon, doubt):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
@@ -236,7 +248,7 @@ def _excess(w, row, horizon, doubt):
     return 0.0, 0
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _drift(w, row, pull):
     """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
     rate = w.probe[row, 1]
@@ -245,7 +257,7 @@ def _drift(w, row, pull):
     return abs(rate) / pull if pull > 0.0 else 1.0, 1 if rate > 0.0 else -1
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _backing(w, row, pull, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second = w.probe[row, 1], w.probe[row, 2]
@@ -256,7 +268,7 @@ def _backing(w, row, pull, horizon):
     return 0.0
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def natural_time(w):
     """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
     time = 0.0
@@ -267,7 +279,7 @@ def natural_time(w):
     return time if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
     time = natural_time(w)
@@ -290,7 +302,7 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
     return False
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
     w.slack[:] = 0.0

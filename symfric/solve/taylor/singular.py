@@ -16,7 +16,7 @@ FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def start_singular(w, n_x, n_c):
     """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
     w.counts[STALL] += 1
@@ -57,7 +57,7 @@ def start_singular(w, n_x, n_c):
     return status
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _keep(w, n_x, n_c, h):
     """Add the short step to the trajectory, as a straight line."""
     if w.limits[KEEP_PATH] == 0 or w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
@@ -73,7 +73,7 @@ def _keep(w, n_x, n_c, h):
     w.counts[KEPT_STEPS] += 1
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _balance(w, n_x, n_c, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
     high = 2.0 * h * (w.gauge[2, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
@@ -92,7 +92,7 @@ def _balance(w, n_x, n_c, i, weight, h):
             high = slip
 
 
-@njit(nogil=True, _nrt=False)
+@njit(nogil=True, _nrt=False, forceinline=True)
 def _endpoint(w, n_x, weight, h):
     """Move all states by the weighted rates at both ends."""
     expand(w)

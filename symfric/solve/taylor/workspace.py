@@ -1,5 +1,6 @@
 """The arrays that one run of the event loop works on; made once for a program and used again for every run."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE = range(6)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED = range(7)
+MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER = range(8)
 # kinds of wanted rows
 RANGE, INTEGRAL = range(2)
 
@@ -26,7 +27,9 @@ RANGE, INTEGRAL = range(2)
 class Workspace(NamedTuple):
     """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients."""
 
-    code: np.ndarray  # addresses of prelude, series, probe, gauge
+    # addresses of gauge and reach, then of prelude, series and probe; if one contact alone can stick (named by the
+    # limit STICKER) these are for its slipping, and three more are for its sticking
+    code: np.ndarray
     y: np.ndarray  # state and time, (n_x + 1,)
     p: np.ndarray  # parameters, then start, value and slope of every input
     m: np.ndarray  # stick flags, directions, switch signs
@@ -54,8 +57,9 @@ class Workspace(NamedTuple):
     slack: np.ndarray  # what is added to a guard so that it starts its mode at zero, (n_g,)
     kind: np.ndarray  # RANGE or INTEGRAL of every wanted row, (n_e,)
     total: np.ndarray  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
-    power: np.ndarray  # powers of the step, (order + 1,)
-    poly: np.ndarray  # a scaled polynomial
+    step: np.ndarray  # length of the step on trial, (1,)
+    reach: np.ndarray  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
+    poly: np.ndarray  # a polynomial, its own copy, (order + 5,)
     slope: np.ndarray  # its derivative
     found: np.ndarray  # roots
     stack: np.ndarray  # of the subdivision
@@ -73,21 +77,34 @@ class Workspace(NamedTuple):
 
 
 def make_workspace(
-    automaton: Automaton, series: Series, addresses: dict[str, int], kinds: list[int], segments
+    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], kinds: list[int], segments
 ) -> Workspace:
-    """Allocate the arrays of a program."""
+    """Allocate the arrays of a program.
+
+    Parameters
+    ----------
+    automaton : Automaton
+    variants : sequence of Series
+        One for all modes, or two, as described at `Workspace.code`.
+    addresses : dict of str to int
+        By function name.
+    kinds : list of int
+        RANGE or INTEGRAL of every wanted row.
+    segments : tuple of arrays
+        Times at which inputs change their slope, and what they are from there on.
+    """
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
-    n_e, order, n_q = len(kinds), series.order, automaton.n_q
+    n_e, order, n_q = len(kinds), variants[0].order, automaton.n_q
     n_r = n_x + n_g + n_e
-    code = [addresses[name] for name in ("prelude", "series", "probe", "gauge")]
+    functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe))]
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
-        code=np.array(code, dtype=np.int64),
+        code=np.array([addresses[name] for name in functions], dtype=np.int64),
         y=room(n_x + 1),
-        p=room(series.prelude.nnz_in(0)),
+        p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),
-        aux=room(series.prelude.nnz_out(0)),
+        aux=room(max(v.prelude.nnz_out(0) for v in variants)),
         c=room(n_r, order + 1),
         probe=room(n_r, min(order, 2) + 1),
         gauge=room(5 + n_c + n_q, n_c),
@@ -110,8 +127,9 @@ def make_workspace(
         slack=room(n_g),
         kind=np.array(kinds, dtype=np.int64),
         total=room(n_e, 4),
-        power=room(order + 2),
-        poly=room(order + 2),
+        step=room(1),
+        reach=room(n_x + n_g),
+        poly=room(order + 5),
         slope=room(order + 2),
         found=room(order + 2),
         stack=room(DEPTH + 4, order + 4),
@@ -120,7 +138,7 @@ def make_workspace(
         segment_p=segments[1],
         counts=np.zeros(11, dtype=np.int64),
         clock=room(6),
-        limits=np.zeros(7, dtype=np.int64),
+        limits=np.zeros(8, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),
@@ -214,20 +232,21 @@ def at_addresses(table):
         _reals(table, 24),  # slack
         _integers(table, 25),  # kind
         _matrix(table, 26),  # total
-        _reals(table, 27),  # power
-        _reals(table, 28),  # poly
-        _reals(table, 29),  # slope
-        _reals(table, 30),  # found
-        _matrix(table, 31),  # stack
-        _cube(table, 32),  # table
-        _reals(table, 33),  # segment_t
-        _matrix(table, 34),  # segment_p
-        _integers(table, 35),  # counts
-        _reals(table, 36),  # clock
-        _integers(table, 37),  # limits
-        _reals(table, 38),  # event_t
-        _integer_matrix(table, 39),  # event_i
-        _matrix(table, 40),  # path_t
-        _cube(table, 41),  # path_c
-        _integer_matrix(table, 42),  # path_m
+        _reals(table, 27),  # step
+        _reals(table, 28),  # reach
+        _reals(table, 29),  # poly
+        _reals(table, 30),  # slope
+        _reals(table, 31),  # found
+        _matrix(table, 32),  # stack
+        _cube(table, 33),  # table
+        _reals(table, 34),  # segment_t
+        _matrix(table, 35),  # segment_p
+        _integers(table, 36),  # counts
+        _reals(table, 37),  # clock
+        _integers(table, 38),  # limits
+        _reals(table, 39),  # event_t
+        _integer_matrix(table, 40),  # event_i
+        _matrix(table, 41),  # path_t
+        _cube(table, 42),  # path_c
+        _integer_matrix(table, 43),  # path_m
     )
