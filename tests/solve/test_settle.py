@@ -446,3 +446,17 @@ def test_more_contacts_than_coordinates_hold_the_system_at_rest():
     assert run.status == sf.Status.OK, run.advice
     assert np.max(np.abs(run.final[2:])) < 1e-12
     assert run.mode[:, -1].tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("profile", [1 + 1.6 * sp.Abs(X), 1 + sp.Max(0, X), 2 - sp.Min(sp.Abs(X), 1)])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_sticking_at_a_kink_of_the_profile(profile, tolerance):
+    def shaken(x0, tolerance):
+        contact = sf.Contact("c", slip=U, normal=9.81, law=sf.laws.coulomb(0.05), profile=profile)
+        system = sf.System(q=[X], u=[U], mass=[[1]], force=[-3 * sp.sin(4 * T)])
+        scene = sf.Scene(system=system, contacts=[contact], initial={X: x0, U: 0}, horizon=5)
+        return sf.simulate(scene, tolerance).checked()
+
+    at_kink, beside = shaken(0.0, tolerance), shaken(1e-9, 1e-13)
+    assert np.max(np.abs(at_kink.final - beside.final)) < 1e-7 + 10 * tolerance
+    assert at_kink.stats["events"] == beside.stats["events"]

@@ -280,6 +280,9 @@ def _is_sound(w, n_x, tau):
     probe_trial(w)
     for r in range(w.limits[N_Q]):
         w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
+    floor = 0.0  # forces that hold each other leave accelerations of rounding
+    for i in range(w.sticks.size):
+        floor = max(floor, 1e-13 * w.gauge[2, i])
     for r in range(w.limits[N_Q], n_x):
         c = w.c[r]
         rate = order * c[order]
@@ -288,7 +291,9 @@ def _is_sound(w, n_x, tau):
         truth = w.probe[r, 1]
         w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
         scale = max(w.scale[r], abs(c[1]) * tau, abs(truth) * tau)
-        if abs(rate - truth) * tau > 1e3 * w.clock[TOLERANCE] * scale + 1e-10 * tau * (abs(c[1]) + abs(truth)):
+        if abs(rate - truth) * tau > 1e3 * w.clock[TOLERANCE] * scale + tau * (
+            floor + 1e-10 * (abs(c[1]) + abs(truth))
+        ):
             return not abs(truth) < np.inf  # a singular point ends the step, and is left by `start_singular`
     return True
 

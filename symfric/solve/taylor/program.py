@@ -23,6 +23,7 @@ from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
+_STATUS = tuple(Status)
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
 
 
@@ -188,7 +189,7 @@ class TaylorProgram:
             if w is not self.work:
                 self.work, self._table = w, addresses(w)
             code = resume(self._table)
-        return Status(code)
+        return _STATUS[code]
 
     def _collect(self, values: Mapping, initial: Mapping, status: Status) -> Run:
         w = self.work

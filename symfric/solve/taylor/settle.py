@@ -58,13 +58,13 @@ def expand(w):
 
 @njit(nogil=True, _nrt=False, forceinline=True)
 def probe(w):
-    """Compute the first three coefficients in the mode on trial."""
+    """Compute the first coefficients in the mode on trial."""
     call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
 def probe_trial(w):
-    """Compute the first three coefficients at the end of the step on trial, in the present mode."""
+    """Compute the first coefficients at the end of the step on trial, in the present mode."""
     call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
@@ -121,10 +121,7 @@ def _try_sticking(w, n_x, n_c):
     for i in range(n_c):
         slip, size = w.gauge[0, i], max(w.gauge[1, i], 0.125 * w.span[1, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        if w.old[i] == 0:
-            w.zero[i] = abs(slip) <= 1e-9 * size
-        else:
-            w.zero[i] = w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
+        w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
         if not w.zero[i]:
             w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
         w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
@@ -290,8 +287,13 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
         if w.turns[n_c + j] >= 2:
             continue
         if w.hit[g] or abs(value) <= ROUNDING * w.scale[row]:
-            flat = abs(slope) * time <= TIE * w.scale[row]
-            wrong = curve < 0.0 if flat else slope < 0.0
+            third = w.probe[row, 3]
+            if abs(slope) * time > TIE * w.scale[row]:
+                wrong = slope < 0.0
+            elif abs(curve) > TIE * abs(third) * time:
+                wrong = curve < 0.0
+            else:
+                wrong = third < 0.0
         else:
             wrong = value < 0.0
         if wrong:

@@ -9,7 +9,7 @@ from numba import carray, njit, types
 from numba.extending import intrinsic
 
 from symfric.lower.automaton import Automaton
-from symfric.solve.taylor.jets import Series
+from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 
 # entries of `counts`
@@ -35,7 +35,7 @@ class Workspace(NamedTuple):
     m: np.ndarray  # stick flags, directions, switch signs
     aux: np.ndarray  # what the prelude computes
     c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
-    probe: np.ndarray  # the first three of them, (n_r, 3)
+    probe: np.ndarray  # the first of them, (n_r, PROBED + 1)
     gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
     # coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (5 + n_c + n_q, n_c)
     span: np.ndarray  # the same at the largest velocities so far
@@ -106,7 +106,7 @@ def make_workspace(
         m=room(automaton.n_mode),
         aux=room(max(v.prelude.nnz_out(0) for v in variants)),
         c=room(n_r, order + 1),
-        probe=room(n_r, min(order, 2) + 1),
+        probe=room(n_r, PROBED + 1),
         gauge=room(5 + n_c + n_q, n_c),
         span=room(5 + n_c + n_q, n_c),
         share=room(n_c, n_c),

@@ -1,0 +1,53 @@
+"""The instruction list of a CasADi SX function as nodes in single-assignment form."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+# what cannot make a moving quantity infinite, or flat here and steep within a step
+ENTIRE = {
+    ca.OP_INPUT,
+    ca.OP_ADD,
+    ca.OP_SUB,
+    ca.OP_MUL,
+    ca.OP_NEG,
+    ca.OP_TWICE,
+    ca.OP_SQ,
+    ca.OP_IF_ELSE_ZERO,
+    ca.OP_ASSIGN,
+    ca.OP_SIN,
+    ca.OP_COS,
+}
+
+
+@dataclass
+class Node:
+    """One instruction in single-assignment form."""
+
+    op: int
+    args: tuple[int, ...]
+    number: float | None = None
+    moves: bool = False
+    place: tuple[int, int] | None = None  # (argument, element) of an input
+
+
+def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
+    """Return the instructions in single-assignment form and the node of every output element."""
+    nodes, slot = [], {}
+    outputs = [[-1] * field.nnz_out(i) for i in range(field.n_out())]
+    for k in range(field.n_instructions()):
+        op = field.instruction_id(k)
+        into, args = field.instruction_output(k), field.instruction_input(k)
+        if op == ca.OP_OUTPUT:
+            outputs[into[0]][into[1]] = slot[args[0]]
+            continue
+        if op == ca.OP_INPUT:
+            node = Node(op, (), moves=args[0] < 2, place=(args[0], args[1]))
+        elif op == ca.OP_CONST:
+            node = Node(op, (), number=field.instruction_constant(k))
+        else:
+            sources = tuple(slot[a] for a in args)
+            node = Node(op, sources, moves=any(nodes[a].moves for a in sources))
+        nodes.append(node)
+        slot[into[0]] = len(nodes) - 1
+    return nodes, outputs

@@ -1,0 +1,286 @@
+"""Taylor coefficients of the elementary operations.
+
+The recurrences are those of Moore and of Griewank and Walther, Evaluating Derivatives (2008), chapter 13.
+"""
+
+import casadi as ca
+
+from symfric.errors import SceneError
+
+Jet = list  # of SX or None (structural zero), by order
+
+
+def at(jet: Jet, k: int):
+    return jet[k] if k < len(jet) else None
+
+
+def times(a, b):
+    return None if a is None or b is None else a * b
+
+
+def plus(a, b):
+    if a is None:
+        return b
+    return a if b is None else a + b
+
+
+def minus(a, b):
+    if b is None:
+        return a
+    return -b if a is None else a - b
+
+
+def _newest_last(k: int) -> list[int]:
+    """Return 1 .. k - 1 in the order in which the later one of coefficients j and k - j becomes known."""
+    return sorted(range(1, k), key=lambda j: max(j, k - j))
+
+
+def _convolution(a: Jet, b: Jet, k: int):
+    """Sum of a[j] b[k-j] for j = 1 .. k - 1, the newest coefficients last, so that the sum waits for nothing before."""
+    total = None
+    for j in _newest_last(k):
+        total = plus(total, times(at(a, j), at(b, k - j)))
+    return total
+
+
+def _derivative(a: Jet) -> Jet:
+    """Return j a[j] for every j."""
+    return [scaled(e, j) for j, e in enumerate(a)]
+
+
+def _product(a: Jet, b: Jet, k: int, last: int = 0):
+    """Sum of a[j] b[k-j] for j = 0 .. k - last.
+
+    The terms with the newest coefficients are added last: the others are ready long before, and the recurrence from one
+    order to the next, which sets the time of a call, becomes one multiplication and one addition.
+    """
+    if k == 0:
+        return times(at(a, 0), at(b, 0))
+    rest = _convolution(a, b, k)
+    if last == 0:
+        rest = plus(rest, times(at(a, k), at(b, 0)))
+    return plus(rest, times(at(a, 0), at(b, k)))
+
+
+def _square(a: Jet, k: int, first: int = 0):
+    """Coefficient k of a^2 (from index `first` on both sides), each pair once, the newest last."""
+    pairs = None
+    for j in range((k - 1) // 2, 0, -1):
+        pairs = plus(pairs, times(at(a, j), at(a, k - j)))
+    middle = times(at(a, k // 2), at(a, k // 2)) if k % 2 == 0 and k // 2 >= first else None
+    rest = plus(scaled(pairs, 2), middle)
+    return plus(rest, times(scaled(at(a, 0), 2), at(a, k))) if first == 0 and k > 0 else rest
+
+
+def scaled(a, factor: float):
+    return None if a is None else a * factor
+
+
+def _moment(a: Jet, b: Jet, k: int, last: int = 0):
+    """1/k times the sum of j a[j] b[k-j], j = 1 .. k - last: coefficient k of the integral of a' b; the newest last."""
+    rest = scaled(_convolution(_derivative(a[: k + 1]), b, k), 1 / k)
+    return rest if last else plus(rest, times(at(a, k), at(b, 0)))
+
+
+def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet):
+    """Return coefficient k of an operation, given its coefficients below k and those of its arguments up to k.
+
+    `partner` holds the coefficients of a second quantity that some operations carry along; it is appended to.
+
+    Raises
+    ------
+    SceneError
+        If the operation has no recurrence; named.
+    """
+    a = args[0]
+    if op == ca.OP_ADD:
+        return plus(at(a, k), at(args[1], k))
+    if op == ca.OP_SUB:
+        return minus(at(a, k), at(args[1], k))
+    if op == ca.OP_MUL:
+        return _product(a, args[1], k)
+    if op == ca.OP_NEG:
+        return minus(None, at(a, k))
+    if op == ca.OP_TWICE:
+        return scaled(at(a, k), 2)
+    if op == ca.OP_SQ:
+        return _square(a, k)
+    if op == ca.OP_IF_ELSE_ZERO:
+        if len(a) > 1:
+            raise SceneError("a condition depends on the state outside a switch; write it as a Piecewise")
+        chosen = at(args[1], k)
+        return None if chosen is None or a[0] is None else ca.if_else(a[0], chosen, 0)
+    if op in (ca.OP_ASSIGN, ca.OP_LIFT):
+        return at(a, k)
+    if k == 0:
+        return _first(op, args, partner)
+    rule = _RULES.get(op)
+    if rule is None:
+        raise SceneError(f"the operation {_name(op)} has no Taylor recurrence; use route='integrators'")
+    return rule(k, out, args, partner)
+
+
+def _first(op: int, args: list[Jet], partner: Jet):
+    values = [ca.SX(0) if j[0] is None else j[0] for j in args]
+    out = ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)
+    if op in _PARTNERS:
+        partner.append(_PARTNERS[op](values, out))
+    return out
+
+
+def _name(op: int) -> str:
+    names = [n for n in dir(ca) if n.startswith("OP_") and getattr(ca, n) == op]
+    return names[0] if names else f"number {op}"
+
+
+def _divide(k, out, args, partner):
+    a, b = args
+    return times(minus(at(a, k), _product(out, b, k, last=1)), partner[0])
+
+
+def _invert(k, out, args, partner):
+    return times(minus(None, _product(out, args[0], k, last=1)), partner[0])
+
+
+def _sqrt(k, out, args, partner):
+    return times(minus(at(args[0], k), _square(out, k, first=1)), partner[0])
+
+
+def _exp(k, out, args, partner):
+    return _moment(args[0], out, k)
+
+
+def _expm1(k, out, args, partner):
+    return plus(_moment(args[0], out, k), at(args[0], k))
+
+
+def _log(k, out, args, partner):
+    return times(minus(at(args[0], k), _moment(out, args[0], k, last=1)), partner[0])
+
+
+def _pow(k, out, args, partner):
+    """``out a' e = a out'`` for a constant exponent e."""
+    a, e = args[0], args[1][0]
+    total = None
+    for j in (*_newest_last(k), 0):
+        total = plus(total, times(times(at(a, k - j), at(out, j)), e * ((k - j) / k) - j / k))
+    return times(total, partner[0])
+
+
+def _with_cofactor(sign: float):
+    """Pairs such as (sin, cos): out' = outer * partner * a', partner' = inner * out * a'."""
+    outer, inner = sign
+
+    def rule(k, out, args, partner):
+        new = scaled(_moment(args[0], partner, k), outer)
+        other = scaled(_moment(args[0], out, k), inner)
+        partner.append(other)
+        return new
+
+    return rule
+
+
+def _from_square(sign: float):
+    """tan (+) and tanh (-): out' = (1 +- out^2) a'; the partner is 1 +- out^2."""
+
+    def rule(k, out, args, partner):
+        new = _moment(args[0], partner, k)
+        partner.append(scaled(_square([*out, new], k), sign))
+        return new
+
+    return rule
+
+
+def _from_root(root_of, outer: float):
+    """asin, acos, asinh, acosh: out' root = outer a', root^2 = root_of(a); the partner is the root."""
+
+    def rule(k, out, args, partner):
+        a = args[0]
+        root = scaled(_square(a, k), root_of)
+        partner.append(times(minus(root, _square([*partner, None], k, first=1)), 0.5 / partner[0]))
+        rest = _moment(out, partner, k, last=1)
+        return times(minus(scaled(at(a, k), outer), rest), 1 / partner[0])
+
+    return rule
+
+
+def _from_rational(sign: float):
+    """atan (+) and atanh (-): out' (1 +- a^2) = a'; the partner is 1 +- a^2."""
+
+    def rule(k, out, args, partner):
+        a = args[0]
+        partner.append(scaled(_square(a, k), sign))
+        rest = _moment(out, partner, k, last=1)
+        return times(minus(at(a, k), rest), 1 / partner[0])
+
+    return rule
+
+
+def _erf(k, out, args, partner):
+    """out' = 2/sqrt(pi) exp(-a^2) a'; the partner is that exponential's jet."""
+    a = args[0]
+    square = [scaled(_square(a, j), -1.0) for j in range(k)]
+    if k > 1:
+        partner.append(_moment(square, partner, k - 1))
+    return _moment(a, partner, k)
+
+
+def _atan2(k, out, args, partner):
+    """out' (x^2 + y^2) = x y' - y x'; the partner is x^2 + y^2."""
+    y, x = args
+    partner.append(plus(_square(x, k), _square(y, k)))
+    turn = minus(_moment(y, x, k), _moment(x, y, k))
+    rest = _moment(out, partner, k, last=1)
+    return times(minus(turn, rest), 1 / partner[0])
+
+
+_RULES = {
+    ca.OP_DIV: _divide,
+    ca.OP_INV: _invert,
+    ca.OP_SQRT: _sqrt,
+    ca.OP_EXP: _exp,
+    ca.OP_EXPM1: _expm1,
+    ca.OP_LOG: _log,
+    ca.OP_LOG1P: lambda k, out, args, partner: _log(k, out, [[1 + args[0][0], *args[0][1:]]], partner),
+    ca.OP_POW: _pow,
+    ca.OP_CONSTPOW: _pow,
+    ca.OP_SIN: _with_cofactor((1.0, -1.0)),
+    ca.OP_COS: _with_cofactor((-1.0, 1.0)),
+    ca.OP_SINH: _with_cofactor((1.0, 1.0)),
+    ca.OP_COSH: _with_cofactor((1.0, 1.0)),
+    ca.OP_TAN: _from_square(1.0),
+    ca.OP_TANH: _from_square(-1.0),
+    ca.OP_ASIN: _from_root(-1.0, 1.0),
+    ca.OP_ACOS: _from_root(-1.0, -1.0),
+    ca.OP_ASINH: _from_root(1.0, 1.0),
+    ca.OP_ACOSH: _from_root(1.0, 1.0),
+    ca.OP_ATAN: _from_rational(1.0),
+    ca.OP_ATANH: _from_rational(-1.0),
+    ca.OP_ERF: _erf,
+    ca.OP_ATAN2: _atan2,
+}
+
+# coefficient 0 of the companion that a recurrence carries along, from the argument values and the result
+_PARTNERS = {
+    ca.OP_DIV: lambda v, out: 1 / v[1],
+    ca.OP_INV: lambda v, out: out,
+    ca.OP_SQRT: lambda v, out: 0.5 / out,
+    ca.OP_LOG: lambda v, out: 1 / v[0],
+    ca.OP_LOG1P: lambda v, out: 1 / (1 + v[0]),
+    ca.OP_POW: lambda v, out: 1 / v[0],
+    ca.OP_CONSTPOW: lambda v, out: 1 / v[0],
+    ca.OP_SIN: lambda v, out: ca.cos(v[0]),
+    ca.OP_COS: lambda v, out: ca.sin(v[0]),
+    ca.OP_SINH: lambda v, out: ca.cosh(v[0]),
+    ca.OP_COSH: lambda v, out: ca.sinh(v[0]),
+    ca.OP_TAN: lambda v, out: 1 + out * out,
+    ca.OP_TANH: lambda v, out: 1 - out * out,
+    ca.OP_ASIN: lambda v, out: ca.sqrt(1 - v[0] * v[0]),
+    ca.OP_ACOS: lambda v, out: ca.sqrt(1 - v[0] * v[0]),
+    ca.OP_ASINH: lambda v, out: ca.sqrt(1 + v[0] * v[0]),
+    ca.OP_ACOSH: lambda v, out: ca.sqrt(v[0] * v[0] - 1),
+    ca.OP_ATAN: lambda v, out: 1 + v[0] * v[0],
+    ca.OP_ATANH: lambda v, out: 1 - v[0] * v[0],
+    ca.OP_ERF: lambda v, out: 2 / ca.sqrt(ca.pi) * ca.exp(-v[0] * v[0]),
+    ca.OP_ATAN2: lambda v, out: v[0] * v[0] + v[1] * v[1],
+}
