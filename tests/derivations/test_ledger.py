@@ -1,0 +1,40 @@
+"""Every entry of the ledger holds, and no check is blind: a changed claim leaves a residual."""
+
+import importlib
+
+import pytest
+
+from derivations.ledger import Verdict, evaluate, fails, mutants
+
+SOURCES = [
+    s
+    for s in ("thomsen", "handbook", "guida", "younes_ashour", "rolling_isolation")
+    if importlib.util.find_spec(f"derivations.{s}")
+]
+ENTRIES = [e for s in SOURCES for e in importlib.import_module(f"derivations.{s}").LEDGER.entries]
+CHECKED = [e for e in ENTRIES if e.check is not None]
+
+
+def label(entry):
+    return f"{entry.source} {entry.equation} {entry.title}"
+
+
+@pytest.mark.parametrize("entry", CHECKED, ids=label)
+def test_the_derivation_leaves_nothing_of_the_claim(entry):
+    row = evaluate(entry)
+    assert row.residual == "0"
+    assert row.sound, "the printed form passes the check too"
+
+
+@pytest.mark.parametrize("entry", CHECKED, ids=label)
+def test_a_changed_claim_is_rejected(entry):
+    for name, claim in mutants(entry.right):
+        assert fails(entry, claim), name
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=label)
+def test_what_is_not_proved_says_why(entry):
+    if entry.verdict in (Verdict.CORRECTED, Verdict.UNVERIFIABLE):
+        assert entry.note
+    if entry.verdict == Verdict.CORRECTED:
+        assert entry.printed
