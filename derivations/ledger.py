@@ -122,9 +122,7 @@ class Ledger:
 
     def _enter(self, equation, title, verdict, right, printed, note):
         def decorate(check):
-            self.entries.append(
-                Entry(self.source, equation, title, verdict, _tuple(right), printed, check, note)
-            )
+            self.entries.append(Entry(self.source, equation, title, verdict, _tuple(right), printed, check, note))
             return check
 
         return decorate
