@@ -1,0 +1,374 @@
+"""Thomsen's mass on a moving belt under fast excitation: quenching, (51)-(61); see `thomsen`."""
+
+from functools import lru_cache
+
+import sympy as sp
+
+from derivations.thomsen_pure_slip import (
+    ETA,
+    FIGURE_3,
+    INPUT,
+    KINETIC,
+    LAW,
+    LEDGER,
+    SINE,
+    V_B0,
+    V_B1,
+    A,
+    Omega,
+    acceleration,
+    beta,
+    d,
+    drift,
+    eta,
+    force_coefficients,
+    friction,
+    gamma2,
+    in_regime,
+    less,
+    mu_m,
+    mu_s,
+    psi,
+    rounded,
+    speed,
+    stick_start,
+    tau,
+    v,
+    v_1,
+    v_b,
+    v_m,
+    x,
+)
+from derivations.thomsen_separation import (
+    ALPHA3,
+    INTENSITY,
+    T,
+    differences,
+    effective,
+    general_motion,
+    mean,
+    orders,
+    pieces,
+    q,
+    shaken,
+    slope_at_rest,
+    v_r,
+)
+from symfric.model.names import SPEED
+from symfric.theory import belt
+
+
+# --- 4.2 Self-excited oscillations under fast excitation --------------------------------------------------------------
+# Steady sliding has v_r = -v_b. `below` and `above` mean v_b < a Omega and v_b > a Omega.
+@lru_cache
+def at_belt_speed() -> tuple[sp.Expr, sp.Expr]:
+    """Effective friction on the sliding mass for relative velocities v - v_b, below and above."""
+    return tuple(effective(side).subs(v_r, v - v_b) for side in (0, -1))
+
+
+@lru_cache
+def growth() -> tuple[sp.Expr, sp.Expr]:
+    """-trace/gamma2 of the Jacobian of (40) at the quasi-equilibrium, below and above."""
+    fields = [sp.Matrix([v, acceleration(law)]) for law in at_belt_speed()]
+    return tuple(-field.jacobian([x, v]).trace().subs(v, 0) / gamma2 for field in fields)
+
+
+@LEDGER.verified(
+    "(51)",
+    "position of the quasi-equilibrium, below and above",
+    *pieces(belt.quasi_equilibrium_position(symbolic=True)),
+)
+def _(*claims):
+    found = [sp.solve(acceleration(law.subs(v, 0), velocity=0), x)[0] for law in at_belt_speed()]
+    return differences(found, claims)
+
+
+@LEDGER.verified(
+    "(52)",
+    "slope that decides the stability of the quasi-equilibrium, below and above",
+    *(slope + 2 * beta / gamma2 for slope in pieces(belt.effective_slope(symbolic=True))),
+)
+def _(*claims):
+    return differences(growth(), claims)
+
+
+# Below a Omega the slope of (47) is 2 alpha0/(pi sqrt(q^2 - v^2)) + alpha1 + 3 alpha3 q^2/2 + 3 alpha3 v^2, least at
+# v = 0, where it is alpha1-hat; over all q that is least at the intensity after (50). One ratio mu_m/mu_s makes it zero
+# there.
+@LEDGER.verified(
+    "after (52)",
+    "mu_m/mu_s above which neither (47) line 1 nor (48) ever falls, and its two digits",
+    1 - sp.sqrt(6) / sp.pi,
+    sp.Rational(22, 100),
+)
+def _(ratio, digits):
+    (lowest,) = sp.solve(slope_at_rest(1), mu_m)
+    (where,) = sp.solve(sp.together(slope_at_rest(1).diff(q).subs(mu_m, lowest)), q)
+    found = sp.simplify((lowest / mu_s).subs(q, where))
+    return found - ratio, rounded(found, 2) - digits
+
+
+@LEDGER.verified(
+    "(53)",
+    "slope of the effective friction for v_b >= a Omega",
+    LAW.diff(SPEED).subs(SPEED, v_b) + sp.Rational(3, 4) * INTENSITY**2 * (mu_s - mu_m) / v_m**3,
+)
+def _(claim):
+    return effective(1).diff(v_r).subs(v_r, v_b) - shaken(claim)
+
+
+@LEDGER.verified(
+    "(54)",
+    "quantity whose negative sign means self-excited vibration, v_b > a Omega",
+    LAW.diff(SPEED).subs(SPEED, v_b) + sp.Rational(3, 4) * INTENSITY**2 * (mu_s - mu_m) / v_m**3 + 2 * beta / gamma2,
+)
+def _(claim):
+    return growth()[1] - shaken(claim)
+
+
+# The upper end is where (54) is zero. With v_1^2 = k^2 + q^2/2 in the letters of the regime its root is that of a
+# square.
+LOWER, UPPER = belt.unstable_speeds(symbolic=True)
+k = sp.Symbol("k", positive=True)
+REACH = {v_1: sp.sqrt(k**2 + q**2 / 2)}
+
+
+@LEDGER.verified(
+    "(55) upper end",
+    "belt speed up to which vibration is self-excited",
+    v_m * sp.sqrt(1 - (INTENSITY / v_m) ** 2 / 2 - 2 * beta / ETA),
+    UPPER,
+)
+def _(*claims):
+    (found,) = sp.solve(sp.numer(sp.together(in_regime(growth()[1]).subs(REACH))), speed)
+    return [found - in_regime(shaken(c)).subs(REACH) for c in claims]
+
+
+# The lower end: at v_b = q the slope for faster relative motion is negative, but the one for slower relative motion is
+# infinite, mubar(q) - mubar(q - w) = c sqrt(w) + ... with the c below. A vibration of velocity amplitude A loses an
+# energy of order A^(3/2) in the half period with x' > 0 and gains one of order A^2 in the other: small ones die out.
+@LEDGER.corrected(
+    "(55) lower end",
+    "belt speed above which vibration is self-excited; c",
+    right=(LOWER, 2 * sp.sqrt(2) * mu_s / (sp.pi * sp.sqrt(q))),
+    printed="a Omega <= v_b",
+    note="strict: at v_b = a Omega steady sliding is stable. With figure 9's parameters and a Omega = 0.2 a velocity "
+    "amplitude A loses 1.41 A^1.5 in one half period and gains 0.38 A^2 in the other; the text before (53) says so too",
+)
+def _(speed_where_lines_join, coefficient):
+    (join,) = sp.solve(effective(0) - effective(1), v_r)
+    below = sp.Symbol("w", positive=True)
+    fall = (effective(0).subs(v_r, q) - effective(0).subs(v_r, q - below)) / sp.sqrt(below)
+    return join - shaken(speed_where_lines_join), sp.limit(fall, below, 0) - coefficient
+
+
+# The range closes where both ends meet.
+@lru_cache
+def upper_end_squared() -> sp.Expr:
+    """Square of the upper end of (55) in the letters of the regime."""
+    square = sp.Symbol("square")
+    equation = sp.numer(sp.together(in_regime(growth()[1]))).subs(speed, sp.sqrt(square))
+    (found,) = sp.solve(equation, square)
+    return sp.expand(found)
+
+
+@lru_cache
+def quenching_intensity() -> sp.Expr:
+    """a Omega* in the letters of the regime."""
+    (found,) = sp.solve(upper_end_squared() - q**2, q)
+    return found
+
+
+Q_STAR = belt.quench_intensity(symbolic=True)
+
+
+@LEDGER.verified(
+    "(56)",
+    "intensity a Omega* above which no belt speed is unstable",
+    Q_STAR,
+    sp.sqrt(sp.Rational(2, 3)) * v_m * sp.sqrt(1 - 2 * beta / ETA),
+)
+def _(*claims):
+    return [quenching_intensity() - in_regime(c) for c in claims]
+
+
+# Amplitude under excitation, for vibrations that stay outside |v_r| < a Omega: averaging of (40) with (47) line 2.
+@LEDGER.verified(
+    "after (56)",
+    "what excitation adds to the slope and to the cubic coefficient of friction; the amplitude, less than A0",
+    sp.Rational(3, 2) * ALPHA3 * INTENSITY**2,
+    0,
+    2 * sp.sqrt(V_B1**2 - v_b**2 - INTENSITY**2 / 2),
+)
+def _(slope, cubic_coefficient, amplitude):
+    added = sp.Poly(sp.expand(effective(-1) - friction(v_r, -1)), v_r)
+    force = 2 * beta * v + gamma2 * (at_belt_speed()[1] - at_belt_speed()[1].subs(v, 0))
+    rate = drift(sp.expand(force).subs(v, A * sp.cos(psi)))[0]
+    square, radius = sp.symbols("square k", positive=True)
+    (found,) = sp.solve(in_regime(sp.cancel(rate / A).subs(A, sp.sqrt(square))), square)
+    # the root of a square again: v_1^2 = v_b^2 + q^2/2 + k^2
+    reach = {v_1: sp.sqrt(speed**2 + q**2 / 2 + radius**2)}
+    return (
+        added.coeff_monomial(v_r) - shaken(slope),
+        added.coeff_monomial(v_r**3) - cubic_coefficient,
+        sp.sqrt(sp.factor(sp.expand(found.subs(reach)))) - in_regime(shaken(amplitude)).subs(reach),
+    )
+
+
+# --- 5.1 More damping, or another material ----------------------------------------------------------------------------
+@LEDGER.verified("5.1 material", "mu_s - mu_m below which nothing vibrates", sp.Rational(4, 3) * beta * v_m / gamma2)
+def _(claim):
+    slope_at_slow_belt = 2 * beta + gamma2 * LAW.diff(SPEED).subs(SPEED, 0)  # least of all belt speeds, after (19)
+    (found,) = sp.solve(slope_at_slow_belt.subs(mu_s, mu_m + d), d)
+    return found - claim
+
+
+@lru_cache
+def onset_squared() -> sp.Expr:
+    """v_b1^2 in the letters of the paper."""
+    square = sp.Symbol("square", positive=True)
+    (found,) = sp.solve(force_coefficients()[1].subs(v_b, sp.sqrt(square)), square)
+    return found
+
+
+@LEDGER.corrected(
+    "5.1 reduction",
+    "sign of the change of A0,max with beta, mu_s and mu_m",
+    right=(-1, 1, -1),
+    printed=(-1, 1, 1),
+    note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger; the notes of the audit do not have this",
+)
+def _(*claims):
+    # A0,max is a fixed part of v_b1
+    signs = [sp.sign(onset_squared().diff(letter).subs(FIGURE_3)) for letter in (beta, mu_s, mu_m)]
+    return less(signs, claims)
+
+
+# --- 5.2 By fast vibrations -------------------------------------------------------------------------------------------
+@LEDGER.verified("5.2", "a Omega* over v_m for small damping, one digit: below 1", sp.Rational(8, 10))
+def _(claim):
+    return rounded(quenching_intensity() / v_1, 1) - claim  # v_1 = v_m without damping
+
+
+# A belt of speed V is unstable if q < V and V^2 < v_1^2 - q^2/2, both; so it is quiet from the smaller one of two
+# intensities on: V and sqrt(2 (v_1^2 - V^2)). They are equal at V = a Omega*, and the second one vanishes at V = v_1.
+V = sp.Symbol("v_hat", positive=True)
+AT, BELOW = belt.quench_intensity_at(symbolic=True), belt.quench_intensity_below(symbolic=True)
+
+
+@lru_cache
+def limits() -> tuple[sp.Expr, sp.Expr]:
+    """The two intensities."""
+    square = sp.Symbol("square", positive=True)
+    (second,) = sp.solve(upper_end_squared().subs(q, sp.sqrt(square)) - V**2, square)
+    return V, sp.sqrt(second)
+
+
+@LEDGER.verified("(57)", "intensity that quenches a belt speed up to a Omega*, and above", *pieces(AT)[:2])
+def _(*claims):
+    star = quenching_intensity() / v_1
+    samples = ({V: star / 2, v_1: 1}, {V: (star + 1) / 2, v_1: 1})
+    found = [min(limits(), key=lambda limit: limit.subs(sample)) for sample in samples]
+    apart = {v_1: sp.sqrt(V**2 + k**2)}
+    return [residual.subs(apart) for residual in less(found, map(in_regime, claims))]
+
+
+@LEDGER.corrected(
+    "(57) line 2",
+    "belt speed up to which the second line holds",
+    right=sp.sqrt(sp.Rational(3, 2)) * Q_STAR,
+    printed=sp.oo,
+    note="beyond sqrt(3/2) a Omega* = v_b1 the radicand is negative: nothing vibrates and no excitation is needed",
+)
+def _(claim):
+    (found,) = sp.solve(limits()[1] ** 2, V)
+    return found - in_regime(claim)
+
+
+# All belt speeds up to V: the first intensity grows with the belt speed, the second one falls, so the largest of the
+# smaller ones is at V, or where they are equal.
+@LEDGER.verified(
+    "(58)", "intensity that quenches all belt speeds up to one below a Omega*, and above", V, Q_STAR, BELOW
+)
+def _(slow, fast, package):
+    first, second = limits()
+    (crossing,) = sp.solve(first**2 - second**2, V)
+    numbers = {v_1: 1, v_m: 2, eta: sp.Rational(1, 3), mu_m: sp.Rational(1, 4), d: sp.Rational(1, 7)}
+    belts = (sp.Rational(5, 10), sp.Rational(9, 10))  # a Omega* is 0.816
+    found = [min(given, crossing.subs(numbers)) for given in belts]
+    stated = [in_regime(package).subs({**numbers, V: given}) for given in belts]
+    return first - slow, crossing - in_regime(fast), *less(found, stated)
+
+
+# --- 5.3 Energy considerations ----------------------------------------------------------------------------------------
+@LEDGER.corrected(
+    "before (59)",
+    "velocity at quasi-equilibrium, to order 1",
+    right=-INTENSITY * sp.cos(T),
+    printed=-INTENSITY * sp.sin(T),
+    note="the derivative of (37); the sine is that of the position",
+)
+def _(claim):
+    return orders(general_motion().diff(T) - shaken(claim), 0)
+
+
+# With this velocity the integral E_inp of (4) is q^2 cos^2(T)/2 and a constant; (59) chooses the one that makes it the
+# kinetic energy of the fast motion.
+FAST_VELOCITY = -q * sp.cos(T)
+SHARE = v_m**2 * (1 - 2 * beta / ETA)
+
+
+@LEDGER.verified(
+    "(59)",
+    "kinetic energy of the quenching motion, both forms",
+    Q_STAR**2 * sp.cos(T) ** 2 / 2,
+    SHARE * sp.cos(T) ** 2 / 3,
+)
+def _(*claims):
+    star = {q: quenching_intensity()}
+    energy = KINETIC.subs(v, FAST_VELOCITY).subs(star)
+    power = shaken(INPUT).subs({v: FAST_VELOCITY, SINE: sp.sin(T)}).subs(star)
+    stated = [in_regime(c) for c in claims]
+    return [energy - c for c in stated] + [power - Omega * c.diff(T) for c in stated]
+
+
+@LEDGER.corrected(
+    "(59) meaning",
+    "work of the excitation over one of its periods, to the order of (59)",
+    right=0,
+    printed=Q_STAR**2 / 2,
+    note="not the energy required: (59) flows to and fro. What quenching costs is the mean power that friction and "
+    "damper take, belt.mean_power; the excitation supplies it by the part of x' of the next order",
+)
+def _(claim):
+    return 2 * sp.pi / Omega * mean(shaken(INPUT).subs({v: FAST_VELOCITY, SINE: sp.sin(T)})) - claim
+
+
+theta_0 = sp.Symbol("theta_0", real=True)
+WAVE = sp.cos(tau + theta_0) ** 2
+
+
+@LEDGER.corrected(
+    "(60)",
+    "kinetic energy of the largest pure-slip vibration, both forms",
+    right=(belt.largest_pure_slip_amplitude(symbolic=True) ** 2 * WAVE / 2, sp.Rational(2, 5) * SHARE * WAVE),
+    printed=(belt.largest_pure_slip_amplitude(symbolic=True) ** 2 * WAVE / 2, sp.Rational(2, 3) * SHARE * WAVE),
+    note="the factor of (21) and (22); with 2/3 the ratio (61) of the maxima would be 1/2, not the printed 5/6",
+)
+def _(*claims):
+    energy = KINETIC.subs(v, stick_start() * sp.cos(tau + theta_0))
+    return [energy - in_regime(c) for c in claims]
+
+
+@LEDGER.verified("(61)", "ratio of the two energies", belt.energy_ratio(symbolic=True), (Q_STAR / V_B0) ** 2)
+def _(*claims):
+    found = (quenching_intensity() / stick_start()) ** 2
+    return [found - in_regime(c) for c in claims]
+
+
+# --- 5.4 Discussion ---------------------------------------------------------------------------------------------------
+@LEDGER.verified(
+    "5.4", "effective less true friction at v_b = a Omega: larger", sp.Rational(3, 2) * ALPHA3 * INTENSITY**3
+)
+def _(claim):
+    return (effective(0) - friction(v_r, 1)).subs(v_r, q) - shaken(claim)
