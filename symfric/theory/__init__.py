@@ -1,6 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import belt
+from symfric.theory import belt, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
@@ -17,6 +17,8 @@ __all__ = [
     "belt",
     "equilibrium",
     "hopf",
+    "scaling",
     "separate",
     "stability",
+    "transient",
 ]
