@@ -1,6 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import belt, scaling, transient
+from symfric.theory import belt, drive, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
@@ -15,6 +15,7 @@ __all__ = [
     "Stability",
     "average",
     "belt",
+    "drive",
     "equilibrium",
     "hopf",
     "scaling",

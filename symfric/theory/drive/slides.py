@@ -1,0 +1,127 @@
+"""Two slides in friction, the first one drawn: linear stability of steady sliding, Guida (23)-(27)."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.names import finite
+
+
+class Symbols(NamedTuple):
+    """Letters of the closed forms: mass and frequency ratio, damping ratios over omega1, slope of the friction."""
+
+    r: sp.Symbol
+    zeta: sp.Symbol
+    s1: sp.Symbol
+    d2: sp.Symbol
+    mu: sp.Symbol
+
+
+SYMBOLS = Symbols(*sp.symbols("r zeta s1 d2", positive=True), sp.Symbol("mu", real=True))
+r, zeta, s1, d2, mu = SYMBOLS
+FIRST, SECOND = 2 * (s1 + mu), 2 * (d2 + r * mu)  # diagonal of B
+DEFINITE = 4 * (s1 * d2 + mu * (r * s1 + d2))  # determinant of the unsymmetric B
+STIFF = FIRST / zeta**2 + SECOND  # coefficient of s; FIRST + SECOND is that of s^3
+HURWITZ = (FIRST + SECOND) * STIFF * DEFINITE + (1 - 1 / zeta**2) ** 2 * FIRST * SECOND
+
+
+@dataclass(frozen=True, repr=False)
+class SlopeLimits:
+    """How steeply the friction may fall with the sliding speed before steady sliding of two slides is unstable.
+
+    Attributes
+    ----------
+    definite : float
+        mu above which the damping is positive definite: enough for stability.
+    exact : float
+        mu above which every eigenvalue has a negative real part; not above `definite`.
+    """
+
+    definite: float
+    exact: float
+
+    def __repr__(self) -> str:
+        return f"SlopeLimits(definite {self.definite:.6g}, exact {self.exact:.6g})"
+
+    def to_dict(self) -> dict:
+        """Return plain Python numbers."""
+        return {"definite": self.definite, "exact": self.exact}
+
+
+def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
+    """Return B of ``M eta'' + B eta' + K eta = 0`` in `SYMBOLS`, Guida (26).
+
+    Parameters
+    ----------
+    symmetric : bool
+        The second equation divided by r, so that M = diag(1, 1/r) and B is symmetric; otherwise M is the unit matrix,
+        as (24) is written.
+    """
+    second = 1 / r if symmetric else sp.Integer(1)
+    return sp.Matrix([[FIRST, -2 * mu], [-2 * r * mu * second, SECOND * second]])
+
+
+def definite_condition() -> sp.Expr:
+    """Return r times the determinant of the symmetric B in `SYMBOLS`.
+
+    Notes
+    -----
+    ``4 (s1 d2 + mu (r s1 + d2))``: for mu < 0 it is positive exactly if B is positive definite. As a bound on mu it is
+    Guida (27), ``s1 d2/(r s1 + d2) > -mu``.
+    """
+    return DEFINITE
+
+
+def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """Return three expressions in `SYMBOLS`, all positive if and only if steady sliding is stable.
+
+    Notes
+    -----
+    ``B11 + B22``, ``k B11 + B22`` and ``(B11 + B22)(k B11 + B22) D + (1 - k)^2 B11 B22`` with k = 1/zeta^2 and D of
+    `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.py.
+    """
+    return FIRST + SECOND, STIFF, HURWITZ
+
+
+def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = "omega1") -> SlopeLimits:
+    """Return the slopes of friction below which steady sliding is no longer certain, and no longer stable.
+
+    Parameters
+    ----------
+    r, zeta : float
+        ``m1/m2`` and ``omega1/omega2``, positive.
+    s1, s2 : float
+        Damping ratios, positive.
+    damping : {"omega1", "omega2"}
+        What s2 refers to: with "omega1" it stands in the equations of motion as it is, ``d2 = s2``, as the source
+        writes (24) and draws its figures; with "omega2", as (23) defines it, ``d2 = s2/zeta``.
+
+    Returns
+    -------
+    SlopeLimits
+        In ``mu = (dF/dw)/(2 m1 omega1)``; steady sliding is stable above `exact`.
+
+    Notes
+    -----
+    Largest negative zeros of `definite_condition` and of any of `hurwitz_conditions`; all are positive at mu = 0.
+    """
+    given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
+    for name, value in given.items():
+        given[name] = finite(value, name)
+        if not given[name] > 0:
+            raise SceneError(f"{name} is {given[name]:g}; it must be positive")
+    if damping not in ("omega1", "omega2"):
+        raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
+    d2 = given["s2"] / (given["zeta"] if damping == "omega2" else 1.0)
+    values = given["r"], given["zeta"], given["s1"], d2
+    point = {symbol: sp.Rational(value) for symbol, value in zip(SYMBOLS, values, strict=False)}
+    definite, *zeros = (_first_zero(e.subs(point)) for e in (DEFINITE, *hurwitz_conditions()))
+    return SlopeLimits(definite, max(zeros))
+
+
+def _first_zero(condition: sp.Expr) -> float:
+    """Return the largest negative real zero of a polynomial in mu."""
+    zeros = sp.Poly(condition, mu).sqf_part().nroots(n=25, maxsteps=500)
+    return max(float(v) for v in zeros if v.is_real and v < 0)

@@ -1,0 +1,49 @@
+"""Stick-slip of one slide drawn over a way: the difference of static and kinetic friction from which it lasts."""
+
+import math
+
+from symfric.errors import SceneError
+from symfric.model.names import finite
+from symfric.theory.drive.excursion import excursion
+
+
+def threshold(mu1: float, mu2: float, p_star: float) -> float:
+    """Return the friction difference eps_crit above which a drawn slide keeps sticking and slipping.
+
+    Parameters
+    ----------
+    mu1, mu2 : float
+        Slopes of the force on the slide over its speed, below and above the corner v*, damper included:
+        ``2 mu_i = tan(alpha_i) + 2 sigma`` with ``tan(alpha_i) = (dF_a/dX')/(m omega_n)``. Any finite numbers; the
+        source has mu1 < 0 < mu2.
+    p_star : float
+        ``v*/v - 1`` > -1, the corner's place for the drive's speed v; negative where v > v*.
+
+    Returns
+    -------
+    float
+        In the v*-scaling, ``eps = (F_as - F_ac)/(m omega_n v*)``, the abscissa of the source's maps. In the v-scaling
+        it is ``eps1 = f_1s - f_1c = eps (1 + p*)``. Zero if the slide sticks again after every release. Infinite if
+        it never does, as with p* <= 0 and mu2 >= 1, and where the value exceeds the largest float (mu2 > 0.99999).
+
+    Raises
+    ------
+    SceneError
+        If a parameter is not a finite number, or p* <= -1.
+
+    Notes
+    -----
+    Guida (4), figures 4 and 5. With w = x' sliding is ``w'' + 2 mu(w) w' + w = 0`` and starts at (w, w') = (-1, eps1).
+    The slide sticks again if that orbit comes back to w = -1. The outermost orbit that does not is the one that grazes
+    (-1, 0); followed backwards it leaves w = -1 at ``w' = eps1_crit``, unless it turns first. With mu2 >= 1 and the
+    equilibrium w = 0 above the corner no orbit comes down from there. The kinetic friction drops out. Proved in
+    derivations/guida.py. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
+    for mu2 < 1 is 0.
+    """
+    mu1, mu2, p_star = finite(mu1, "mu1"), finite(mu2, "mu2"), finite(p_star, "p_star")
+    if not p_star > -1:
+        raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
+    if p_star <= 0 and mu2 >= 1:
+        return math.inf
+    eps1, _ = excursion(-1.0, 0.0, p_star, -mu1, -mu2)
+    return eps1 / (1 + p_star)
