@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from scipy import integrate
+from scipy import integrate, optimize
 
 import symfric as sf
 from symfric.theory import drive
@@ -318,6 +318,20 @@ def test_the_damper_s_place_leaves_a_slide_at_rest_alone():
     rest = [drive.positioning_error(-0.5, 0.8, 4.0, damper=d, sigma=0.2) for d in ("ground", "support")]
     assert rest[0] == rest[1] == drive.positioning_error(-0.5, 0.8, 4.0)
     assert drive.excess(-0.3, 0.3, 5.0, damper="support", sigma=0.2) == pytest.approx(-1.0 + 0.2 * 4)
+
+
+def test_a_damper_cannot_prevent_both_stick_slip_and_the_error():
+    # to ground; tan(alpha1) = -1, tan(alpha2) = .2, eps = 1, speeds from 1.25 to 5 v*
+    def spare(sigma, speed):
+        return drive.threshold(-0.5 + sigma, 0.1 + sigma, 1 / speed - 1) - 1
+
+    least = optimize.brentq(spare, 0.0, 0.5, args=(1.25,), xtol=1e-15)
+    assert least == pytest.approx(0.154719279062684, rel=1e-12)
+    assert all(spare(least, speed) > 0 for speed in np.linspace(1.26, 5.0, 20))
+    assert drive.excess(-0.5 + 0.12, 0.1 + 0.12, 5.0) == pytest.approx(1.0, rel=1e-14)
+    assert drive.positioning_error(-0.38, 0.22, drive.excess(-0.38, 0.22, 4.999), epsilon=1.0).type == "none"
+    lam = drive.excess(-0.5 + least, 0.1 + least, 5.0)
+    assert drive.positioning_error(-0.5 + least, 0.1 + least, lam, epsilon=1.0).value > 1
 
 
 def test_slope_limits_of_two_slides():

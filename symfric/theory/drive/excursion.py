@@ -41,7 +41,7 @@ class Flow:
         for name, value in {"omega": math.sqrt(max(square, 0.0)), "q": q, "slow": slow, "fast": fast}.items():
             object.__setattr__(self, name, value)
 
-    def responses(self, s: float) -> tuple[float, float, float, float]:
+    def responses(self, s: float) -> tuple[float, float, float, float, float]:
         """Return S, I and S' after time s, all times the factor that comes last: at most 1, against overflow."""
         mu, omega, q = self.mu, self.omega, self.q
         if q > 0:

@@ -152,15 +152,15 @@ def single_section_error(mu1: float | None = None, lam: float | None = None, *, 
 
 
 def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
-    """Return the limit of Delta S for mu2 -> infinity, -1 < mu1 < 0; Guida (19) line 2, where a factor is missing.
+    """Return the limit of Delta S for mu2 -> infinity, |mu1| < 1; Guida (19) line 2, where a factor is missing.
 
     Notes
     -----
-    ``lambda - 2 mu1 psi(0, mu1)/psi(-1/(2 mu1), mu1)`` with (18): the speed stays v* until the slide is ``-2 mu1``
-    beyond the kinetic equilibrium. Nearly so for type "b"; it holds where lambda exceeds `type_limit`.
+    ``lambda + exp(-mu1 acos(-mu1)/sqrt(1 - mu1^2))``; for mu1 < 0, with psi of (18), ``lambda - 2 mu1 psi(0, mu1)
+    /psi(-1/(2 mu1), mu1)``. The speed stays v* until the slide is ``-2 mu1`` beyond the kinetic equilibrium. Nearly so
+    for type "b"; it holds where lambda exceeds `type_limit`.
     """
-    omega = sp.sqrt(1 - MU1**2)
-    formula = LAM + sp.exp(MU1 / omega * (sp.atan(MU1 / omega) - sp.atan((MU1 - 1 / (2 * MU1)) / omega)))
+    formula = LAM + sp.exp(-MU1 * sp.acos(-MU1) / sp.sqrt(1 - MU1**2))
     return formula if symbolic else _underdamped(formula, mu1, lam)
 
 
