@@ -1,4 +1,7 @@
-"""Orbits of w'' + 2 mu(w) w' + w = 0 through a corner by (17) and (18) alone, with 30 digits."""
+"""Orbits of w'' + 2 mu(w) w' + w = 0 through a corner by (17) and (18) alone, with 30 digits.
+
+The equations for `threshold` stand in `drawn`, those for `error` in `derivations.guida.error`.
+"""
 
 from functools import cache
 
@@ -44,11 +47,6 @@ def threshold(mu1, mu2, p_star):
         return -side(start, mu1, -1) / (1 + place)
 
 
-# The exact error for finite mu2, from (17) and (18) alone: on all three arcs w > 0, so that no continuation is needed.
-# lim u psi for u -> +-infinity is +-exp(+-mu pi/(2 omega)) for |mu| < 1 and +-1 for |mu| >= 1.
-#   rising on the first section:    ln lambda = ln C + ln(lim u psi1),  1 = C psi1(u1),  u1 > 0
-#   above the corner:               psi2(u2) = psi2(u1),  u2 < 0
-#   falling on the first section:   1 = C' psi1(u2),  Delta S_lambda = C' |lim u psi1|.
 @cache
 def error(mu1, mu2, lam):
     """Return Delta S and whether the corner is passed, from (18), with 30 digits; mu1 < 1."""

@@ -375,6 +375,7 @@ BAD = [
     (lambda: drive.threshold("a", 0.5, -0.1), "mu1 is 'a'"),
     (lambda: drive.threshold(-0.1, math.nan, -0.1), "mu2 is nan"),
     (lambda: drive.threshold(-0.1, 0.5, -1.0), "p_star is -1"),
+    (lambda: drive.threshold(-1e13, 0.5, -0.5), r"mu1 is -1e\+13"),
     (lambda: drive.threshold(-0.1, 0.5, sp.Symbol("p")), "p_star is the expression p"),
     (lambda: drive.threshold(-0.1, np.array([0.5, 0.6]), -0.1), "mu2 is array"),
     (lambda: drive.positioning_error(-0.1, 0.5, math.inf), "lam is inf"),

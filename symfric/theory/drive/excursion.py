@@ -7,7 +7,19 @@ removes the constant forces, and w' does not jump at the corner, because the fri
 import math
 from dataclasses import dataclass, field
 
+from symfric.errors import SceneError
+from symfric.model.names import finite
+
+STEEPEST = 1e12  # slopes mu up to which the closed forms were checked
 ROUNDING = 8.881784197001252e-16  # four units in the last place, the least that SciPy's brentq takes
+
+
+def slope(value, name: str) -> float:
+    """Return a slope mu as a float, or say what is wrong with it."""
+    mu = finite(value, name)
+    if abs(mu) > STEEPEST:
+        raise SceneError(f"{name} is {mu:g}; slopes up to {STEEPEST:g} in size are taken")
+    return mu
 
 
 @dataclass(frozen=True)
@@ -34,15 +46,16 @@ class Flow:
     fast: float = field(init=False)
 
     def __post_init__(self):
-        square = (1 - abs(self.mu)) * (1 + abs(self.mu))  # keeps the digits that 1 - mu^2 loses at |mu| = 1
-        q = math.sqrt(max(-square, 0.0))
+        # the roots of the factors keep the digits that 1 - mu^2 loses at |mu| = 1, and do not overflow
+        side = 1 - abs(self.mu)
+        omega, q = (math.sqrt(max(e, 0.0)) * math.sqrt(1 + abs(self.mu)) for e in (side, -side))
         large = abs(self.mu) + q
         slow, fast = (1 / large, large) if self.mu > 0 else (-large, -1 / (large or 1.0))  # their product is 1
-        for name, value in {"omega": math.sqrt(max(square, 0.0)), "q": q, "slow": slow, "fast": fast}.items():
+        for name, value in {"omega": omega, "q": q, "slow": slow, "fast": fast}.items():
             object.__setattr__(self, name, value)
 
     def responses(self, s: float) -> tuple[float, float, float, float, float]:
-        """Return S, I and S' after time s, all times the factor that comes last: at most 1, against overflow."""
+        """Return S, A, I and S' after time s, all times the factor that comes last: at most 1, against overflow."""
         mu, omega, q = self.mu, self.omega, self.q
         if q > 0:
             down = min(self.slow, 0.0) * s

@@ -4,7 +4,7 @@ import math
 
 from symfric.errors import SceneError
 from symfric.model.names import finite
-from symfric.theory.drive.excursion import excursion
+from symfric.theory.drive.excursion import excursion, slope
 
 
 def threshold(mu1: float, mu2: float, p_star: float) -> float:
@@ -14,8 +14,8 @@ def threshold(mu1: float, mu2: float, p_star: float) -> float:
     ----------
     mu1, mu2 : float
         Slopes of the force on the slide over its speed, below and above the corner v*, damper included:
-        ``2 mu_i = tan(alpha_i) + 2 sigma`` with ``tan(alpha_i) = (dF_a/dX')/(m omega_n)``. Any finite numbers; the
-        source has mu1 < 0 < mu2.
+        ``2 mu_i = tan(alpha_i) + 2 sigma`` with ``tan(alpha_i) = (dF_a/dX')/(m omega_n)``. Any numbers up to 1e12 in
+        size; the source has mu1 < 0 < mu2.
     p_star : float
         ``v*/v - 1`` > -1, the corner's place for the drive's speed v; negative where v > v*.
 
@@ -29,7 +29,7 @@ def threshold(mu1: float, mu2: float, p_star: float) -> float:
     Raises
     ------
     SceneError
-        If a parameter is not a finite number, or p* <= -1.
+        If a parameter is not such a number, or p* <= -1.
 
     Notes
     -----
@@ -40,7 +40,7 @@ def threshold(mu1: float, mu2: float, p_star: float) -> float:
     derivations/guida.py. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
     for mu2 < 1 is 0.
     """
-    mu1, mu2, p_star = finite(mu1, "mu1"), finite(mu2, "mu2"), finite(p_star, "p_star")
+    mu1, mu2, p_star = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(p_star, "p_star")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
     if p_star <= 0 and mu2 >= 1:

@@ -6,7 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import finite
-from symfric.theory.drive.excursion import Flow, descent, excursion
+from symfric.theory.drive.excursion import Flow, descent, excursion, slope
 
 MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)
 
@@ -82,9 +82,7 @@ def positioning_error(
     w = 0 with ``w' = -Delta S_lambda``; ``Delta S = lambda + Delta S_lambda``. A slide at rest holds exactly if
     ``lambda <= eps``. The source's (19b) is the limit `steep_error`. Proved in derivations/guida.py.
     """
-    mu1, mu2, lam, epsilon = (
-        finite(value, name) for value, name in ((mu1, "mu1"), (mu2, "mu2"), (lam, "lam"), (epsilon, "epsilon"))
-    )
+    mu1, mu2, lam, epsilon = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(lam, "lam"), finite(epsilon, "epsilon")
     if epsilon < 0:
         raise SceneError(f"epsilon is {epsilon:g}; static friction is not below the kinetic one, so give it >= 0")
     shift = _damper_share(damper, sigma)
@@ -116,7 +114,7 @@ def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigm
     -----
     Guida (8), (14): ``f(0) - f_c = 2 mu1 + 2 mu2 (V - 1)`` for V >= 1 and ``2 mu1 V`` below, to ground.
     """
-    mu1, mu2, speed = finite(mu1, "mu1"), finite(mu2, "mu2"), finite(speed, "speed")
+    mu1, mu2, speed = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(speed, "speed")
     if not speed > 0:
         raise SceneError(f"speed is {speed:g}; it is v/v* of a drive that moves, so give it > 0")
     shift = _damper_share(damper, sigma)
