@@ -19,7 +19,7 @@ class Symbols(NamedTuple):
     mu: sp.Symbol
 
 
-SYMBOLS = Symbols(*sp.symbols("r zeta s1 d2", positive=True), sp.Symbol("mu", real=True))
+SYMBOLS = Symbols(*sp.symbols("r zeta s1 d2", positive=True), *sp.symbols("mu,", real=True))
 r, zeta, s1, d2, mu = SYMBOLS
 FIRST, SECOND = 2 * (s1 + mu), 2 * (d2 + r * mu)  # diagonal of B
 DEFINITE = 4 * (s1 * d2 + mu * (r * s1 + d2))  # determinant of the unsymmetric B
