@@ -8,7 +8,16 @@ from derivations.ledger import Verdict, evaluate, fails, mutants
 
 SOURCES = [
     s
-    for s in ("thomsen", "handbook", "guida", "younes_ashour", "rolling_isolation")
+    for s in (
+        "thomsen",
+        "thomsen_beyond",
+        "effective_friction",
+        "effective_closed",
+        "handbook",
+        "guida",
+        "younes_ashour",
+        "rolling_isolation",
+    )
     if importlib.util.find_spec(f"derivations.{s}")
 ]
 ENTRIES = [e for s in SOURCES for e in importlib.import_module(f"derivations.{s}").LEDGER.entries]
