@@ -13,6 +13,8 @@ SOURCES = [
         "thomsen_beyond",
         "effective_friction",
         "effective_closed",
+        "oscillations",
+        "methods",
         "handbook",
         "guida",
         "younes_ashour",

@@ -1,0 +1,18 @@
+"""What the derivations say of an approximation's error, measured on the full motion."""
+
+import numpy as np
+import pytest
+
+import symfric as sf
+from symfric.orbits.forced import self_excitation
+
+
+@pytest.mark.parametrize("Omega", [20, 30])
+def test_the_spring_s_share_of_the_fast_velocity(Omega):
+    scene = sf.scenes.mass_on_belt(v_b=0.3, a=0.01, Omega=Omega)
+    exact = self_excitation(scene, (0.75 * 0.01 * Omega, 0.45)).upper
+    plain = sf.theory.belt.unstable_speeds(scene)[1]
+    q = 0.01 * Omega / (1 - Omega**-2)
+    improved = np.sqrt(sf.theory.belt.onset_speed(scene) ** 2 - q**2 / 2)
+    assert abs(improved - exact) < 2e-6
+    assert abs(improved - exact) < 0.02 * abs(plain - exact)
