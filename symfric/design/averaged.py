@@ -17,9 +17,8 @@ import numpy as np
 import sympy as sp
 
 from symfric.design.belt import Belt
-from symfric.errors import SceneError
 from symfric.lower.printer import Printer, Switches
-from symfric.model.laws import Law
+from symfric.model.effective import pieces_between
 from symfric.model.names import SPEED
 from symfric.model.numeric import gauss_legendre
 
@@ -55,7 +54,7 @@ class Averaged:
 
 def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Averaged:
     """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max (at most 192)."""
-    pieces = [_compiled(e) for e in _branches(belt.law)]
+    pieces = [_compiled(e) for e in pieces_between(belt.law.kinetic, belt.law.breaks)]
     breaks = [float(b) for b in belt.law.breaks]
     rest, slope = (float(e) for e in pieces[0](0.0))
     steep = not np.isfinite(slope)
@@ -73,14 +72,6 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
         coarse, nodes = fine, 2 * nodes
     levels = tuple(sorted({-b for b in breaks} | set(breaks) | {0.0}))
     return Averaged(*coarse, unshaken, levels, steep and slope < 0, scale)
-
-
-def _branches(law: Law) -> list[sp.Expr]:
-    if not law.breaks:
-        return [law.kinetic]
-    if not isinstance(law.kinetic, sp.Piecewise):
-        raise SceneError("a law with breaks must be a Piecewise of SPEED to be averaged")
-    return [piece.expr for piece in law.kinetic.args]
 
 
 def _compiled(expr: sp.Expr) -> ca.Function:

@@ -68,9 +68,7 @@ def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
     """Average a law with branches; needs numbers, because the order of the splits depends on them."""
     if not q.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for q; use law.where(...)")
-    if not isinstance(kinetic, sp.Piecewise):
-        raise SceneError("a law with breaks must be a Piecewise of SPEED to be averaged")
-    pieces = [piece.expr for piece in kinetic.args]
+    pieces = pieces_between(kinetic, breaks)
     levels = sorted({-b for b in breaks} | set(breaks) | {sp.Integer(0)})  # values of w where the law changes
     edges = sorted({abs(level + side * q) for level in levels for side in (-1, 1)} - {0})
     results = []
@@ -88,6 +86,32 @@ def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
         results.append((total, high > SPEED))
     results[-1] = (results[-1][0], True)
     return sp.Piecewise(*results), tuple(edges)
+
+
+def pieces_between(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """Return what a law is on each interval between its breaks, which are numbers.
+
+    Notes
+    -----
+    SymPy merges neighbouring branches that are equal, so that they cannot be counted.
+    """
+    if not breaks:
+        return (kinetic,)
+    speeds = [(low + high) / 2 for low, high in itertools.pairwise([sp.Integer(0), *breaks])]
+
+    def at(speed):
+        def held(piecewise):
+            for e, condition in piecewise.args:
+                decided = condition.subs(SPEED, speed)
+                if decided == True:  # noqa: E712
+                    return e
+                if decided != False:  # noqa: E712
+                    raise SceneError(f"the branches of the law {kinetic} depend on more than numbers and the speed")
+            raise SceneError(f"the law {kinetic} says nothing of the speed {float(speed):g}")
+
+        return kinetic.replace(lambda e: isinstance(e, sp.Piecewise), held)
+
+    return tuple(at(speed) for speed in (*speeds, breaks[-1] + 1))
 
 
 def _mean_piece(kinetic: sp.Expr, q: sp.Expr, low: sp.Expr, high: sp.Expr, sign: int) -> sp.Expr:

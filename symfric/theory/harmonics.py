@@ -7,6 +7,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.effective import pieces_between
 from symfric.model.names import SPEED
 
 _S = sp.Dummy("s", positive=True)  # quadrature variable on [0, 1]
@@ -50,9 +51,7 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
         return (both,) if W.is_zero else (Range(W, (Arc(sp.Integer(0), sp.pi, kinetic, 1),)), both)
     if not W.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for the sliding speed")
-    if not isinstance(kinetic, sp.Piecewise):
-        raise SceneError("a law with breaks must be a Piecewise of SPEED to be averaged")
-    pieces = [piece.expr for piece in kinetic.args]
+    pieces = pieces_between(kinetic, breaks)
     levels = sorted({sp.Integer(0), *breaks, *(-b for b in breaks)}, reverse=True)
     tops = [*sorted({abs(level - W) for level in levels} - {0}), sp.oo]
     result = []

@@ -146,6 +146,23 @@ def test_effective_law_of_a_regularised_law(name):
         assert averaged(s) == pytest.approx(mean(formula, s, 0.3), abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        L.piecewise_linear(0.4, [0, 0.2, 0.4], [0.4, 0.25, 0.25], last_slope=0),
+        L.piecewise_linear(0.4, [0, 0.2, 0.4], [0.4, 0.4, 0.4], last_slope=-0.1),
+        L.piecewise_linear(0.4, [0, 0.2, 0.4], [0.4, 0.4, 0.4]),
+        L.piecewise_linear(0.4, [0, 0.2], [0.4, 0.3], last_slope=0).regularised(0.05, "tanh"),
+    ],
+    ids=["flat at the end", "flat at first", "flat", "a product"],
+)
+def test_effective_law_where_branches_are_equal_or_multiplied(law):
+    averaged = law.averaged(0.3)
+    levels = [0.0, *map(float, law.breaks), *(-float(b) for b in law.breaks)]
+    for s in (0.05, 0.25, 0.45, 0.9):
+        assert averaged(s) == pytest.approx(mean(law, s, 0.3, levels), abs=1e-8)
+
+
 def test_closed_forms_of_effective_laws():
     s = np.linspace(0.01, 0.29, 15)
     assert L.coulomb(0.4).averaged(0.3)(s) == pytest.approx(0.4 * 2 / np.pi * np.arcsin(s / 0.3), rel=1e-13)

@@ -19,6 +19,7 @@ LAWS = {
     "gauss": sf.laws.gauss(0.4, 0.3, b=0.2),
     "lorentz": sf.laws.lorentz(0.4, 0.3, b=0.2),
     "square_root": sf.laws.square_root(0.4, -0.2, b=0.2),
+    "flat": sf.laws.piecewise_linear(0.4, [0, 0.15, 0.45], [0.4, 0.25, 0.25], last_slope=0),
     "piecewise_linear": sf.laws.piecewise_linear(0.4, [0, 0.15, 0.45], [0.4, 0.25, 0.2], last_slope=0.3),
     "averaged": sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.1),
     "averaged stribeck": sf.laws.stribeck(0.4, 0.25, 0.3).averaged(0.1),
