@@ -316,8 +316,17 @@ LINES = laws.piecewise_linear(mu_s, [0, *BREAKS], [f_0, f_1, f_2], last_slope=b)
 LINE_PIECES = (lambda w: f_0 - w / 2, lambda w: f_1 - (w - BREAKS[0]) / 4, lambda w: f_2 + b * (w - BREAKS[1]))
 V_S = sp.Rational(1, 10)
 CUBIC = sp.Rational(2, 5) - sp.Rational(9, 40) * (2 * v - sp.Rational(8, 3) * v**3)
+LEVELLING = laws.piecewise_linear(mu_s, [0, *BREAKS], [f_0, f_1, f_1], last_slope=0)
 BRANCHED = {
     "piecewise linear": (LINES, LINE_PIECES),
+    "piecewise linear with two equal branches, tanh": (
+        LEVELLING.regularised(V_S, "tanh"),
+        (
+            lambda w: (f_0 - w / 2) * sp.tanh(w / V_S),
+            lambda w: f_1 * sp.tanh(w / V_S),
+            lambda w: f_1 * sp.tanh(w / V_S),
+        ),
+    ),
     "Coulomb, linear": (laws.coulomb(mu).regularised(V_S), (lambda w: mu * w / V_S, lambda w: mu)),
     "Coulomb with static coefficient, linear": (
         laws.coulomb(mu_s, mu).regularised(V_S),
