@@ -198,7 +198,7 @@ def _(claim):
 # --- 2. Gauss -----------------------------------------------------------------------------------------------------
 # With a = q^2/(2 c^2) and k = 2 v q/c^2, exp(-w^2/c^2) is exp(-v^2/c^2 - a) exp(-a cos(2 theta)) exp(k cos(theta)). By
 # Jacobi and Anger the last two are sums of (-1)^n I_n(a) cos(2 n theta) and I_n(k) cos(n theta) over all integers n,
-# and the mean keeps the products of equal harmonics.
+# and the mean keeps the products of equal harmonics. The row holds the sum against the integrals, in numbers only.
 n = sp.Symbol("n", integer=True, positive=True)
 A, K = q**2 / (2 * c**2), 2 * v * q / c**2
 BESSEL = sp.besseli(0, A) * sp.besseli(0, K) + 2 * sp.Sum(
@@ -248,7 +248,8 @@ def _(claim):
 
 
 # At rest (2/pi) times the integral of exp(-x cos(theta)) from 0 to pi/2 is I0(x) - L0(x), L0 the modified Struve
-# function: the even powers of x make I0, and the odd ones, with (2/pi) (n - 1)!!/n!!, the hypergeometric series.
+# function: the even powers of x make I0, and the odd ones, with (2/pi) (n - 1)!!/n!!, the hypergeometric series. Again
+# the row compares numbers, 25 digits.
 def struve(x):
     """Modified Struve function of order 0."""
     return 2 * x / sp.pi * sp.hyper([1], [sp.Rational(3, 2), sp.Rational(3, 2)], x**2 / 4)

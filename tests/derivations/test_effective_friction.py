@@ -1,0 +1,21 @@
+"""No law of the package is without a proof of its mean under fast vibration."""
+
+import inspect
+
+import pytest
+
+from derivations.effective_friction import LEDGER
+from symfric.model import laws
+
+NAMES = [n for n, f in vars(laws).items() if inspect.isfunction(f) and f.__module__ == laws.__name__]
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if not n.startswith("_")])
+def test_every_law_has_a_row(name):
+    words = name.replace("_", " ")
+    assert any(words in entry.title.lower() for entry in LEDGER.entries)
+
+
+@pytest.mark.parametrize("shape", laws.SHAPES)
+def test_every_regularisation_has_a_row(shape):
+    assert any(shape in entry.title for entry in LEDGER.entries)
