@@ -1,7 +1,7 @@
-"""The two doors of the compiled event loop, kept on disk.
+"""The door of the compiled event loop, kept on disk.
 
 numba keeps a compiled function as long as its own source file is unchanged, and does not look at the files of the
-functions it calls. So only the doors are kept, and what they close over holds a hash of all their sources.
+functions it calls. So only the door is kept, and what it closes over holds a hash of all their sources.
 """
 
 import hashlib
@@ -19,21 +19,16 @@ def _stamp() -> int:
     return int.from_bytes(hashlib.sha256(b"".join(f.read_bytes() for f in sources)).digest()[:7], "little") + 1
 
 
-def _doors(stamp: int):
+def _door(stamp: int):
     @njit(cache=True, nogil=True)
     def launch(table, y, p):
-        """Reset the workspace at `table`, start from state y at t = 0 with parameters p, and drive."""
+        """Drive the workspace at `table` from state y at t = 0 with parameters p; go on after a pause if y is empty."""
         w = at_addresses(table)
-        if stamp > 0:  # always; makes the stamp part of the key under which the code is kept
+        if y.size + 0 * stamp:  # the stamp takes part so that it belongs to the key under which the code is kept
             reset(w, y, p)
         return drive(w)
 
-    @njit(cache=True, nogil=True)
-    def resume(table):
-        """Go on after a pause."""
-        return drive(at_addresses(table)) if stamp > 0 else 0
-
-    return launch, resume
+    return launch
 
 
-launch, resume = _doors(_stamp())
+launch = _door(_stamp())

@@ -16,13 +16,14 @@ from symfric.solve.run import Path, Raw, Run
 from symfric.solve.segments import segments
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import EVENTS_FULL, PATH_FULL
-from symfric.solve.taylor.entry import launch, resume
+from symfric.solve.taylor.entry import launch
 from symfric.solve.taylor.jets import Series, expand, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses, make_workspace
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
+_NOTHING = np.zeros(0)
 _STATUS = tuple(Status)
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
 
@@ -188,7 +189,7 @@ class TaylorProgram:
                 progress(min(1.0, float(w.y[-1]) / self.scene.horizon))
             if w is not self.work:
                 self.work, self._table = w, addresses(w)
-            code = resume(self._table)
+            code = launch(self._table, _NOTHING, _NOTHING)
         return _STATUS[code]
 
     def _collect(self, values: Mapping, initial: Mapping, status: Status) -> Run:
