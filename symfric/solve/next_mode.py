@@ -122,19 +122,26 @@ def _trials(automaton: Automaton, m: np.ndarray, still: list[int]) -> Iterator[n
 
 
 def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray | None:
-    """Return the mode with every switch right now and in the next instant, None if they do not settle."""
+    """Return the mode with every switch right now and in the next instant, None if they do not settle.
+
+    At a kink the rates of both sides agree but for what the event missed it by, which decides the sign of a slow
+    crossing in a stiff motion: a switch that seems wrong on both sides crosses.
+    """
     n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
-    for _ in range(2 * n_s + 1):
+    turned = np.zeros(m.size, dtype=int)
+    for _ in range(3 * n_s + 1):
         guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
         wrong = []
         for k in range(2 * n_c, 2 * n_c + n_s):
             zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]))
-            if (first[k] < 0 or (first[k] == 0 and second[k] < 0)) if zero else guards[k] < 0:
+            falls = first[k] < 0 or (first[k] == 0 and second[k] < 0)
+            if (falls and turned[k] < 2) if zero else guards[k] < 0:
                 wrong.append(k)
         if not wrong:
             return m
         m = m.copy()
         m[wrong[0]] = -m[wrong[0]]
+        turned[wrong[0]] += 1
     return None
 
 
