@@ -1,6 +1,11 @@
 """Dense output from values and derivatives at nodes: quintic Hermite polynomials, and their extremes."""
 
+import math
+
 import numpy as np
+from scipy import optimize
+
+_BERNSTEIN = np.array([[math.comb(i, k) / math.comb(5, k) for k in range(6)] for i in range(6)])
 
 
 def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -17,16 +22,21 @@ def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndar
     -------
     ndarray, shape (n, rows, 6)
     """
+    return _scaled(h, value, first, second) / h[:, None, None] ** np.arange(6)
+
+
+def _scaled(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the coefficients of the quintics in the part of their interval that has passed, shape (n, rows, 6)."""
     y0, y1 = value[:, :-1], value[:, 1:]
     d0, d1 = first[:, :-1] * h, first[:, 1:] * h
     s0, s1 = 0.5 * second[:, :-1] * h**2, 0.5 * second[:, 1:] * h**2
     rise, turn, bend = y1 - y0 - d0 - s0, d1 - d0 - 2 * s0, s1 - s0
     scaled = [y0, d0, s0, 10 * rise - 4 * turn + bend, -15 * rise + 7 * turn - 2 * bend, 6 * rise - 3 * turn + bend]
-    return np.stack([c / h**k for k, c in enumerate(scaled)], axis=-1).transpose(1, 0, 2)
+    return np.stack(scaled, axis=-1).transpose(1, 0, 2)
 
 
-def middle_error(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """Return the largest difference between the odd nodes and the quintics through the even ones.
+def middle_errors(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the largest difference between the odd nodes and the quintics through the even ones, shape (rows,).
 
     The quintics through all nodes are closer by a factor of 2**6.
     """
@@ -36,8 +46,7 @@ def middle_error(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np
     found = coefficients[..., 5]
     for k in range(4, -1, -1):
         found = found * s + coefficients[..., k]
-    scale = np.maximum(np.max(np.abs(value), axis=1), 1e-300)
-    return float(np.max(np.abs(found.T - value[:, 1::2]) / scale[:, None]))
+    return np.max(np.abs(found.T - value[:, 1::2]), axis=1)
 
 
 def turning_points(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray):
@@ -62,8 +71,10 @@ def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.nda
     return low, high
 
 
-def first_dip(t, value, first, second, below: np.ndarray) -> tuple[float, float] | None:
-    """Return the times of the peak and of the dip of the first row that falls below ``-below``.
+def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] | None:
+    """Return the first row that falls below ``-below`` and the time of its root before, or None.
+
+    A row that is not positive where it begins has no such root: its time is that of reaching ``-below``.
 
     Parameters
     ----------
@@ -71,15 +82,38 @@ def first_dip(t, value, first, second, below: np.ndarray) -> tuple[float, float]
         The nodes.
     value, first, second : ndarray, shape (rows, n + 1)
     below : ndarray, shape (rows,)
+        What is too little to count.
+
+    Notes
+    -----
+    The smallest Bernstein coefficient of a polynomial bounds it from below, so no dip between nodes is overlooked.
     """
-    row, k, s, found = turning_points(np.diff(t), value, first, second)
-    rows, nodes = np.nonzero(value < -below[:, None])
-    times = np.concatenate([t[nodes], (t[k] + s)[found < -below[row]]])
-    if not times.size:
+    h = np.diff(t)
+    coefficients = _scaled(h, value, first, second)
+    bound = np.min(coefficients @ _BERNSTEIN.T, axis=-1)
+    found = None
+    for k, row in np.argwhere(bound < -below):
+        if found is not None and t[k] >= found[1]:
+            break
+        part = _fall(coefficients[k, row], below[row], k == 0)
+        if part is not None and (found is None or t[k] + part * h[k] < found[1]):
+            found = int(row), float(t[k] + part * h[k])
+    return found
+
+
+def _fall(c: np.ndarray, below: float, beginning: bool) -> float | None:
+    """Return the last root on [0, 1] before a polynomial falls below ``-below``, or None if it does not."""
+    polynomial = np.polynomial.Polynomial(c)
+    turns = polynomial.deriv().roots()
+    turns = np.sort(turns.real[(np.abs(turns.imag) < 1e-9) & (turns.real > 0) & (turns.real < 1)])
+    points = np.concatenate([[0.0], turns, [1.0]])
+    heights = polynomial(points)
+    if np.all(heights >= -below):
         return None
-    where = np.concatenate([rows, row[found < -below[row]]])[np.argmin(times)]
-    dip = times.min()
-    inside = (row == where) & (t[k] + s < dip)
-    peaks = np.concatenate([(t[k] + s)[inside], t[t < dip]])
-    heights = np.concatenate([found[inside], value[where, t < dip]])
-    return float(peaks[np.argmax(heights)]) if peaks.size else float(t[0]), float(dip)
+    after = int(np.argmax(heights < -below))
+    before = max(after - 1, 0)
+    if heights[before] > 0:
+        return float(optimize.brentq(polynomial, points[before], points[after], xtol=1e-16))
+    if beginning and before == 0 < after:
+        return float(optimize.brentq(polynomial + below, points[before], points[after], xtol=1e-16))
+    return float(points[before])

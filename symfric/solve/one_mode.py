@@ -1,7 +1,5 @@
-"""The CasADi functions of the route `integrators`: one mode of an automaton, integrated until its first guard falls."""
+"""The CasADi functions of the route `integrators`: one mode of an automaton, integrated."""
 
-import contextlib
-import io
 import math
 from dataclasses import dataclass
 
@@ -12,7 +10,7 @@ from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton
 from symfric.solve.next_mode import along
 
-ONE_STEP = ("erk", "rosenbrock")  # their events work; those of cvodes and idas are wrong in silence
+ONE_STEP = ("erk", "rosenbrock")  # cheap to start again, so they go through modes in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
 
 
@@ -29,14 +27,14 @@ class Integrators:
     elements : int
         Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
     max_events, max_steps : int
-        Budgets.
+        Budgets of a run; it takes some 20 000 steps in a second.
     """
 
     plugin: str = "erk"
     max_step: float = math.inf
     elements: int = 256_000
-    max_events: int = 1_000_000
-    max_steps: int = 100_000_000
+    max_events: int = 50_000
+    max_steps: int = 2_000_000
 
     def __post_init__(self):
         if self.plugin not in ONE_STEP + CONTINUOUS:
@@ -55,8 +53,9 @@ def mode_integrator(
     span: float,
     elements: int,
     nodes: int,
+    steps: int,
 ) -> ca.Function:
-    """Return the integrator of one mode over a scaled time from 0 to 1.
+    """Return the integrator of one mode over a scaled time from 0 to 1, without events.
 
     Parameters
     ----------
@@ -70,37 +69,28 @@ def mode_integrator(
     elements : int
         Number of steps of "collocation".
     nodes : int
-        Number of equidistant outputs, without events; 0 for the end alone, with events.
+        Number of equidistant outputs, the last at the end.
+    steps : int
+        Most steps between two outputs.
 
     Returns
     -------
     casadi.Function
-        Its states are y, the integrals, the scaled time and the index of the event, and a flag that stops the motion
-        there; its parameters p, m, start and length of the interval.
+        Its states are y and the integrals; its parameters p, m, start and length of the interval.
     """
     n_x, n_p, n_m = field.nnz_in(0), field.nnz_in(2), field.nnz_in(3)
-    state, time = ca.SX.sym("state", n_x + n_integrals + 3), ca.SX.sym("time")
+    state, time = ca.SX.sym("state", n_x + n_integrals), ca.SX.sym("time")
     data = ca.SX.sym("data", n_p + n_m + 2)
     p, m, begin, length = data[:n_p], data[n_p : n_p + n_m], data[-2], data[-1]
-    rate, guards, rows = field(state[:n_x], begin + length * time, p, m)
-    live = state[-1] > 0.5
+    rate, _, rows = field(state[:n_x], begin + length * time, p, m)
     integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
-    moving = ca.if_else(live, length * ca.vertcat(rate, integrals), 0)
-    dae = {"x": state, "t": time, "p": data, "ode": ca.vertcat(moving, 0, 0, 0)}
-    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": settings.max_steps}
+    dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals)}
+    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
     if settings.plugin == "collocation":
-        options = {"number_of_finite_elements": math.ceil(elements / max(1, nodes))}
+        options = {"number_of_finite_elements": math.ceil(elements / nodes)}
     elif math.isfinite(settings.max_step):
         options["max_step_size"] = settings.max_step / span
-    if settings.plugin in ONE_STEP and not nodes and guards.numel():
-        dae["zero"] = ca.if_else(live, guards, 1)
-        index, z, u = ca.SX.sym("index"), ca.SX.sym("z", 0), ca.SX.sym("u", 0)
-        after = ca.vertcat(state[:-3], time, index, 0)
-        arguments = [index, time, state, z, data, u]
-        options["transition"] = ca.Function("stop", arguments, [after, z], ca.event_in(), ca.event_out())
-    grid = np.linspace(0, 1, max(1, nodes) + 1)[1:].tolist()
-    with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
-        return ca.integrator("mode", settings.plugin, dae, 0.0, grid, options)
+    return ca.integrator("mode", settings.plugin, dae, 0.0, np.linspace(0, 1, nodes + 1)[1:].tolist(), options)
 
 
 def signs_evaluated(automaton: Automaton) -> ca.Function:
@@ -117,10 +107,15 @@ def signs_evaluated(automaton: Automaton) -> ca.Function:
 
 
 def node_function(field: ca.Function, n_integrals: int) -> ca.Function:
-    """Return ``(y, t, p, m) -> (y', y'', r, r', r'')`` for dense output; r holds guards and the rows not integrated."""
+    """Return ``(y, t, p, m) -> (y', y'', r, r', r'', b)`` for dense output.
+
+    r holds guards and the rows not integrated, b how much they change at most if every state changes by ``1 + |y|``.
+    """
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
     p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     rate, guards, rows = field(y, t, p, m)
     rows = ca.vertcat(guards, rows[n_integrals:])
     first = along(rows, rate, y, t)
-    return ca.Function("nodes", [y, t, p, m], [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t)])
+    blur = ca.densify(ca.fabs(ca.jacobian(rows, y)) @ (1 + ca.fabs(y)))
+    out = [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t), blur]
+    return ca.Function("nodes", [y, t, p, m], out)

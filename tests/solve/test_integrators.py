@@ -1,11 +1,15 @@
 """The route `integrators` against the benchmark's references, and against the route it is meant to check."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import sympy as sp
 
 import symfric as sf
 from symfric.bench.problems import problems
+from symfric.solve.hermite import first_fall
 from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
 
@@ -141,3 +145,92 @@ def test_a_budget_of_events_ends_the_run_with_a_status():
     run = IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators(max_events=5)).run()
     assert run.status == sf.Status.EVENT_BUDGET
     assert run.t_final < PROBLEMS["P2"].scene.horizon
+
+
+def test_a_budget_of_steps_ends_the_run_with_a_status():
+    run = IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators(max_steps=500)).run()
+    assert run.status == sf.Status.STEP_BUDGET
+    assert 0 < run.t_final < PROBLEMS["P2"].scene.horizon
+    assert run.stats["steps"] < 5000  # the budget and one piece
+
+
+SLIPS = {  # of a slip that begins at zero and may be shorter than a step; continued beyond zero, laws may be singular
+    "stribeck": (sf.laws.stribeck(0.4, 0.25, 0.2), 0.2, 0.01, 20.0),
+    "a law that explodes": (sf.laws.stribeck(0.45, 0.2, 0.03), 0.1, 0.02, 20.0),
+    "a law with a pole": (sf.laws.custom(0.3 / (1 + sf.SPEED), 0.35), 0.2, 0.01, 20.0),
+    "a pole nearby": (sf.laws.custom(0.3 / (1 + 20 * sf.SPEED), 0.35), 0.05, 0.01, 20.0),
+    "slow": (sf.laws.exponential(0.4, 0.8), 0.15, 0.005, 40.0),
+    "strong": (sf.laws.gauss(0.3, 0.1, mu_s=0.4, b=0.05), 0.2, 0.05, 10.0),
+    "kinks": (sf.laws.piecewise_linear(0.4, [0, 0.02, 0.5], [0.35, 0.25, 0.3]), 0.05, 0.01, 20.0),
+}
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+@pytest.mark.parametrize("name", SLIPS)
+def test_short_slips_of_an_excited_belt_are_found(name, tolerance):
+    law, v_b, a, Omega = SLIPS[name]
+    scene = sf.scenes.mass_on_belt(law, v_b=v_b, a=a, Omega=Omega, horizon=6.0)
+    scene = scene.wanting({"end": sf.End(), "events": sf.Events()})
+    exact, run = sf.simulate(scene, 1e-13), sf.simulate(scene, tolerance, route="integrators").checked()
+    assert [(e.before, e.after) for e in exact.events] == [(e.before, e.after) for e in run.events]
+    assert np.max(np.abs(exact.final - run.final)) < 5 * tolerance
+    assert np.max(np.abs(np.subtract([e.t for e in exact.events], [e.t for e in run.events]))) < 100 * tolerance
+
+
+def test_a_law_with_a_pole_beyond_rest_ends_in_bounded_time():
+    code = """
+import symfric as sf
+law = sf.laws.custom(0.3 / (1 + sf.SPEED), 0.35)
+scene = sf.scenes.mass_on_belt(law, v_b=0.2, a=0.01, Omega=20.0, horizon=12.0).wanting({"events": sf.Events()})
+print(sf.simulate(scene, 1e-6, route="integrators").status.name)
+"""
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert out.stdout.strip() == "OK"
+    assert out.stderr == ""
+
+
+@pytest.mark.parametrize(
+    "force", [sp.Symbol("x", real=True) ** 3, -1 / sp.Symbol("x", real=True)], ids=["grows", "pole"]
+)
+def test_a_motion_that_ends_in_infinity_is_a_status_in_bounded_time(force):
+    x, u = sp.symbols("x u", real=True)
+    system = sf.System(q=[x], u=[u], mass=[[1]], force=[force])
+    run = sf.simulate(sf.Scene(system=system, initial={x: 1.0, u: 0.0}, horizon=10.0), 1e-8, route="integrators")
+    assert run.status == sf.Status.INTEGRATOR
+    assert "loosen the tolerance" in run.advice
+    assert run.stats["steps"] < 20_000
+
+
+def test_a_slope_that_is_infinite_at_rest_is_a_status_in_bounded_time():
+    scene = sf.scenes.mass_on_belt(sf.laws.square_root(0.4, -0.1), v_b=0.2, horizon=12.0)
+    run = sf.simulate(scene, 1e-7, route="integrators")
+    assert run.status == sf.Status.INTEGRATOR
+    assert run.stats["steps"] < 50_000
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-8])
+def test_a_stiff_motion_crosses_a_kink_slowly(tolerance):
+    # the noise of the state decides the sign of the slope at the kink, on both of its sides
+    scene = PROBLEMS["P4"].scene.until(20.0)
+    run = sf.simulate(scene, tolerance, route="integrators").checked()
+    assert np.max(np.abs(run.final - sf.simulate(scene, 1e-13).final)) < 10 * tolerance
+
+
+def polynomial_rows(t, *coefficients):
+    rows = [np.polynomial.Polynomial(c) for c in coefficients]
+    return [np.array([p.deriv(k)(t) for p in rows]) for k in range(3)]
+
+
+def test_the_first_fall_of_a_guard_is_found_between_nodes_and_from_zero():
+    t, below = np.linspace(0, 3, 4), np.full(1, 1e-9)
+    dip = [0.25 - 1e-6, -1, 1]  # (t - 1/2)^2 - 1e-6
+    assert first_fall(t, *polynomial_rows(t, dip), below) == (0, pytest.approx(0.499, abs=1e-12))
+    assert first_fall(t, *polynomial_rows(t, dip), np.full(1, 2e-6)) is None
+    hop = [0, 1e-3, -1]  # up from zero and down again within a thousandth
+    assert first_fall(t, *polynomial_rows(t, hop), below) == (0, pytest.approx(1e-3, abs=1e-12))
+    down = [0, 0, 0, -1e-3]  # not positive at all: where it is more than noise
+    assert first_fall(t, *polynomial_rows(t, down), below) == (0, pytest.approx(1e-2, rel=1e-6))
+    assert first_fall(t, *polynomial_rows(t, [-1.0]), below) == (0, 0.0)
+    assert first_fall(t, *polynomial_rows(t, [0, 0, 1]), below) is None
+    both = polynomial_rows(t, [1.7, -1], [1.6, -1], [1])
+    assert first_fall(t, *both, np.full(3, 1e-9)) == (1, pytest.approx(1.6, abs=1e-12))
