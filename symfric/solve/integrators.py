@@ -13,7 +13,7 @@ import numpy as np
 
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import Automaton, lower, vanishing
-from symfric.model.names import Key, finite, name_of
+from symfric.model.names import Key, finite
 from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.hermite import extremes, quintic
@@ -23,6 +23,7 @@ from symfric.solve.pieces import FINEST, Flow, Piece, Start
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.segments import segments
 from symfric.solve.status import Status
+from symfric.solve.widened import widened
 
 COARSEST = 0.1  # tolerance
 _STALLED, _LITTLE = 200, 1e-9  # so many events within such a part of the horizon each are chatter
@@ -75,7 +76,8 @@ class IntegratorsProgram:
 
     def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
-        self._varied = varied
+        self.varied, self.dropped = varied, {s.name for s in vanishing(scene, varied)}
+        self.general: IntegratorsProgram | None = None
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
         self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}
@@ -100,10 +102,9 @@ class IntegratorsProgram:
         """Run with other parameter values or another start; `progress` is called with the fraction done at times."""
         scene = self.scene.where(values) if values else self.scene
         scene = scene.starting(initial) if initial else scene
-        dropped = {s.name for s in vanishing(self.scene, self._varied)} & {name_of(k) for k in values or {}}
-        if any(scene.values[scene.parameter(name)] != 0 for name in dropped):
-            wider = IntegratorsProgram(self.scene, self.tolerance, self.settings, self._varied | dropped)
-            return wider.run(values, initial, progress)
+        general = widened(self, values or {})
+        if general is not None:
+            return general.run(values, initial, progress)
         given = scene.numbers()
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])

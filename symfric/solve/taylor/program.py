@@ -20,6 +20,7 @@ from symfric.solve.taylor.entry import launch
 from symfric.solve.taylor.jets import Series, expand, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import INTEGRAL, RANGE, Workspace, addresses, make_workspace
+from symfric.solve.widened import widened
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
@@ -67,7 +68,7 @@ class TaylorProgram:
 
     def __init__(self, scene: Scene, tolerance: float, settings: Taylor, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
-        self._varied = varied
+        self.varied = varied
         outputs = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         rows = list(dict.fromkeys((INTEGRAL if isinstance(o, Integral) else RANGE, o.expr) for o in outputs.values()))
         self._row = {
@@ -109,18 +110,18 @@ class TaylorProgram:
         )
         self._table = addresses(self.work)
         self._keep_path, self._keep_events = keep_path, keep_events
-        self._general: TaylorProgram | None = None
+        self.general: TaylorProgram | None = None
         numbers = scene.numbers()
         self._start = tuple(
             np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, self.automaton.parameters)
         )
         self._place = {s.name: k for k, s in enumerate(self.automaton.parameters)}
-        self._dropped = {s.name for s in vanishing(scene, varied)}
+        self.dropped = {s.name for s in vanishing(scene, varied)}
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
 
     def __reduce__(self):
         """Pickle as what it was prepared from; machine code is compiled, or loaded from the cache, where it arrives."""
-        return TaylorProgram, (self.scene, self.tolerance, self.settings, self._varied)
+        return TaylorProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
     def run(
         self,
@@ -145,8 +146,9 @@ class TaylorProgram:
         initial = {} if initial is None else initial
         y, p = self._start
         if values or initial:
-            if any(name_of(k) in self._dropped and v != 0 for k, v in values.items()):
-                return self._widened({name_of(k) for k in values}).run(values, initial, progress)
+            general = widened(self, values)
+            if general is not None:
+                return general.run(values, initial, progress)
             y, p = self._numbers(values, initial)
         status = self._drive(y, p, progress)
         return self._collect(values, initial, status)
@@ -159,7 +161,7 @@ class TaylorProgram:
             number = finite(value, f"the value of {name}")
             if name in self._place:
                 p[self._place[name]] = number
-            elif name not in self._dropped:
+            elif name not in self.dropped:
                 self.scene.parameter(key)  # raises, with the nearest known name
         if values and self._moving_start:
             numbers = self.scene.where(values).numbers()
@@ -170,12 +172,6 @@ class TaylorProgram:
                 raise SceneError(f"{name} is no state{nearest(name, self.automaton.states)}")
             y[self.automaton.states.index(name)] = finite(value, f"the initial value of {name}")
         return y, p
-
-    def _widened(self, names: set[str]) -> "TaylorProgram":
-        """Return the program in which the parameters `names`, zero so far, may be anything."""
-        if self._general is None or not names <= self._general._varied:
-            self._general = TaylorProgram(self.scene, self.tolerance, self.settings, self._varied | names)
-        return self._general
 
     def _drive(self, y: np.ndarray, p: np.ndarray, progress) -> Status:
         w = self.work

@@ -1,0 +1,21 @@
+"""A program whose parameters that vanish were dropped, for values that bring them back."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from symfric.model.names import Key, name_of
+
+Program = TypeVar("Program", bound=Any)
+
+
+def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
+    """Return the program in which the parameters named in `values` may be anything, or None if this one serves.
+
+    It is prepared once and kept as ``program.general``.
+    """
+    if not any(name_of(k) in program.dropped and v != 0 for k, v in values.items()):
+        return None
+    names = {name_of(k) for k in values}
+    if program.general is None or not names <= program.general.varied:
+        program.general = type(program)(program.scene, program.tolerance, program.settings, program.varied | names)
+    return program.general
