@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 
 from symfric.errors import SceneError
-from symfric.model.numeric import expand_integrals
+from symfric.model.numeric import gauss_legendre
 
 _UNARY: dict[type, Callable] = {
     sp.exp: ca.exp,
@@ -76,7 +76,7 @@ class Printer:
 
     def __call__(self, expr: sp.Expr) -> ca.SX:
         """Return the SX of a scalar expression."""
-        return self._print(expand_integrals(sp.sympify(expr)))
+        return self._print(sp.sympify(expr))
 
     def _print(self, e) -> ca.SX:
         if e not in self._memo:
@@ -104,6 +104,8 @@ class Printer:
             return self._extreme(e)
         if isinstance(e, sp.Piecewise):
             return self._piecewise(e)
+        if isinstance(e, sp.Integral):
+            return self._print(_as_sum(e))
         if isinstance(e, sp.atan2):
             return ca.atan2(self._print(e.args[0]), self._print(e.args[1]))
         raise SceneError(f"{type(e).__name__} in {e} has no translation to CasADi; rewrite it with known functions")
@@ -178,6 +180,16 @@ class Printer:
             return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
         gap = c.gts - c.lts
         return self.switches.of(self._print(gap), (self.scope, gap)) > 0
+
+
+def _as_sum(integral: sp.Integral) -> sp.Expr:
+    """Return the Gauss-Legendre sum of a definite integral."""
+    ((variable, low, high),) = integral.limits
+    terms = [
+        float(weight) * integral.function.xreplace({variable: low + (high - low) * float(node)})
+        for node, weight in zip(*gauss_legendre(), strict=True)
+    ]
+    return (high - low) * sp.Add(*terms)
 
 
 def _sum(terms: list[ca.SX]) -> ca.SX:

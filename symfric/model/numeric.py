@@ -1,37 +1,74 @@
-"""SymPy expressions as vectorised NumPy functions, integrals by Gauss-Legendre quadrature included."""
+"""SymPy expressions as NumPy functions; nodes of definite integrals are an array axis, not copies of the integrand."""
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
+LARGEST = 1 << 20  # numbers held at once in nested quadrature
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def gauss_legendre(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes and weights on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(n)
     return 0.5 * (x + 1), 0.5 * w
 
 
-def expand_integrals(expr: sp.Expr) -> sp.Expr:
-    """Replace every definite integral by its Gauss-Legendre sum of `NODES` terms."""
-    nodes, weights = gauss_legendre()
+def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], nodes: int = NODES) -> Callable:
+    """Return ``f(*arrays) -> list of arrays`` that evaluates several expressions elementwise.
 
-    def as_sum(integral):
-        (variable, low, high) = integral.limits[0]
-        body = integral.function
-        terms = [
-            float(w) * body.xreplace({variable: low + (high - low) * float(x)})
-            for x, w in zip(nodes, weights, strict=True)
-        ]
-        return (high - low) * sp.Add(*terms)
+    Parameters
+    ----------
+    symbols : sequence of Symbol
+    entries : sequence of Expr
+        May hold definite integrals, also nested ones, with limits in the symbols; each is a Gauss-Legendre sum.
+    nodes : int
+        Number of terms of each sum.
 
-    return expr.replace(lambda e: isinstance(e, sp.Integral), as_sum)
+    Returns
+    -------
+    callable
+        Takes one array or number per symbol, which broadcast.
+    """
+    return _compiled(tuple(symbols), tuple(entries), nodes)
 
 
-def _at_the_edge(inverse):
+def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, nodes: int = NODES) -> Callable:
+    """Return ``f(*arrays) -> array`` that evaluates one expression; see `numeric`."""
+    evaluate = numeric(symbols, (expr,), nodes)
+    return lambda *arguments: evaluate(*arguments)[0]
+
+
+@lru_cache(maxsize=256)
+def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], nodes: int) -> Callable:
+    integrals = {}
+    for e in entries:
+        _collect(e, integrals)
+    outer = [e.xreplace(integrals) for e in entries]
+    plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=[_EDGES, "numpy", "scipy"], cse=True)
+    sums = [_quadrature(symbols, integral, nodes) for integral in integrals]
+    depth = max((_depth(e) for e in entries), default=0)
+
+    def evaluate(*arguments):
+        arguments = [np.asarray(a, dtype=float) for a in arguments]
+        shape = np.broadcast_shapes(*(a.shape for a in arguments)) if arguments else ()
+        size = int(np.prod(shape))
+        if size > 1 and size * nodes**depth > LARGEST:
+            rows = max(1, LARGEST // nodes**depth)
+            flat = [np.broadcast_to(a, shape).ravel() for a in arguments]
+            parts = [evaluate(*(a[k : k + rows] for a in flat)) for k in range(0, size, rows)]
+            return [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
+        with np.errstate(all="ignore"):
+            values = plain(*arguments, *(s(*arguments) for s in sums))
+        return [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in values]
+
+    return evaluate
+
+
+def _at_the_edge(inverse: Callable) -> Callable:
     """Return asin or acos that takes an argument which rounding has pushed beyond 1 for 1."""
 
     def evaluate(x):
@@ -40,16 +77,35 @@ def _at_the_edge(inverse):
     return evaluate
 
 
-@lru_cache(maxsize=256)
-def numeric_function(symbols: tuple[sp.Symbol, ...], expr: sp.Expr):
-    """Return ``f(*arrays) -> array`` that evaluates `expr` elementwise and broadcasts constants."""
-    edges = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
-    compiled = sp.lambdify(symbols, expand_integrals(expr), modules=[edges, "numpy", "scipy"], cse=True)
+_EDGES = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
+
+
+def _collect(expr: sp.Expr, found: dict) -> None:
+    """Collect the outermost integrals of an expression, each with a symbol to stand for it."""
+    if isinstance(expr, sp.Integral):
+        found.setdefault(expr, sp.Dummy(f"integral_{len(found)}"))
+    elif expr.has(sp.Integral):
+        for argument in expr.args:
+            _collect(argument, found)
+
+
+def _depth(expr: sp.Expr) -> int:
+    if isinstance(expr, sp.Integral):
+        return 1 + _depth(expr.function)
+    return max((_depth(a) for a in expr.args), default=0) if expr.has(sp.Integral) else 0
+
+
+def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral, nodes: int) -> Callable:
+    ((variable, low, high),) = integral.limits
+    inner = sp.Dummy("node")
+    limits = _compiled(symbols, (low, high), nodes)
+    body = _compiled((*symbols, inner), (integral.function.xreplace({variable: inner}),), nodes)
+    places, weights = gauss_legendre(nodes)
 
     def evaluate(*arguments):
-        arrays = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arguments)) if arguments else []
-        with np.errstate(all="ignore"):
-            result = np.asarray(compiled(*arrays), dtype=float)
-        return np.broadcast_to(result, arrays[0].shape) if arrays else result
+        start, stop = limits(*arguments)
+        start, width = start[..., None], (stop - start)[..., None]
+        (values,) = body(*(a[..., None] for a in arguments), start + width * places)
+        return np.sum(values * weights * width, axis=-1)
 
     return evaluate

@@ -7,11 +7,11 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import SPEED
+from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
 from symfric.theory.harmonics import Arc, arc_mean, ranges
-from symfric.theory.quadrature import numeric
 from symfric.theory.sliding import branches, field_of
 from symfric.theory.slow_flow import SlowFlow, stationary
 

@@ -19,9 +19,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import SPEED, TIME
+from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, System
-from symfric.theory.quadrature import numeric
 
 Values = dict[sp.Symbol, float]
 

@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, name_of, nearest
-from symfric.theory.quadrature import numeric
+from symfric.model.numeric import numeric
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,8 +9,8 @@ from symfric.errors import SceneError
 from symfric.model import library
 from symfric.model.laws import Law
 from symfric.model.names import SPEED
+from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
-from symfric.theory.quadrature import numeric
 
 
 class Symbols(NamedTuple):
