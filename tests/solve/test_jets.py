@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from symfric.errors import SceneError
+from symfric.solve.taylor import jit
 from symfric.solve.taylor.jets import expand, reach
 from symfric.solve.taylor.jit import compile_functions
 
@@ -72,8 +73,10 @@ def test_recurrence_matches_differentiation(name):
     assert rows[3].tolist() == [1.0] + [0.0] * ORDER
 
 
-def test_machine_code_matches_interpreter(tmp_path, monkeypatch):
+@pytest.mark.parametrize("long", [jit.LONG, 0])
+def test_machine_code_matches_interpreter(long, tmp_path, monkeypatch):
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(jit, "LONG", long)
     everything = sum(OPERATIONS.values(), ca.SX(0))
     series = expand(field_of(everything)[0], ORDER)
     for from_disk in (False, True):
