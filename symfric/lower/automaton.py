@@ -21,13 +21,14 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
+from symfric.lower.means import without_integrals
 from symfric.lower.printer import Printer, Switches
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 
-# part of the speed over which a line replaces an infinite slope of a law; smaller, and high orders overflow
+# part of the speed on either side of an infinite slope that a line replaces; with less, orders overflow
 BRIDGE = 1e-9
 REDUNDANT = 1e-11  # part of its diagonal below which a pivot of the coupling vanishes
 
@@ -90,6 +91,21 @@ class Automaton:
         return 2 * len(self.contacts) + self.n_switches + len(self.loads)
 
 
+def constants(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Expr]:
+    """Return the parameters that the equations take as numbers, `varied` ones excepted.
+
+    They are those that are exactly zero, and those inside an integral of a law, whose series holds for one value each.
+    """
+    return {**averaged_over(scene, varied), **vanishing(scene, varied)}
+
+
+def averaged_over(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Float]:
+    """Return the parameters inside an integral of a law, `varied` ones excepted."""
+    integrals = [e for c in scene.contacts for e in c.law.kinetic.atoms(sp.Integral)]
+    inside = set().union(*(e.free_symbols for e in integrals))
+    return {s: sp.Float(v) for s, v in scene.values.items() if s in inside and v and s.name not in varied}
+
+
 def vanishing(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Integer]:
     """Return the parameters that are exactly zero and may be dropped from the equations, `varied` ones excepted."""
     zero = {s: sp.Integer(0) for s, v in scene.values.items() if v == 0 and s.name not in varied}
@@ -111,12 +127,12 @@ def _expressions(scene: Scene) -> list[sp.Expr]:
 class Lowering:
     """The symbols and graphs of one lowering: state, time, parameters, mode, and the printer that connects them."""
 
-    def __init__(self, scene: Scene, zero: dict[sp.Symbol, sp.Integer]):
+    def __init__(self, scene: Scene, constants: dict[sp.Symbol, sp.Expr]):
         system = scene.system
-        self.scene, self.zero = scene, zero
+        self.scene, self.constants = scene, constants
         self.y = ca.SX.sym("y", len(system.states))
         self.t = ca.SX.sym("t")
-        self.parameters = tuple(s for s in scene.parameters if s not in zero)
+        self.parameters = tuple(s for s in scene.parameters if s not in constants)
         self.inputs = tuple(scene.inputs)
         self.p = ca.SX.sym("p", len(self.parameters) + 3 * len(self.inputs))
         self.switches = Switches()
@@ -136,7 +152,7 @@ class Lowering:
         )
 
     def sx(self, expr: sp.Expr) -> ca.SX:
-        return self.print(sp.sympify(expr).xreplace(self.zero))
+        return self.print(sp.sympify(expr).xreplace(self.constants))
 
     def vector(self, exprs) -> ca.SX:
         return ca.vertcat(*(self.sx(e) for e in exprs)) if len(exprs) else ca.SX(0, 1)
@@ -160,27 +176,35 @@ class Lowering:
         load = self.sx(c.normal * c.profile)
         inside = {**self.symbols, SPEED: self.d[i] * w}
         law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
-        return w, load, -self.d[i] * load * law(_bridged(c.law).xreplace(self.zero))
+        return w, load, -self.d[i] * load * law(_bridged(c.law.where(self.constants)))
 
 
 def _bridged(law: Law) -> sp.Expr:
-    """Return the kinetic coefficient with a straight line just below every speed where its slope is infinite.
+    """Return the kinetic coefficient without integrals, with a straight line across every speed in `steep`.
 
     The slope of an effective law behaves like 1/sqrt(q - v); a motion that hovers at v = q has no Taylor series there.
     """
-    kinetic = law.kinetic
-    for speed in law.steep:
-        pieces, bridged = kinetic.args, []
-        for k, (expr, condition) in enumerate(pieces):
-            if condition == (SPEED < speed):
-                begin = speed * (1 - BRIDGE)
-                low, high = expr.subs(SPEED, begin), pieces[k + 1].expr.subs(SPEED, speed)
-                line = low + (high - low) * (SPEED - begin) / (speed - begin)
-                bridged += [(expr, SPEED < begin), (line, condition)]
-            else:
-                bridged.append((expr, condition))
-        kinetic = sp.Piecewise(*bridged)
-    return kinetic
+    kinetic = without_integrals(law.kinetic)
+    if not law.steep:
+        return kinetic
+    bridged = []
+    for k, (expr, condition) in enumerate(kinetic.args):
+        speed = next((s for s in law.steep if condition == (SPEED < s)), None)
+        if speed is None:
+            bridged.append((expr, condition))
+            continue
+        above = kinetic.args[k + 1].expr
+        begin, end = speed * (1 - BRIDGE), speed * (1 + BRIDGE) if _has_ends(above) else speed
+        low, high = expr.subs(SPEED, begin), above.subs(SPEED, end)
+        line = low + (high - low) * (SPEED - begin) / (end - begin)
+        bridged += [(expr, SPEED < begin), (line, SPEED < end)]
+    return sp.Piecewise(*bridged)
+
+
+def _has_ends(expr: sp.Expr) -> bool:
+    """Whether an expression may hold only from some speed on: inverse functions and roots do."""
+    roots = [e for e in expr.atoms(sp.Pow) if not e.exp.is_Integer and SPEED in e.base.free_symbols]
+    return bool(roots or expr.atoms(sp.asin, sp.acos))
 
 
 def lower(
@@ -194,7 +218,7 @@ def lower(
     rows : sequence of Expr
         Expressions wanted along the run; may contain `friction_force` and `slip`.
     varied : frozenset of str
-        Parameters that will change although they are zero now; the other zeros are dropped from the equations.
+        Parameters that will change although `constants` has them; the others there are built into the equations.
     tested : bool
         Whether the graph itself finds out which sticking contacts are redundant, by conditions on the state; otherwise
         the mode says it.
@@ -204,7 +228,7 @@ def lower(
     SceneError
         If an expression has no CasADi form.
     """
-    low = Lowering(scene, vanishing(scene, varied))
+    low = Lowering(scene, constants(scene, varied))
     system, n = scene.system, len(scene.system.q)
     u, w, load = low.y[n : 2 * n], low.w, low.load
     f, mass = low.vector(system.force), low.mass()
@@ -224,7 +248,9 @@ def lower(
         low.moving |= {friction_force(c.name), slip(c.name)}
     wanted = low.vector(list(rows))
     z_rate = low.vector(system.z_rate)
-    loads = tuple(c.name for c in scene.contacts if (c.normal * c.profile).xreplace(low.zero).free_symbols & low.moving)
+    loads = tuple(
+        c.name for c in scene.contacts if (c.normal * c.profile).xreplace(low.constants).free_symbols & low.moving
+    )
     guards += low.switches.guards
     guards += [load[i] for i, c in enumerate(scene.contacts) if c.name in loads]
     out = [ca.vertcat(u, rate, z_rate), ca.vertcat(*guards) if guards else ca.SX(0, 1), wanted]

@@ -12,6 +12,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 
 from symfric.errors import SceneError
+from symfric.lower.chebyshev import ChebyshevSeries
 from symfric.model.numeric import gauss_legendre
 
 _UNARY: dict[type, Callable] = {
@@ -104,6 +105,8 @@ class Printer:
             return self._extreme(e)
         if isinstance(e, sp.Piecewise):
             return self._piecewise(e)
+        if isinstance(e, ChebyshevSeries):
+            return _clenshaw(*map(self._print, e.args))
         if isinstance(e, sp.Integral):
             return self._print(_as_sum(e))
         if isinstance(e, sp.atan2):
@@ -180,6 +183,14 @@ class Printer:
             return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
         gap = c.gts - c.lts
         return self.switches.of(self._print(gap), (self.scope, gap)) > 0
+
+
+def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:
+    """Sum a Chebyshev series."""
+    later = latest = ca.SX(0)
+    for c in reversed(coefficients[1:]):
+        later, latest = c + 2 * x * later - latest, later
+    return coefficients[0] + x * later - latest
 
 
 def _as_sum(integral: sp.Integral) -> sp.Expr:

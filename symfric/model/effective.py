@@ -69,7 +69,8 @@ def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
     if not q.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for q; use law.where(...)")
     pieces = pieces_between(kinetic, breaks)
-    levels = sorted({-b for b in breaks} | set(breaks) | {sp.Integer(0)})  # values of w where the law changes
+    odd = sp.expand(pieces[0] + pieces[0].subs(SPEED, -SPEED)) == 0  # then nothing changes where w changes its sign
+    levels = sorted({-b for b in breaks} | set(breaks) | (set() if odd else {sp.Integer(0)}))  # where the law does
     edges = sorted({abs(level + side * q) for level in levels for side in (-1, 1)} - {0})
     results = []
     for low, high in itertools.pairwise([sp.Integer(0), *edges, edges[-1] + 2]):

@@ -33,8 +33,8 @@ class Law:
     source : str
         Document and equation, or the file of ``derivations/`` that establishes the formula.
     steep : tuple of Expr
-        Those of the `breaks` just below which the slope is infinite; solvers bridge the last part in 1e9 of the
-        speed by a straight line.
+        Those of the `breaks` where the law has no Taylor series, an infinite slope for example; solvers bridge them by
+        a straight line over the nearest part in 1e9 of the speed.
     """
 
     kinetic: sp.Expr
@@ -171,8 +171,7 @@ class Law:
             if q == 0:
                 return self
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
-        steep = () if self.smooth else (q,)
-        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", steep)
+        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
 
 
 def coulomb(mu_s, mu_k=None) -> Law:

@@ -79,6 +79,11 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
         notes.append("time: the scene is autonomous, so time is no variable of the series")
     if facts.dropped:
         notes.append(f"terms with {', '.join(facts.dropped)}: exactly zero in this scene")
+    if facts.averaged_over:
+        notes.append(
+            f"{', '.join(facts.averaged_over)} as variables: the mean of a law over fast vibration is made for their "
+            "present values; a program that is run with others compiles once more, for all values, in half a minute"
+        )
     if facts.smooth and not facts.kinks:
         notes.append("events: no contact can stick and no force has a kink")
     if not facts.path:

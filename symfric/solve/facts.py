@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.automaton import Automaton, averaged_over, lower, vanishing
 from symfric.model.outputs import Events, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 
@@ -21,6 +21,8 @@ class Facts:
         Time appears nowhere; an input is sampled.
     dropped : tuple of str
         Parameters that are exactly zero and are left out of the equations.
+    averaged_over : tuple of str
+        Parameters inside a law's mean over fast vibration, which is made for their present values.
     path, events, scalars : bool
         Whether a trajectory, the events, or scalar outputs are wanted.
     """
@@ -32,6 +34,7 @@ class Facts:
     autonomous: bool
     sampled: bool
     dropped: tuple[str, ...]
+    averaged_over: tuple[str, ...]
     path: bool
     events: bool
     scalars: bool
@@ -49,6 +52,7 @@ def facts_of(scene: Scene) -> Facts:
         autonomous=automaton.autonomous,
         sampled=bool(automaton.inputs),
         dropped=tuple(sorted(s.name for s in vanishing(scene))),
+        averaged_over=tuple(sorted(s.name for s in averaged_over(scene))),
         path=any(isinstance(o, Trajectory) for o in wanted),
         events=any(isinstance(o, Events | Trajectory) for o in wanted),
         scalars=any(isinstance(o, ScalarOfExpression) for o in wanted),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symfric.errors import NoRoute, SceneError
-from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.automaton import Automaton, constants, lower
 from symfric.model.names import Key, finite
 from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
@@ -76,7 +76,8 @@ class IntegratorsProgram:
 
     def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
-        self.varied, self.dropped = varied, {s.name for s in vanishing(scene, varied)}
+        self.varied = varied
+        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self.general: IntegratorsProgram | None = None
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}

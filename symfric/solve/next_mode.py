@@ -128,9 +128,11 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     crossing in a stiff motion: a switch that seems wrong on both sides crosses.
     """
     n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
-    turned = np.zeros(m.size, dtype=int)
+    before, turned = m, np.zeros(m.size, dtype=int)
     for _ in range(3 * n_s + 1):
         guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
+        if not np.all(np.isfinite(first)):  # a branch that ends at a switch; it is entered when that has really fallen
+            return before
         wrong = []
         for k in range(2 * n_c, 2 * n_c + n_s):
             zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]))
@@ -139,7 +141,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
                 wrong.append(k)
         if not wrong:
             return m
-        m = m.copy()
+        before, m = m, m.copy()
         m[wrong[0]] = -m[wrong[0]]
         turned[wrong[0]] += 1
     return None

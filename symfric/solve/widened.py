@@ -1,4 +1,4 @@
-"""A program whose parameters that vanish were dropped, for values that bring them back."""
+"""A program whose parameters were built in as numbers, for other values of these."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -13,7 +13,8 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
 
     It is prepared once and kept as ``program.general``.
     """
-    if not any(name_of(k) in program.dropped and v != 0 for k, v in values.items()):
+    built_in = program.built_in
+    if all(built_in.get(name_of(k), v) == v for k, v in values.items()):
         return None
     names = {name_of(k) for k in values}
     if program.general is None or not names <= program.general.varied:

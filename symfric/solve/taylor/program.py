@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.automaton import Automaton, constants, lower
 from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
@@ -116,7 +116,7 @@ class TaylorProgram:
             np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, self.automaton.parameters)
         )
         self._place = {s.name: k for k, s in enumerate(self.automaton.parameters)}
-        self.dropped = {s.name for s in vanishing(scene, varied)}
+        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
 
     def __reduce__(self):
@@ -134,7 +134,8 @@ class TaylorProgram:
         Parameters
         ----------
         values, initial : mapping of symbol or name to number
-            Changes to the scene's own.
+            Changes to the scene's own. The first change of a parameter that was zero, or that a law's mean over fast
+            vibration contains, compiles again, for all values of it.
         progress : callable, optional
             Called with the fraction done, about once for every million steps.
 
@@ -161,7 +162,7 @@ class TaylorProgram:
             number = finite(value, f"the value of {name}")
             if name in self._place:
                 p[self._place[name]] = number
-            elif name not in self.dropped:
+            elif name not in self.built_in:
                 self.scene.parameter(key)  # raises, with the nearest known name
         if values and self._moving_start:
             numbers = self.scene.where(values).numbers()
