@@ -206,9 +206,6 @@ class IntegratorsProgram:
                 np.array([e[1:] for e in motion.events], dtype=np.int64).reshape(-1, 3),
             )
         raw = Raw(
-            final=motion.y,
-            t_final=motion.t,
-            status=motion.status,
             ranges={n: (motion.low[k], motion.high[k]) for k, n in enumerate(self._ranges) if motion.low is not None},
             integrals=dict(zip(self._integrals, motion.total.tolist(), strict=True)),
             rest=motion.rest,

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,9 +73,8 @@ class Path:
         return np.moveaxis(x, -1, 0)
 
 
-@dataclass(frozen=True, eq=False)
-class Raw:
-    """What a route hands over before it is made readable.
+class Raw(NamedTuple):
+    """What a route hands over before it is made readable; a tuple, because it is made at every call.
 
     Attributes
     ----------
@@ -82,19 +82,16 @@ class Raw:
         Smallest and largest value, or the integral, of the expression of each such output.
     rest : float
         Time since which the system rests, NaN if it moves.
+    path : Path or None
     events : tuple of arrays (n,), (n, 3), or None
         Times; contact, mode before, mode after.
     """
 
-    final: np.ndarray
-    t_final: float
-    status: Status
-    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
-    integrals: dict[str, float] = field(default_factory=dict)
-    rest: float = float("nan")
-    path: Path | None = None
-    events: tuple[np.ndarray, np.ndarray] | None = None
-    stats: dict[str, float] = field(default_factory=dict)
+    ranges: dict[str, tuple[float, float]]
+    integrals: dict[str, float]
+    rest: float
+    path: Path | None
+    events: tuple[np.ndarray, np.ndarray] | None
 
 
 @dataclass(frozen=True, eq=False)

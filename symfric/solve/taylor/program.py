@@ -203,9 +203,6 @@ class TaylorProgram:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
         total = w.total.tolist() if self._row else []
         raw = Raw(
-            final=final,
-            t_final=t_final,
-            status=status,
             ranges={n: (total[k][0], total[k][1]) for n, k in self._row.items()},
             integrals={n: total[k][2] for n, k in self._row.items()},
             rest=w.clock.item(2),
