@@ -189,7 +189,7 @@ def _bridged(law: Law) -> sp.Expr:
         return kinetic
     bridged = []
     for k, (expr, condition) in enumerate(kinetic.args):
-        speed = next((s for s in law.steep if condition == (SPEED < s)), None)
+        speed = next((s for s in law.steep if condition in (SPEED < s, s > SPEED)), None)
         if speed is None:
             bridged.append((expr, condition))
             continue
