@@ -1,13 +1,14 @@
 """Equations of motion from energies, through SymPy's Lagrange's method."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 from sympy.physics.mechanics import LagrangesMethod
 
 from symfric.errors import SceneError
+from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
 from symfric.model.names import TIME, expression
-from symfric.model.system import System
+from symfric.model.system import System, refuse_jumps
 
 
 def lagrange(
@@ -35,15 +36,36 @@ def lagrange(
     Raises
     ------
     SceneError
-        If the energies are not functions of q, u and parameters.
+        If the energies are not functions of q, u and parameters, or a force jumps.
+
+    Notes
+    -----
+    Energies may have kinks (Abs, Max, Min, Piecewise) where the force that stems from them has none or a kink itself:
+    ``k Abs(x)**3`` and ``k Max(0, x - g)**2`` are fine, ``c Abs(u)`` is dry friction and belongs in a Contact.
     """
-    q = list(q)
-    kinetic, potential, dissipation = (
-        expression(e, name)
-        for e, name in ((kinetic, "kinetic"), (potential, "potential"), (dissipation, "dissipation"))
-    )
-    moving = [c if c.args else sp.Function(c.name)(TIME) for c in q]
-    rates = [c.diff(TIME) for c in moving]
+    loads = loads or {}
+    unknown = [c for c in loads if c not in list(q)]
+    if unknown:
+        raise SceneError(f"a load acts on {unknown[0]}, which is no coordinate in q")
+    still, u, to_states = _states(list(q), u)
+    given = {"kinetic": kinetic, "potential": potential, "dissipation": dissipation}
+    given.update({f"the load on {c}": loads.get(c, 0) for c in q})
+    for name, e in given.items():
+        given[name] = to_states(expression(e, name), name)
+        refuse_jumps(given[name], name)
+    kinetic, potential, dissipation, *applied = given.values()
+    real = [s if s.is_real else sp.Symbol(s.name, real=True) for s in (*still, *u)]
+    x, v = real[: len(still)], real[len(still) :]
+    mass, force = _inertia(kinetic, x, v)
+    for i, load in enumerate(applied):
+        force[i] += load - gradient(potential, x[i], "potential") - gradient(dissipation, v[i], "dissipation")
+    back = dict(zip(real, (*still, *u), strict=True))
+    mass, force = mass.applyfunc(simplified).xreplace(back), [simplified(e).xreplace(back) for e in force]
+    return System(q=still, u=u, mass=mass, force=force)
+
+
+def _states(q: list, u: Sequence | None) -> tuple[list[sp.Symbol], list[sp.Symbol], Callable]:
+    """Return coordinates and velocities as symbols, and what writes an expression in real symbols of their names."""
     if u is None:
         if any(not c.args for c in q):
             raise SceneError("give the velocities u of the coordinates, or coordinates that are functions of time")
@@ -51,17 +73,27 @@ def lagrange(
     if len(u) != len(q):
         raise SceneError(f"{len(q)} coordinates in q and {len(u)} velocities in u; give one velocity for each")
     still = [sp.Symbol(c.func.__name__, real=True) if c.args else c for c in q]
-    to_moving = {**dict(zip(u, rates, strict=True)), **{c: m for c, m in zip(q, moving, strict=True) if not c.args}}
-    forward = lambda e: sp.sympify(e).subs(to_moving)  # noqa: E731
-    unknown = [c for c in (loads or {}) if c not in q]
-    if unknown:
-        raise SceneError(f"a load acts on {unknown[0]}, which is no coordinate in q")
-    T, V, R = forward(kinetic), forward(potential), forward(dissipation)
-    method = LagrangesMethod(T - V, moving)
+    rates = {c.diff(TIME): r for c, r in zip(q, u, strict=True) if c.args}
+    real = {s: sp.Symbol(s.name, real=True) for s in (*still, *u) if not s.is_real}
+
+    def to_states(e: sp.Expr, name: str) -> sp.Expr:
+        strange = next((d for d in e.atoms(sp.Derivative) if d not in rates), None)
+        if strange is not None:
+            raise SceneError(f"{name} contains {strange}; it may depend on q, q' and time only")
+        if double := e.free_symbols & set(real.values()):
+            raise SceneError(f"{name} uses {double.pop()} as two different symbols; create it once, and use that")
+        return e.subs(rates).subs(dict(zip(q, still, strict=True))).xreplace(real)
+
+    return still, list(u), to_states
+
+
+def _inertia(kinetic: sp.Expr, q: list[sp.Symbol], u: list[sp.Symbol]) -> tuple[sp.Matrix, list[sp.Expr]]:
+    """Return the mass matrix and the forces that stem from the kinetic energy, by SymPy's Lagrange's method."""
+    plain, extremes = with_magnitudes(kinetic)
+    moving = [sp.Function(c.name, real=True)(TIME) for c in q]
+    rates = [c.diff(TIME) for c in moving]
+    method = LagrangesMethod(plain.subs(dict(zip((*u, *q), (*rates, *moving), strict=True))), moving)
     method.form_lagranges_equations()
-    back = lambda e: e.subs(dict(zip(rates, u, strict=True))).subs(dict(zip(moving, still, strict=True)))  # noqa: E731
-    force = []
-    for i, c in enumerate(q):
-        applied = forward((loads or {}).get(c, 0)) - R.diff(rates[i])
-        force.append(sp.simplify(back(method.forcing[i] + applied)))
-    return System(q=still, u=list(u), mass=back(method.mass_matrix).applyfunc(sp.simplify), force=force)
+    back = lambda e: e.doit().subs(dict(zip(rates, u, strict=True))).subs(dict(zip(moving, q, strict=True)))  # noqa: E731
+    forces = [without_signs(back(e), "the force from the kinetic energy", CURES["kinetic"]) for e in method.forcing]
+    return back(method.mass_matrix).xreplace(extremes), [e.xreplace(extremes) for e in forces]

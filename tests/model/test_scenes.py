@@ -237,17 +237,11 @@ def test_default_output_is_the_trajectory():
     assert sf.Scene(system=body, initial={X: 1, U: 0}, horizon=1).outputs == {"path": sf.Trajectory()}
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the simplification turns sign into u/Abs(u), which System does not see as a jump"
-)
 def test_lagrange_refuses_a_bare_sign():
     with pytest.raises(sf.SceneError, match="jumps"):
         sf.mechanics.lagrange(kinetic=U**2 / 2, loads={X: -sp.sign(U)}, q=[X], u=[U])
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the simplification makes Abs(x)**3 a Piecewise over Eq(x, 0), which no route takes"
-)
 def test_energies_with_kinks_can_be_run():
     system = sf.mechanics.lagrange(kinetic=U**2 / 2, potential=sp.Abs(X) ** 3 / 3, q=[X], u=[U])
     run = sf.simulate(sf.Scene(system=system, initial={X: 1.0, U: 0.0}, horizon=5.0), 1e-10)
