@@ -1,0 +1,72 @@
+"""The length of a step, from the last coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
+
+import numpy as np
+from numba import njit
+
+from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.taylor.settle import EPS
+from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
+
+
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+def step_size(w, n_x):
+    """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite."""
+    order = w.c.shape[1] - 1
+    tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
+    if before == 0.0:
+        return _first_step(w)
+    worst, worst_below = 0.0, 0.0
+    for r in range(w.c.shape[0]):
+        a, b = abs(w.c[r, order]), abs(w.c[r, order - 1])
+        if not (a < np.inf and b < np.inf):
+            return np.nan
+        if a == 0.0 and b == 0.0:
+            continue
+        scale = max(w.scale[r], abs(w.c[r, 1]) * before, EPS * abs(w.c[r, 0]) / tolerance)
+        if w.limits[CHECKED] and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
+            # near a singularity of a law its guard must be right relative to what is left of it
+            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, EPS * scale / tolerance)
+        if scale == 0.0:
+            scale = _largest_term(w, r, before)
+        worst = max(worst, a / scale)
+        worst_below = max(worst_below, b / scale)
+    if worst == 0.0 and worst_below == 0.0:
+        return np.inf
+    if worst_below == 0.0:
+        return (tolerance / worst) ** (1.0 / order)
+    h = (tolerance / worst_below) ** (1.0 / (order - 1))
+    if worst * h > worst_below:  # the last term is the larger one at this step
+        h = min(h, (tolerance / worst) ** (1.0 / order))
+    return h
+
+
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+def _largest_term(w, r, h):
+    largest, power = 0.0, 1.0
+    for k in range(1, w.c.shape[1]):
+        power *= h
+        largest = max(largest, abs(w.c[r, k]) * power)
+    return max(largest, 1e-300)
+
+
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+def _first_step(w):
+    """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
+    order = w.c.shape[1] - 1
+    tolerance = w.clock[TOLERANCE]
+    h = np.inf
+    for r in range(w.c.shape[0]):
+        for last in range(order - 1, order + 1):
+            a = abs(w.c[r, last])
+            if not a < np.inf:
+                return np.nan
+            if a == 0.0:
+                continue
+            reach = 0.0
+            for k in range(1, last):
+                if w.c[r, k] != 0.0:
+                    reach = max(reach, (tolerance * abs(w.c[r, k]) / a) ** (1.0 / (last - k)))
+            if reach == 0.0:
+                reach = (tolerance * max(abs(w.c[r, 0]), 1e-300) / a) ** (1.0 / last)
+            h = min(h, reach)
+    return h
