@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 from numpy.polynomial.chebyshev import chebval
-from scipy.fft import dct
 
 DEGREES = (8, 12, 16, 20)
 MOST_PIECES = 8
@@ -135,7 +134,7 @@ def _lobatto(n: int, start: float, stop: float) -> np.ndarray:
 
 def _coefficients(values: np.ndarray) -> np.ndarray:
     """Return the coefficients of the interpolant through values at the extrema of T_n."""
-    c = dct(values, type=1) / (values.size - 1)
+    c = np.fft.rfft(np.concatenate([values, values[-2:0:-1]])).real / (values.size - 1)  # a cosine transform
     c[[0, -1]] /= 2
     return c
 
