@@ -230,6 +230,8 @@ def test_interrupt_ends_with_130(tmp_path):
         [sys.executable, "-c", PROGRAM, "study", "long.toml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     line = process.stderr.readline()  # the first line of progress: the work has begun
+    if line.startswith("compiling"):
+        line = process.stderr.readline()
     time.sleep(0.2)
     process.send_signal(signal.SIGINT)
     _, rest = process.communicate(timeout=180)
@@ -237,6 +239,31 @@ def test_interrupt_ends_with_130(tmp_path):
     assert process.returncode == 130
     assert rest.strip().splitlines()[-1] == "interrupted"
     assert "Traceback" not in rest
+
+
+def test_compiling_the_event_loop_is_announced(capsys, caplog):
+    import logging
+
+    from numba.core import event
+
+    from symfric.cli.console import progress_on_stderr
+    from symfric.solve.taylor.entry import launch
+
+    def compiling(*dispatchers):
+        for dispatcher in dispatchers:
+            event.start_event("numba:compile", {"dispatcher": dispatcher})
+            event.end_event("numba:compile", {"dispatcher": dispatcher})
+
+    line = "compiling the event loop, once for this machine"
+    with progress_on_stderr(quiet=False):
+        compiling(None, launch, None)
+        assert capsys.readouterr().err == line + "\n"
+    with progress_on_stderr(quiet=True):
+        compiling(launch)
+    assert capsys.readouterr().err == ""
+    with caplog.at_level(logging.INFO, "symfric"):
+        compiling(launch)
+    assert [(r.name, r.getMessage()) for r in caplog.records][-1:] == [("symfric", line)]
 
 
 def test_quiet_is_silent(tmp_path):

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -28,18 +29,37 @@ def print_json(data) -> None:
 
 @contextlib.contextmanager
 def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
-    """Yield a function of (stage, fraction done): a bar on a terminal, a line per stage elsewhere, nothing if quiet."""
+    """Yield a function of (stage, fraction done): a bar on a terminal, a line per stage elsewhere, nothing if quiet.
+
+    Lines of the logger "symfric", such as that a first run compiles for a while, are shown too, at once.
+    """
     if quiet:
         yield lambda _stage, _fraction: None
     elif sys.stderr.isatty():
-        with _bar() as report:
+        with _bar() as (report, write), _logged(write):
             yield report
     else:
-        yield _Lines()
+        with _logged(lambda line: click.echo(line, err=True)):
+            yield _Lines()
 
 
 @contextlib.contextmanager
-def _bar() -> Iterator[Progress]:
+def _logged(write: Callable[[str], None]) -> Iterator[None]:
+    """Hand what the package logs to a function of one line."""
+    handler, logger = logging.Handler(), logging.getLogger("symfric")
+    handler.emit = lambda record: write(record.getMessage())
+    level = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
+
+
+@contextlib.contextmanager
+def _bar() -> Iterator[tuple[Progress, Callable[[str], None]]]:
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
@@ -55,7 +75,7 @@ def _bar() -> Iterator[Progress]:
         bar.update(task, description=stage, completed=fraction)
 
     try:
-        yield report
+        yield report, lambda line: bar.console.print(line, highlight=False, markup=False)
     finally:
         if bar.live.is_started:
             bar.stop()
