@@ -13,6 +13,7 @@ from symfric.solve.taylor.settle import TIE, expand, natural_time
 from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
+NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
@@ -31,8 +32,6 @@ def start_singular(w, n_x, n_c):
             w.base[1, r] = w.c[r, 1]
         if not abs(w.base[1, r]) < np.inf:
             return _NAN
-        if not abs(w.base[2, r]) < np.inf:
-            w.base[2, r] = 0.0
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
         if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[2, i] > 0.0:
@@ -42,6 +41,9 @@ def start_singular(w, n_x, n_c):
             if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[2, i]:
                 weight = 0.5
     h = FRACTION * time
+    for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
+        if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
+            w.base[2, r] = 0.0
     w.y[n_x] += h
     status = _OK
     if which >= 0:
