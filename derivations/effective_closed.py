@@ -362,7 +362,7 @@ def lines_row(number, intensity):
         left = []
         for low, high in ranges(speeds):
             total = sp.Integer(0)
-            for first, last, k, sign in arcs(BREAKS, intensity, low, high):
+            for first, last, k, sign in arcs(BREAKS, intensity, low, high, odd=False):
                 # sign (f_k + s_k (sign w - b_k)) over the arc
                 line = sign * (values[k] - slopes[k] * (0, *BREAKS)[k]) + slopes[k] * v
                 total += line * (last - first) - slopes[k] * intensity * (sp.sin(last) - sp.sin(first))

@@ -160,12 +160,6 @@ def _(claim):
     return sp.limit((JUMP / F(0) * sp.sqrt(q - v)).subs(v, q - p), p, 0, "+") * F(0) - claim
 
 
-@LEDGER.verified("1.9", "the named steep speeds: q with a jump at rest, none without", q, 0)
-def _(*claim):
-    jumping, smooth = laws.coulomb(mu).averaged(q), REGULARISED[1].averaged(q)
-    return sum(jumping.steep) - claim[0], sum(smooth.steep) - claim[1]
-
-
 # Far above q the vibration adds mu''(v) <(q cos)^2>/2 = mu'' q^2/4 to the law, and nothing to a straight line.
 @LEDGER.verified("1.10", "what a small intensity adds", F(v).diff(v, 2) * q**2 / 4)
 def _(claim):
@@ -245,9 +239,13 @@ for number, (name, (law, formula)) in enumerate(QUADRATURES.items(), 1):
 # levels l < u is one arc, from theta(l) to theta(u) with theta(l) = acos((v - l)/q). Where l < v - q or l > v + q the
 # slip never takes the level, and theta(l) is 0 or pi. So the arcs change, as functions of v, at the speeds |l +- q|,
 # and between two of them one formula holds.
-def arcs(breaks, intensity, low, high):
-    """Yield the arcs for low < v < high: ends in theta, number of the branch, sign of w; None where they change."""
-    levels = [-sp.oo, *(-e for e in reversed(breaks)), sp.Integer(0), *breaks, sp.oo]
+def arcs(breaks, intensity, low, high, odd):
+    """Yield the arcs for low < v < high: ends in theta, number of the branch, sign of w; None where they change.
+
+    If the branch at rest is odd, nothing changes at w = 0.
+    """
+    rest = [] if odd else [sp.Integer(0)]
+    levels = [-sp.oo, *(-e for e in reversed(breaks)), *rest, *breaks, sp.oo]
 
     def angle(level):
         if level <= low - intensity:
@@ -273,9 +271,10 @@ def branched_residuals(claim, pieces, breaks, intensity):
     """What remains of a claimed Piecewise, for a law whose branches `pieces` are given as functions of the speed."""
     branches = sp.piecewise_fold(claim).args
     edges = [condition.gts for _, condition in branches[:-1]]
+    odd = sp.expand(pieces[0](v) + pieces[0](-v)) == 0
     left = []
     for (expr, _), (low, high) in zip(branches, ranges(edges), strict=True):
-        found = list(arcs(breaks, intensity, low, high))
+        found = list(arcs(breaks, intensity, low, high, odd))
         if None in found:
             return [sp.Integer(1)]
         total = sum(

@@ -278,14 +278,14 @@ BAD_EXPRESSIONS = [
 @pytest.mark.parametrize(("text", "part"), BAD_EXPRESSIONS, ids=lambda v: v[:30] if isinstance(v, str) else v)
 def test_bad_expression_is_refused_quickly(text, part, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(sf.SceneError) as caught:
         parse_expression(text, NAMES, "scene.force[0]")
     line = str(caught.value)
     assert line.startswith("scene.force[0]: ")
     assert part in line
     assert "\n" not in line
-    assert time.perf_counter() - start < 2.0
+    assert time.process_time() - start < 2.0  # CPU time; the point is that it ends
     assert not os.listdir(tmp_path)
 
 
