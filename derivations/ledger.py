@@ -5,11 +5,13 @@ the difference; so a wrong claim (the printed one of a correction, or a mutant i
 """
 
 import random
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from types import ModuleType
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 _POINTS = 3  # at which a residual is evaluated to see whether it vanishes
 _DIGITS = 30
@@ -42,7 +44,12 @@ class Entry:
     check : callable or None
         ``check(*claim) -> residuals``: one expression or several, all zero if and only if the claim holds.
     note : str
-        Why a correction is one, or why nothing can be verified; where the audit missed it, that.
+        Why a correction is one, or why nothing can be verified.
+    audit : str
+        What the notes of earlier corrections, ``../shared/audit``, lack here or have otherwise.
+    numbers : str
+        What stands in the place of a proof, "25 digits at 8 points"; empty where the residual is an identity or exact
+        arithmetic.
     """
 
     source: str
@@ -53,12 +60,17 @@ class Entry:
     printed: tuple[sp.Expr, ...] | str = ()
     check: Callable | None = None
     note: str = ""
+    audit: str = ""
+    numbers: str = ""
 
     def residuals(self, claim: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
         """Return what the derivation leaves of a claim, simplified."""
+        return tuple(_simplified(e) for e in self.differences(claim))
+
+    def differences(self, claim: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+        """Return what the derivation leaves of a claim."""
         left = self.check(*claim)
-        left = tuple(left) if isinstance(left, Iterable) else (left,)
-        return tuple(_simplified(e) for e in left)
+        return tuple(left) if isinstance(left, Iterable) else (left,)
 
 
 @dataclass(frozen=True)
@@ -67,7 +79,7 @@ class Row:
 
     Attributes
     ----------
-    source, equation, title, verdict, printed, right, note : str
+    source, equation, title, verdict, printed, right, note, audit, numbers : str
     residual : str
         "0", or what is left; empty for definitions and what cannot be verified.
     sound : bool
@@ -81,8 +93,10 @@ class Row:
     printed: str
     right: str
     residual: str
+    numbers: str
     sound: bool
     note: str
+    audit: str
 
 
 @dataclass
@@ -101,90 +115,137 @@ class Ledger:
     document: str
     entries: list[Entry] = field(default_factory=list)
 
-    def verified(self, equation: str, title: str, *claim, note: str = ""):
+    def verified(self, equation: str, title: str, *claim, note: str = "", audit: str = "", numbers: str = ""):
         """Enter an equation that is right as printed; decorates its check."""
-        return self._enter(equation, title, Verdict.VERIFIED, claim, (), note)
+        entry = Entry(self.source, equation, title, Verdict.VERIFIED, _tuple(claim), (), None, note, audit, numbers)
+        return self._enter(entry)
 
-    def corrected(self, equation: str, title: str, *, right, printed, note: str):
+    def corrected(self, equation: str, title: str, *, right, printed, note: str, audit: str = "", numbers: str = ""):
         """Enter an equation that is wrong as printed; decorates its check, which the printed form must fail.
 
         `printed` may be words where the print has no form as an expression; the note then shows why it fails.
         """
-        return self._enter(equation, title, Verdict.CORRECTED, _tuple(right), _printed(printed), note)
+        printed = printed if isinstance(printed, str) else _tuple(printed)
+        right = _tuple(right)
+        return self._enter(
+            Entry(self.source, equation, title, Verdict.CORRECTED, right, printed, None, note, audit, numbers)
+        )
 
     def definition(self, equation: str, title: str, *right, note: str = "") -> None:
         """Enter a definition or an equation of the model: there is nothing to prove."""
         self.entries.append(Entry(self.source, equation, title, Verdict.DEFINITION, _tuple(right), note=note))
 
-    def unverifiable(self, equation: str, title: str, reason: str) -> None:
+    def unverifiable(self, equation: str, title: str, reason: str, audit: str = "") -> None:
         """Enter a statement that cannot be checked, and why."""
-        self.entries.append(Entry(self.source, equation, title, Verdict.UNVERIFIABLE, note=reason))
+        self.entries.append(Entry(self.source, equation, title, Verdict.UNVERIFIABLE, note=reason, audit=audit))
 
-    def _enter(self, equation, title, verdict, right, printed, note):
+    def _enter(self, entry):
         def decorate(check):
-            self.entries.append(Entry(self.source, equation, title, verdict, _tuple(right), printed, check, note))
+            self.entries.append(replace(entry, check=check))
             return check
 
         return decorate
 
 
+def joined(source: str, document: str, *parts: ModuleType) -> Ledger:
+    """Collect what the files of a source entered in their own ledgers, each named PART."""
+    return Ledger(source, document, [entry for part in parts for entry in part.PART.entries])
+
+
 def evaluate(entry: Entry) -> Row:
     """Carry out the check of an entry."""
-    residual, sound = "", True
-    if entry.check is not None:
-        left = entry.residuals(entry.right)
-        sound = all(e == 0 for e in left)
-        residual = "0" if sound else "; ".join(str(e) for e in left if e != 0)
-        if isinstance(entry.printed, tuple) and entry.printed:
-            sound = sound and fails(entry, entry.printed)
+    row = stated(entry)
+    if entry.check is None:
+        return row
+    left = [e for e in entry.residuals(entry.right) if e != 0]
+    if left:
+        return replace(row, residual=_written(left), sound=False)
+    accepted = isinstance(entry.printed, tuple) and entry.printed and not fails(entry, entry.printed)
+    return replace(row, sound=not accepted)
+
+
+def stated(entry: Entry) -> Row:
+    """Return the row of an entry, its check taken as passed."""
     return Row(
-        entry.source,
-        entry.equation,
-        entry.title,
-        str(entry.verdict),
-        entry.printed if isinstance(entry.printed, str) else _written(entry.printed),
-        _written(entry.right),
-        residual,
-        sound,
-        entry.note,
+        source=entry.source,
+        equation=entry.equation,
+        title=entry.title,
+        verdict=str(entry.verdict),
+        printed=entry.printed if isinstance(entry.printed, str) else _written(entry.printed),
+        right=_written(entry.right),
+        residual="" if entry.check is None else "0",
+        numbers=entry.numbers,
+        sound=True,
+        note=entry.note,
+        audit=entry.audit,
     )
 
 
 def fails(entry: Entry, claim: tuple[sp.Expr, ...]) -> bool:
     """Return whether the check rejects a claim; decided by numbers, which is quicker than to simplify."""
-    left = entry.check(*claim)
-    left = tuple(left) if isinstance(left, Iterable) else (left,)
-    return any(not vanishes(e) for e in left)
+    return any(not vanishes(e) for e in entry.differences(claim))
 
 
 def vanishes(expr) -> bool:
-    """Return whether an expression is zero at random points, to 20 digits against the size of its terms.
+    """Return whether an expression is zero, to 20 digits behind the point, at random values of its symbols.
 
-    Points where it has no real or complex value say nothing and are drawn again.
+    Undefined functions become definite ones. Points where the expression has no value say nothing and are drawn again.
+
+    Raises
+    ------
+    ValueError
+        If it has no value anywhere: nothing is known then.
     """
     expr = sp.sympify(expr)
-    if expr == 0:
-        return True
-    symbols = sorted(expr.free_symbols, key=str)
+    if expr.is_infinite or expr == 0:
+        return expr == 0
+    expr = _definite(expr)
     draw = random.Random(19)
+    symbols = sorted(expr.free_symbols, key=str)
     seen = 0
     for _ in range(20):
-        point = {s: sp.Rational(draw.randint(10, 90), 100) for s in symbols}
-        number = expr.subs(point).evalf(_DIGITS)
+        number = expr.subs({s: _drawn(s, draw) for s in symbols}).evalf(_DIGITS)
         if not number.is_number or number.has(sp.nan, sp.zoo, sp.oo):
             continue
         if abs(number) > sp.Float(10) ** -20:
             return False
         seen += 1
         if seen == _POINTS:
-            return True
-    return seen > 0
+            break
+    if not seen:
+        raise ValueError(f"no value at any point: {expr}")
+    return True
 
 
-def mutants(claim: tuple[sp.Expr, ...]):
-    """Yield name and mutated claim: another sign, factor or exponent in each of its expressions."""
-    for k, expr in enumerate(claim):
-        expr = sp.sympify(expr)
+def _drawn(symbol: sp.Symbol, draw: random.Random) -> sp.Expr:
+    """Return a value that a symbol may have."""
+    if symbol.is_integer:
+        return sp.Integer(draw.randint(1, 9))
+    size = sp.Rational(draw.randint(10, 90), 100)
+    return size if symbol.is_nonnegative else size * draw.choice((-1, 1))
+
+
+def _definite(expr: sp.Expr) -> sp.Expr:
+    """Put an exponential and a constant, both of its own, in the place of each undefined function."""
+
+    def curve(function):
+        draw = random.Random(f"{function.func} {len(function.args)}")
+        rates = [sp.Rational(draw.randint(20, 99), 50) for _ in function.args]
+        return draw.randint(1, 9) + sp.exp(sum(rate * at for rate, at in zip(rates, function.args, strict=True)))
+
+    filled = expr.replace(lambda e: isinstance(e, AppliedUndef), curve)
+    return filled.replace(lambda e: isinstance(e, sp.Derivative | sp.Subs), lambda e: e.doit())
+
+
+def mutants(claim: tuple[sp.Expr, ...]) -> Iterator[tuple[str, tuple[sp.Expr, ...]]]:
+    """Yield name and mutated claim: another sign, factor or exponent in each of its expressions.
+
+    Raises
+    ------
+    ValueError
+        If a change leaves an expression as it is: it would show nothing.
+    """
+    for k, expr in enumerate(map(sp.sympify, claim)):
         changes = {"sign": -expr, "factor": 2 * expr} if expr != 0 else {"value": sp.Integer(1)}
         terms = sp.Add.make_args(expr)
         if len(terms) > 1:
@@ -193,8 +254,9 @@ def mutants(claim: tuple[sp.Expr, ...]):
         if power is not None:
             changes["exponent"] = expr.xreplace({power: power.base ** (power.exp + 1)})
         for name, changed in changes.items():
-            if changed != expr:
-                yield f"{name} of claim {k + 1}", (*claim[:k], changed, *claim[k + 1 :])
+            if changed == expr:
+                raise ValueError(f"another {name} leaves {expr} as it is")
+            yield f"{name} of claim {k + 1}", (*claim[:k], changed, *claim[k + 1 :])
 
 
 def _tuple(claim) -> tuple[sp.Expr, ...]:
@@ -202,12 +264,9 @@ def _tuple(claim) -> tuple[sp.Expr, ...]:
     return tuple(sp.sympify(e) for e in parts)
 
 
-def _printed(claim):
-    return claim if isinstance(claim, str) else _tuple(claim)
-
-
-def _written(claim: tuple[sp.Expr, ...]) -> str:
-    return "; ".join(str(e) for e in claim)
+def _written(claim: Iterable[sp.Expr]) -> str:
+    """Write expressions as text; floats with 10 digits, because the last ones differ between machines."""
+    return "; ".join(str(e.xreplace({f: f.n(10) for f in e.atoms(sp.Float)})) for e in claim)
 
 
 def _simplified(expr) -> sp.Expr:
