@@ -13,26 +13,42 @@ from derivations.effective_friction import branch
 from derivations.ledger import Ledger
 from derivations.oscillations import AMPLITUDE as A
 from derivations.oscillations import BELT, PLANAR, c02, c03, extreme, oscillation
-from symfric.model import laws
+from derivations.residuals import less
+from derivations.thomsen.model import (
+    ETA,
+    LAW,
+    Omega,
+    a,
+    beta,
+    eta,
+    friction,
+    gamma2,
+    in_regime,
+    mu_m,
+    mu_s,
+    speed,
+    v_1,
+    v_b,
+    v_m,
+)
+from derivations.thomsen.separation import ALPHA1, ALPHA3, T, over_a_period, q, shaken, v_r
 from symfric.model.names import SPEED
 from symfric.theory import belt
-from symfric.theory.belt.scene import SYMBOLS
 from symfric.theory.belt.vibration import EXCESS, KAPPA
 
-LEDGER = Ledger("thomsen_beyond", "Thomsen's mass on a belt, beyond the paper: second order, stick-slip, power")
+LEDGER = Ledger(
+    "thomsen_beyond",
+    "Thomsen's mass on a belt beyond his paper: the Hopf coefficient, pure slip to second order, stick-slip to first "
+    "order, the mean power of fast vibration, exact thresholds",
+)
 
-v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS
-LAW = laws.cubic(mu_s, mu_m, v_m).kinetic
-ETA = sp.Rational(3, 2) * gamma2 * (mu_s - mu_m) / v_m
 u, t = sp.symbols("u t", real=True)
-# eta and v1 = v_b1 instead of gamma2 and beta: v1^2 = v_m^2 (1 - 2 beta/eta), so h1 = -eta (v1^2 - v_b^2)/v_m^2
-eta, v1, v = sp.symbols("eta v1 v", positive=True)
 
 
+# eta and v_1 = v_b1 instead of gamma2 and beta, so h1 = -eta (v_1^2 - v_b^2)/v_m^2, and `speed` for v_b.
 def plain(expr):
-    """Write a formula with eta, v1, v_m and v = v_b."""
-    expr = expr.subs(beta, eta * (1 - v1**2 / v_m**2) / 2).subs(gamma2, 2 * eta * v_m / (3 * (mu_s - mu_m)))
-    return sp.simplify(expr.subs(v_b, v))
+    """Write a formula in the letters of the unstable regime."""
+    return sp.simplify(in_regime(expr))
 
 
 # --- 1. How steady sliding is lost --------------------------------------------------------------------------------
@@ -50,7 +66,7 @@ def _(claim):
 
 # a < 0 for every v_b1: as steady sliding is lost the cycle is born small and stable, and its amplitude is that of (20)
 # near v_b1, A^2 = -sigma/a with the growth sigma = -h1/2.
-@LEDGER.verified("1.2", "A^2 by the normal form", 4 * (v1**2 - v**2))
+@LEDGER.verified("1.2", "A^2 by the normal form", 4 * (v_1**2 - speed**2))
 def _(claim):
     return claim - plain((-H[0] / 2) / (3 * H[2] / 8))
 
@@ -59,7 +75,7 @@ def _(claim):
 # A' = f1 + f2 + f3 with f2 = 0 vanishes at A = A0 + A2: f1(A0) = 0 is (16), and f1'(A0) A2 = -f3(A0). Half range and
 # largest velocity are A0 + A2 and what u1, u2 add at A0.
 h1, h2, h3 = LETTERS = sp.symbols("h1 h2 h3", real=True)
-A0 = 2 * sp.sqrt(v1**2 - v**2)
+A0 = 2 * sp.sqrt(v_1**2 - speed**2)
 
 
 @cache
@@ -84,15 +100,15 @@ def _(claim):
 
 
 # Sticking starts where the largest velocity A0 (1 + w(v)) reaches v: A0^2 (1 + 2 w) = v^2. Without w this is v0^2 =
-# (4/5) v1^2, and to first order in w it is v = v0 (1 + w(v0)/5).
+# (4/5) v_1^2, and to first order in w it is v = v0 (1 + w(v0)/5).
 @LEDGER.verified("2.3", "speed below which it sticks", belt.stick_speed(order=2, symbolic=True))
 def _(claim):
     k, w = sp.symbols("k w")
-    v0 = 2 * v1 / sp.sqrt(5)
-    balance = (4 * (v1**2 - v**2) * (1 + 2 * w) - v**2).subs(v, v0 * (1 + k))
+    v0 = 2 * v_1 / sp.sqrt(5)
+    balance = (4 * (v_1**2 - speed**2) * (1 + 2 * w) - speed**2).subs(speed, v0 * (1 + k))
     first = balance.subs({k: k * t, w: w * t}).diff(t).subs(t, 0)
     (shift,) = sp.solve(first, k)
-    return plain(claim) - v0 * (1 + shift.subs(w, second_order()[2].subs(v, v0)))
+    return plain(claim) - v0 * (1 + shift.subs(w, second_order()[2].subs(speed, v0)))
 
 
 # --- 3. Stick-slip to first order ---------------------------------------------------------------------------------
@@ -131,7 +147,7 @@ def _(claim):
 def _(claim):
     stuck = belt.stick_slip_amplitude(order=2, symbolic=True).subs(v_b, claim)
     slipping = belt.pure_slip_amplitude(symbolic=True).subs(v_b, claim)
-    return plain(claim) - 2 * v1 / sp.sqrt(5), plain(stuck - claim), plain(slipping**2 - claim**2)
+    return plain(claim) - 2 * v_1 / sp.sqrt(5), plain(stuck - claim), plain(slipping**2 - claim**2)
 
 
 @LEDGER.verified("3.5", "half range on a slow belt", belt.slow_belt_amplitude(order=2, symbolic=True))
@@ -188,7 +204,6 @@ def _(claim):
 # --- 4. Power under fast vibration --------------------------------------------------------------------------------
 # The fast motion is x' = -q cos(Omega t), q = a Omega (37). The equation of motion, multiplied by x' and averaged over
 # a period, in which x and x' return to what they were, says what power the force spends, exactly:
-q, theta, w = sp.symbols("q theta w", positive=True)
 x = sp.Function("x")(t)
 M = sp.Function("m")  # friction with its sign, of the slip velocity
 
@@ -203,32 +218,32 @@ def _(claim):
     return sp.expand(motion * x.diff(t) - ((x.diff(t) ** 2 + x**2) / 2).diff(t) - claim)
 
 
+FAST = -q * sp.cos(T)
+
+
 def mean(integrand):
-    """Mean over the fast period, of velocity s and slip w = s - v, of integrand(s, sgn(w)), for v < q and for v > q."""
-    speed = -q * sp.cos(theta)
-    turn = sp.acos(-v / q)  # before it w < 0, behind it w > 0
-    back, on = (sp.expand(integrand(speed, sign)) for sign in (-1, 1))
-    below = sp.integrate(back, (theta, 0, turn)) + sp.integrate(on, (theta, turn, sp.pi))
-    return below / sp.pi, sp.integrate(back, (theta, 0, sp.pi)) / sp.pi
+    """Mean over the fast period of integrand(sign of the slip velocity), for v_b < q and for v_b > q."""
+    return [over_a_period(integrand, side).subs(v_r, -speed) for side in (0, -1)]
 
 
-def friction(speed, sign):
-    return sign * LAW.subs(SPEED, sign * (speed - v))
+def piece(expr, at):
+    """Put q = a Omega and take the branch that holds for v_b < q (at = 1) or v_b > q (at = 3)."""
+    return branch(shaken(expr).subs(v_b, speed), {q: 2, speed: at})
 
 
-def shaken(expr, at):
-    """Put q = a Omega and v = v_b, and take the branch that holds for v < q (at = 1) or v > q (at = 3)."""
-    return branch(expr.subs({a: q, Omega: 1, v_b: v}), {q: 2, v: at})
+def both(claim, derived):
+    """What is left of a claim below and above v_b = q."""
+    return less((piece(claim, at) for at in (1, 3)), derived)
 
 
 @cache
 def power():
-    return mean(lambda speed, sign: speed * (2 * beta * speed + gamma2 * friction(speed, sign)))
+    return mean(lambda sign: FAST * (2 * beta * FAST + gamma2 * friction(FAST + v_r, sign)))
 
 
 @LEDGER.verified("4.2", "mean power", belt.mean_power(symbolic=True))
 def _(claim):
-    return [sp.simplify(shaken(claim, at) - derived) for at, derived in zip((1, 3), power(), strict=True)]
+    return [left.rewrite(sp.asin) for left in both(claim, power())]
 
 
 # The belt's drive overcomes the mean friction and spends gamma2 mubar(v_b) v_b, which is v_b times (51). Together they
@@ -239,12 +254,8 @@ def _(claim):
     belt.mean_power(symbolic=True) + v_b * belt.quasi_equilibrium_position(symbolic=True),
 )
 def _(claim):
-    dissipated = mean(lambda speed, sign: 2 * beta * speed**2 + gamma2 * (speed - v) * friction(speed, sign))
-    positive = {belt.SYMBOLS.v_b: v}
-    return [
-        sp.simplify((shaken(claim, at).subs(positive) - derived).rewrite(sp.asin))
-        for at, derived in zip((1, 3), dissipated, strict=True)
-    ]
+    dissipated = mean(lambda sign: 2 * beta * FAST**2 + gamma2 * (FAST + v_r) * friction(FAST + v_r, sign))
+    return [sp.simplify(left.rewrite(sp.asin)) for left in both(claim, dissipated)]
 
 
 # For v_b > q the power is q^2/2 times 2 beta + gamma2 mubar'(v_b), the damping that (52) speaks of, and something less:
@@ -255,42 +266,44 @@ def _(claim):
     q**2 / 2 * (2 * beta + gamma2 * belt.effective_slope(symbolic=True)) - ETA * q**4 / (8 * v_m**2),
 )
 def _(claim):
-    return sp.simplify(shaken(claim, 3) - power()[1])
+    return sp.simplify(piece(claim, 3) - power()[1])
 
 
 # --- 5. Thresholds under fast vibration -----------------------------------------------------------------------------
 # Slow belts, v_b < q. The slope of the effective friction is least at rest, because its own slope is positive: the jump
 # gives (2 mu_s/pi)/sqrt(q^2 - v^2), and the rest of the law the mean of alpha1 + 3 alpha3 w^2.
-ALPHA1, ALPHA3 = -sp.Rational(3, 2) * (mu_s - mu_m) / v_m, (mu_s - mu_m) / (2 * v_m**3)
-SLOW_SLOPE = 2 * mu_s / (sp.pi * sp.sqrt(q**2 - v**2)) + ALPHA1 + 3 * ALPHA3 * (v**2 + q**2 / 2)
+ROOT = sp.sqrt(q**2 - speed**2)
+SLOW_SLOPE = 2 * mu_s / (sp.pi * ROOT) + ALPHA1 + 3 * ALPHA3 * (speed**2 + q**2 / 2)
 
 
 @LEDGER.verified("5.1", "slope of the effective friction, v_b < a Omega", belt.effective_slope(symbolic=True))
 def _(claim):
-    return sp.simplify(shaken(claim, 1) - SLOW_SLOPE)
+    return sp.simplify(piece(claim, 1) - SLOW_SLOPE)
 
 
-@LEDGER.verified("5.2", "its slope, positive", 2 * mu_s * v / (sp.pi * sp.sqrt(q**2 - v**2) ** 3) + 6 * ALPHA3 * v)
+@LEDGER.verified(
+    "5.2", "its slope, positive", 2 * mu_s * speed / (sp.pi * sp.sqrt(q**2 - speed**2) ** 3) + 6 * ALPHA3 * speed
+)
 def _(claim):
-    return claim - SLOW_SLOPE.diff(v)
+    return claim - SLOW_SLOPE.diff(speed)
 
 
 # So slower belts are stable too if the slope at rest with damping is positive. It is convex in the intensity.
 @LEDGER.verified("5.3", "second derivative of the slope at rest, positive", 4 * mu_s / (sp.pi * q**3) + 3 * ALPHA3)
 def _(claim):
-    return claim - belt.effective_damping(symbolic=True).subs({a: q, Omega: 1}).diff(q, 2)
+    return claim - shaken(belt.effective_damping(symbolic=True)).diff(q, 2)
 
 
 # The exact upper end of the range. By Liouville the two Floquet multipliers of a periodic motion in pure slip have a
 # product that passes 1 where 2 beta + gamma2 mu'(|w|), mu' = alpha1 + 3 alpha3 w^2, has the mean 0. As x' has none,
 # <w^2> is v_b^2 + <x'^2>.
-spread = sp.Symbol("spread", positive=True)  # <x'^2>
+w, spread = sp.symbols("w spread", positive=True)  # spread: <x'^2>
 
 
-@LEDGER.verified("5.4", "belt speed above which the fast motion in pure slip is stable", sp.sqrt(v1**2 - spread))
+@LEDGER.verified("5.4", "belt speed above which the fast motion in pure slip is stable", sp.sqrt(v_1**2 - spread))
 def _(claim):
     rate = plain(2 * beta + gamma2 * LAW.diff(SPEED).subs(SPEED, w))
-    return rate.subs(w, sp.sqrt(claim**2 + spread)), claim.subs({v1: 2, spread: 3}) - 1
+    return rate.subs(w, sp.sqrt(claim**2 + spread)), claim.subs({v_1: 2, spread: 3}) - 1
 
 
 # With q^2/2 for <x'^2> this is the upper end of (55). The spring makes the fast velocity greater, damping aside: with
@@ -303,7 +316,7 @@ def _(claim):
 
 @LEDGER.verified("5.6", "upper end of (55) from <x'^2> = q^2/2", belt.unstable_speeds(symbolic=True)[1])
 def _(claim):
-    return plain(claim.subs({a: q, Omega: 1})) - sp.sqrt(v1**2 - spread).subs(spread, q**2 / 2)
+    return plain(shaken(claim)) - sp.sqrt(v_1**2 - spread).subs(spread, q**2 / 2)
 
 
 # Any law c0 - c1 s + c3 s^3 is the cubic one: smallest, mu_m, at v_m, and mu_s = c0.

@@ -2,7 +2,6 @@
 
 import sympy as sp
 
-from derivations.guida.comparison import agree, trend
 from derivations.guida.friction import (
     BY_V,
     SLOPES,
@@ -32,6 +31,7 @@ from derivations.guida.friction import (
 )
 from derivations.guida.orbits import threshold
 from derivations.ledger import Ledger
+from derivations.residuals import agree, trend
 from symfric.theory import drive
 
 PART = Ledger("guida", "II, II.A")

@@ -3,11 +3,11 @@
 import mpmath
 import sympy as sp
 
-from derivations.guida.comparison import agree, trend
 from derivations.guida.friction import eps, fac, mu1, mu2, x, xd, xdd
 from derivations.guida.orbits import error
 from derivations.guida.stop import stopped
 from derivations.ledger import Ledger
+from derivations.residuals import agree, trend
 from symfric.theory import drive
 from symfric.theory.drive.stop import LAM
 

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from derivations.guida.comparison import trend
 from derivations.guida.motion import sticks, vibrates
 from derivations.ledger import Ledger
+from derivations.residuals import trend
 
 PART = Ledger("guida", "III, IV")
 

@@ -4,8 +4,8 @@ from functools import cache
 
 import sympy as sp
 
-from derivations.guida.comparison import agree
 from derivations.ledger import Ledger
+from derivations.residuals import agree
 from symfric.theory import drive
 
 PART = Ledger("guida", "III")

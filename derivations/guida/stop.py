@@ -2,7 +2,6 @@
 
 import sympy as sp
 
-from derivations.guida.comparison import agree
 from derivations.guida.friction import (
     BY_V_STAR,
     SLOPES,
@@ -39,6 +38,7 @@ from derivations.guida.friction import (
     xdd,
 )
 from derivations.ledger import Ledger
+from derivations.residuals import agree
 from symfric.theory import drive
 
 PART = Ledger("guida", "II.B")

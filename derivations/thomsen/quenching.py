@@ -1,37 +1,32 @@
-"""Thomsen's mass on a moving belt under fast excitation: quenching, (51)-(61); see `thomsen`."""
+"""Thomsen's mass on a moving belt under fast excitation: quenching, (51)-(61)."""
 
-from functools import lru_cache
+from functools import cache
 
 import sympy as sp
 
-from derivations.thomsen_pure_slip import (
+from derivations.ledger import Ledger
+from derivations.residuals import less, rounded
+from derivations.thomsen.model import (
     ETA,
     FIGURE_3,
     INPUT,
     KINETIC,
     LAW,
-    LEDGER,
     SINE,
     V_B0,
     V_B1,
-    A,
     Omega,
     acceleration,
     beta,
     d,
-    drift,
     eta,
-    force_coefficients,
     friction,
     gamma2,
     in_regime,
-    less,
     mu_m,
     mu_s,
     psi,
-    rounded,
     speed,
-    stick_start,
     tau,
     v,
     v_1,
@@ -39,7 +34,8 @@ from derivations.thomsen_pure_slip import (
     v_m,
     x,
 )
-from derivations.thomsen_separation import (
+from derivations.thomsen.pure_slip import A, drift, force_coefficients, stick_start
+from derivations.thomsen.separation import (
     ALPHA3,
     INTENSITY,
     T,
@@ -57,23 +53,25 @@ from derivations.thomsen_separation import (
 from symfric.model.names import SPEED
 from symfric.theory import belt
 
+PART = Ledger("thomsen", "4.2, 5: stability under fast excitation, quenching")
+
 
 # --- 4.2 Self-excited oscillations under fast excitation --------------------------------------------------------------
 # Steady sliding has v_r = -v_b. `below` and `above` mean v_b < a Omega and v_b > a Omega.
-@lru_cache
+@cache
 def at_belt_speed() -> tuple[sp.Expr, sp.Expr]:
     """Effective friction on the sliding mass for relative velocities v - v_b, below and above."""
     return tuple(effective(side).subs(v_r, v - v_b) for side in (0, -1))
 
 
-@lru_cache
+@cache
 def growth() -> tuple[sp.Expr, sp.Expr]:
     """-trace/gamma2 of the Jacobian of (40) at the quasi-equilibrium, below and above."""
     fields = [sp.Matrix([v, acceleration(law)]) for law in at_belt_speed()]
     return tuple(-field.jacobian([x, v]).trace().subs(v, 0) / gamma2 for field in fields)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(51)",
     "position of the quasi-equilibrium, below and above",
     *pieces(belt.quasi_equilibrium_position(symbolic=True)),
@@ -83,7 +81,7 @@ def _(*claims):
     return differences(found, claims)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(52)",
     "slope that decides the stability of the quasi-equilibrium, below and above",
     *(slope + 2 * beta / gamma2 for slope in pieces(belt.effective_slope(symbolic=True))),
@@ -95,7 +93,7 @@ def _(*claims):
 # Below a Omega the slope of (47) is 2 alpha0/(pi sqrt(q^2 - v^2)) + alpha1 + 3 alpha3 q^2/2 + 3 alpha3 v^2, least at
 # v = 0, where it is alpha1-hat; over all q that is least at the intensity after (50). One ratio mu_m/mu_s makes it zero
 # there.
-@LEDGER.verified(
+@PART.verified(
     "after (52)",
     "mu_m/mu_s above which neither (47) line 1 nor (48) ever falls, and its two digits",
     1 - sp.sqrt(6) / sp.pi,
@@ -108,7 +106,7 @@ def _(ratio, digits):
     return found - ratio, rounded(found, 2) - digits
 
 
-@LEDGER.verified(
+@PART.verified(
     "(53)",
     "slope of the effective friction for v_b >= a Omega",
     LAW.diff(SPEED).subs(SPEED, v_b) + sp.Rational(3, 4) * INTENSITY**2 * (mu_s - mu_m) / v_m**3,
@@ -117,7 +115,7 @@ def _(claim):
     return effective(1).diff(v_r).subs(v_r, v_b) - shaken(claim)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(54)",
     "quantity whose negative sign means self-excited vibration, v_b > a Omega",
     LAW.diff(SPEED).subs(SPEED, v_b) + sp.Rational(3, 4) * INTENSITY**2 * (mu_s - mu_m) / v_m**3 + 2 * beta / gamma2,
@@ -133,7 +131,7 @@ k = sp.Symbol("k", positive=True)
 REACH = {v_1: sp.sqrt(k**2 + q**2 / 2)}
 
 
-@LEDGER.verified(
+@PART.verified(
     "(55) upper end",
     "belt speed up to which vibration is self-excited",
     v_m * sp.sqrt(1 - (INTENSITY / v_m) ** 2 / 2 - 2 * beta / ETA),
@@ -147,7 +145,7 @@ def _(*claims):
 # The lower end: at v_b = q the slope for faster relative motion is negative, but the one for slower relative motion is
 # infinite, mubar(q) - mubar(q - w) = c sqrt(w) + ... with the c below. A vibration of velocity amplitude A loses an
 # energy of order A^(3/2) in the half period with x' > 0 and gains one of order A^2 in the other: small ones die out.
-@LEDGER.corrected(
+@PART.corrected(
     "(55) lower end",
     "belt speed above which vibration is self-excited; c",
     right=(LOWER, 2 * sp.sqrt(2) * mu_s / (sp.pi * sp.sqrt(q))),
@@ -163,7 +161,7 @@ def _(speed_where_lines_join, coefficient):
 
 
 # The range closes where both ends meet.
-@lru_cache
+@cache
 def upper_end_squared() -> sp.Expr:
     """Square of the upper end of (55) in the letters of the regime."""
     square = sp.Symbol("square")
@@ -172,7 +170,7 @@ def upper_end_squared() -> sp.Expr:
     return sp.expand(found)
 
 
-@lru_cache
+@cache
 def quenching_intensity() -> sp.Expr:
     """a Omega* in the letters of the regime."""
     (found,) = sp.solve(upper_end_squared() - q**2, q)
@@ -182,7 +180,7 @@ def quenching_intensity() -> sp.Expr:
 Q_STAR = belt.quench_intensity(symbolic=True)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(56)",
     "intensity a Omega* above which no belt speed is unstable",
     Q_STAR,
@@ -193,7 +191,7 @@ def _(*claims):
 
 
 # Amplitude under excitation, for vibrations that stay outside |v_r| < a Omega: averaging of (40) with (47) line 2.
-@LEDGER.verified(
+@PART.verified(
     "after (56)",
     "what excitation adds to the slope and to the cubic coefficient of friction; the amplitude, less than A0",
     sp.Rational(3, 2) * ALPHA3 * INTENSITY**2,
@@ -216,14 +214,14 @@ def _(slope, cubic_coefficient, amplitude):
 
 
 # --- 5.1 More damping, or another material ----------------------------------------------------------------------------
-@LEDGER.verified("5.1 material", "mu_s - mu_m below which nothing vibrates", sp.Rational(4, 3) * beta * v_m / gamma2)
+@PART.verified("5.1 material", "mu_s - mu_m below which nothing vibrates", sp.Rational(4, 3) * beta * v_m / gamma2)
 def _(claim):
     slope_at_slow_belt = 2 * beta + gamma2 * LAW.diff(SPEED).subs(SPEED, 0)  # least of all belt speeds, after (19)
     (found,) = sp.solve(slope_at_slow_belt.subs(mu_s, mu_m + d), d)
     return found - claim
 
 
-@lru_cache
+@cache
 def onset_squared() -> sp.Expr:
     """v_b1^2 in the letters of the paper."""
     square = sp.Symbol("square", positive=True)
@@ -231,7 +229,7 @@ def onset_squared() -> sp.Expr:
     return found
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "5.1 reduction",
     "sign of the change of A0,max with beta, mu_s and mu_m",
     right=(-1, 1, -1),
@@ -245,7 +243,7 @@ def _(*claims):
 
 
 # --- 5.2 By fast vibrations -------------------------------------------------------------------------------------------
-@LEDGER.verified("5.2", "a Omega* over v_m for small damping, one digit: below 1", sp.Rational(8, 10))
+@PART.verified("5.2", "a Omega* over v_m for small damping, one digit: below 1", sp.Rational(8, 10))
 def _(claim):
     return rounded(quenching_intensity() / v_1, 1) - claim  # v_1 = v_m without damping
 
@@ -256,7 +254,7 @@ V = sp.Symbol("v_hat", positive=True)
 AT, BELOW = belt.quench_intensity_at(symbolic=True), belt.quench_intensity_below(symbolic=True)
 
 
-@lru_cache
+@cache
 def limits() -> tuple[sp.Expr, sp.Expr]:
     """The two intensities."""
     square = sp.Symbol("square", positive=True)
@@ -264,7 +262,7 @@ def limits() -> tuple[sp.Expr, sp.Expr]:
     return V, sp.sqrt(second)
 
 
-@LEDGER.verified("(57)", "intensity that quenches a belt speed up to a Omega*, and above", *pieces(AT)[:2])
+@PART.verified("(57)", "intensity that quenches a belt speed up to a Omega*, and above", *pieces(AT)[:2])
 def _(*claims):
     star = quenching_intensity() / v_1
     samples = ({V: star / 2, v_1: 1}, {V: (star + 1) / 2, v_1: 1})
@@ -273,7 +271,7 @@ def _(*claims):
     return [residual.subs(apart) for residual in less(found, map(in_regime, claims))]
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "(57) line 2",
     "belt speed up to which the second line holds",
     right=sp.sqrt(sp.Rational(3, 2)) * Q_STAR,
@@ -287,9 +285,7 @@ def _(claim):
 
 # All belt speeds up to V: the first intensity grows with the belt speed, the second one falls, so the largest of the
 # smaller ones is at V, or where they are equal.
-@LEDGER.verified(
-    "(58)", "intensity that quenches all belt speeds up to one below a Omega*, and above", V, Q_STAR, BELOW
-)
+@PART.verified("(58)", "intensity that quenches all belt speeds up to one below a Omega*, and above", V, Q_STAR, BELOW)
 def _(slow, fast, package):
     first, second = limits()
     (crossing,) = sp.solve(first**2 - second**2, V)
@@ -301,7 +297,7 @@ def _(slow, fast, package):
 
 
 # --- 5.3 Energy considerations ----------------------------------------------------------------------------------------
-@LEDGER.corrected(
+@PART.corrected(
     "before (59)",
     "velocity at quasi-equilibrium, to order 1",
     right=-INTENSITY * sp.cos(T),
@@ -318,7 +314,7 @@ FAST_VELOCITY = -q * sp.cos(T)
 SHARE = v_m**2 * (1 - 2 * beta / ETA)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(59)",
     "kinetic energy of the quenching motion, both forms",
     Q_STAR**2 * sp.cos(T) ** 2 / 2,
@@ -332,7 +328,7 @@ def _(*claims):
     return [energy - c for c in stated] + [power - Omega * c.diff(T) for c in stated]
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "(59) meaning",
     "work of the excitation over one of its periods, to the order of (59)",
     right=0,
@@ -348,7 +344,7 @@ theta_0 = sp.Symbol("theta_0", real=True)
 WAVE = sp.cos(tau + theta_0) ** 2
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "(60)",
     "kinetic energy of the largest pure-slip vibration, both forms",
     right=(belt.largest_pure_slip_amplitude(symbolic=True) ** 2 * WAVE / 2, sp.Rational(2, 5) * SHARE * WAVE),
@@ -360,14 +356,14 @@ def _(*claims):
     return [energy - in_regime(c) for c in claims]
 
 
-@LEDGER.verified("(61)", "ratio of the two energies", belt.energy_ratio(symbolic=True), (Q_STAR / V_B0) ** 2)
+@PART.verified("(61)", "ratio of the two energies", belt.energy_ratio(symbolic=True), (Q_STAR / V_B0) ** 2)
 def _(*claims):
     found = (quenching_intensity() / stick_start()) ** 2
     return [found - in_regime(c) for c in claims]
 
 
 # --- 5.4 Discussion ---------------------------------------------------------------------------------------------------
-@LEDGER.verified(
+@PART.verified(
     "5.4", "effective less true friction at v_b = a Omega: larger", sp.Rational(3, 2) * ALPHA3 * INTENSITY**3
 )
 def _(claim):

@@ -1,14 +1,15 @@
-"""Thomsen's mass on a moving belt under fast excitation: the effective friction, (31)-(50); see `thomsen`."""
+"""Thomsen's mass on a moving belt under fast excitation: the effective friction, (31)-(50)."""
 
-from functools import lru_cache
+from functools import cache
 
 import sympy as sp
 
-from derivations.thomsen_pure_slip import (
+from derivations.ledger import Ledger
+from derivations.residuals import less
+from derivations.thomsen.model import (
     DIMENSIONLESS,
     FREE,
     LAW,
-    LEDGER,
     MU,
     SINE,
     Omega,
@@ -16,12 +17,9 @@ from derivations.thomsen_pure_slip import (
     acceleration,
     any_law,
     beta,
-    constant_harmonic,
     d,
     friction,
     gamma2,
-    harmonics,
-    less,
     mu,
     mu_m,
     mu_s,
@@ -32,8 +30,11 @@ from derivations.thomsen_pure_slip import (
     v_m,
     x,
 )
+from derivations.thomsen.pure_slip import constant_harmonic, harmonics
 from symfric.model.names import SPEED
 from symfric.theory import belt
+
+PART = Ledger("thomsen", "4.1: slow and fast motion, effective friction")
 
 # q = a Omega > 0 is the intensity, of order one, and e = 1/Omega the small number of the separation, so that a = q e.
 # T = Omega tau is the fast time, <> the mean over one of its periods, v_r a relative velocity.
@@ -60,19 +61,19 @@ def equation_of_motion() -> sp.Expr:
     return newton().subs(DIMENSIONLESS, simultaneous=True)
 
 
-@LEDGER.verified("(31)", "x'' + s", Omega * INTENSITY * SINE)
+@PART.verified("(31)", "x'' + s", Omega * INTENSITY * SINE)
 def _(claim):
     return sp.expand(equation_of_motion() + S - claim)
 
 
-@LEDGER.verified("(32)", "forces s without the excitation", S)
+@PART.verified("(32)", "forces s without the excitation", S)
 def _(claim):
     return sp.expand(-equation_of_motion().subs(SINE, 0) - claim)
 
 
 PHI = sp.Function("phi")(tau, T)
 SLOW = sp.Function("z")(tau)
-LEDGER.definition("(33)", "split into slow and fast motion", SLOW + PHI / Omega)
+PART.definition("(33)", "split into slow and fast motion", SLOW + PHI / Omega)
 
 
 # The condition <phi> = 0 makes the split unique if the mean of x = z + phi/Omega is z for every phi without a constant
@@ -80,7 +81,7 @@ LEDGER.definition("(33)", "split into slow and fast motion", SLOW + PHI / Omega)
 FAST = sp.Function("fast")
 
 
-@LEDGER.verified("(34)", "mean over the fast time", sp.Integral(FAST(T), (T, 0, 2 * sp.pi)) / (2 * sp.pi))
+@PART.verified("(34)", "mean over the fast time", sp.Integral(FAST(T), (T, 0, 2 * sp.pi)) / (2 * sp.pi))
 def _(claim):
     wave = FREE[1] * sp.cos(T) + FREE[2] * sp.sin(T) + FREE[3] * sp.cos(2 * T) + FREE[4] * sp.sin(2 * T)
     return sp.expand(claim.replace(FAST, lambda _: z + wave / Omega).doit() - z)
@@ -91,7 +92,7 @@ s, z_dd, phi_mixed, phi_slow = sp.symbols("s zddot phi_mixed phi_slow", real=Tru
 FAST_EQUATION = INTENSITY * sp.sin(T) - (z_dd + 2 * phi_mixed + s) / Omega - phi_slow / Omega**2
 
 
-@LEDGER.verified("(35)", "phi'', derivatives to T by primes and to tau by dots", FAST_EQUATION)
+@PART.verified("(35)", "phi'', derivatives to T by primes and to tau by dots", FAST_EQUATION)
 def _(claim):
     def total(f):
         return f.diff(tau) + Omega * f.diff(T)
@@ -119,7 +120,7 @@ def periodic(rhs) -> sp.Expr:
     return sp.expand(total)
 
 
-@lru_cache
+@cache
 def fast_motion(forces) -> sp.Expr:
     """phi to order e; `forces` is s along the fast motion of order one, as a function of T."""
     first = periodic(q * sp.sin(T))
@@ -127,7 +128,7 @@ def fast_motion(forces) -> sp.Expr:
     return first + e * second
 
 
-@lru_cache
+@cache
 def general_motion() -> sp.Expr:
     """phi to order e for any law."""
     return fast_motion(sum(c * sp.cos(k * T) for k, c in enumerate(SERIES)))
@@ -139,19 +140,19 @@ def orders(expr, highest: int) -> list[sp.Expr]:
     return [expanded.coeff(e, k) for k in range(highest + 1)]
 
 
-@LEDGER.verified("(36)", "fast motion phi to order 1", -INTENSITY * sp.sin(T))
+@PART.verified("(36)", "fast motion phi to order 1", -INTENSITY * sp.sin(T))
 def _(claim):
     return orders(general_motion() - shaken(claim), 0)
 
 
-@LEDGER.verified("(37)", "motion less slow motion, to order 1/Omega; the error is of order 1/Omega^2", -a * sp.sin(T))
+@PART.verified("(37)", "motion less slow motion, to order 1/Omega; the error is of order 1/Omega^2", -a * sp.sin(T))
 def _(claim):
     return orders(e * general_motion() - claim.subs(a, q * e), 1)
 
 
 # Mean of (35) for any periodic phi without a constant harmonic: phi'', the excitation and both terms with a derivative
 # to tau drop out.
-@LEDGER.verified("(38)", "slow acceleration z'', <s> the mean of the forces", -s)
+@PART.verified("(38)", "slow acceleration z'', <s> the mean of the forces", -s)
 def _(claim):
     waves = (sp.cos(T), sp.sin(T), sp.cos(2 * T), sp.sin(2 * T))
     phi = sum(sp.Function(f"p{k}")(tau) * wave for k, wave in enumerate(waves))
@@ -167,7 +168,7 @@ def forces_along(position, velocity):
     return -any_law(acceleration(MU(sp.expand(velocity - v_b)), position, velocity))
 
 
-@lru_cache
+@cache
 def slow_forces() -> tuple[sp.Expr, sp.Expr]:
     """<s> of (38), its terms of order 1 and e."""
     phi = fast_motion(forces_along(z, v_b + v_r - q * sp.cos(T)))
@@ -186,14 +187,14 @@ FORCES = sp.Function("s")
 AVERAGED = sp.Integral(FORCES(z - a * sp.sin(T), z_dot - INTENSITY * sp.cos(T)), (T, 0, 2 * sp.pi)) / (2 * sp.pi)
 
 
-@LEDGER.verified("(39)", "slow acceleration to order 1", -AVERAGED)
+@PART.verified("(39)", "slow acceleration to order 1", -AVERAGED)
 def _(claim):
     return sp.expand(-slow_forces()[0] - integrated(claim.subs(z_dot, v_b + v_r).replace(FORCES, forces_along)))
 
 
 # Terms of order 1/Omega are dropped in (39); there are none. s depends on T by cos T, so its slope to v does too, while
 # p1' is a sine series, and the mean of their product vanishes, as does <phi>: the error is of order 1/Omega^2.
-@LEDGER.verified("after (39)", "terms of order 1/Omega in <s>: a polynomial law, and any law", 0, 0)
+@PART.verified("after (39)", "terms of order 1/Omega in <s>: a polynomial law, and any law", 0, 0)
 def _(polynomial, general):
     slope = sum(FREE[k] * sp.cos(k * T) for k in range(4))
     position, order_e = orders(general_motion(), 1)
@@ -205,18 +206,18 @@ EFFECTIVE = sp.Function("mubar")
 MEAN_FRICTION = sp.Integral(MU(v_r - INTENSITY * sp.cos(T)), (T, 0, 2 * sp.pi)) / (2 * sp.pi)
 
 
-@LEDGER.verified("(40)", "slow acceleration", -2 * beta * z_dot - z - gamma2 * EFFECTIVE(z_dot - v_b))
+@PART.verified("(40)", "slow acceleration", -2 * beta * z_dot - z - gamma2 * EFFECTIVE(z_dot - v_b))
 def _(claim):
     filled = claim.subs(z_dot, v_b + v_r).replace(EFFECTIVE, lambda w: integrated(any_law(MEAN_FRICTION)).subs(v_r, w))
     return sp.expand(-slow_forces()[0] - filled)
 
 
-LEDGER.definition("(41)", "effective friction", MEAN_FRICTION)
+PART.definition("(41)", "effective friction", MEAN_FRICTION)
 
 
 # At tau = 0 = T: x = z + e phi, x' = z' + phi' + e phi-dot, where phi-dot is of order e. p1 is a cosine series: it
 # changes x(0) by e^2, and p1' vanishes at T = 0. So both initial values hold up to Omega^-2, as printed.
-@LEDGER.verified(
+@PART.verified(
     "(42)",
     "initial position and velocity of the slow motion, to order 1/Omega",
     x,
@@ -235,7 +236,7 @@ def _(position, velocity):
 ALPHA0, ALPHA1, ALPHA3 = belt.law_coefficients(symbolic=True)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(43)",
     "law (5) by powers, v_r > 0 and v_r < 0",
     *(side * ALPHA0 + ALPHA1 * v_r + ALPHA3 * v_r**3 for side in (1, -1)),
@@ -244,7 +245,7 @@ def _(*claims):
     return less([friction(v_r, side) for side in (1, -1)], claims)
 
 
-@LEDGER.verified("(44)", "alpha0, alpha1, alpha3", ALPHA0, ALPHA1, ALPHA3)
+@PART.verified("(44)", "alpha0, alpha1, alpha3", ALPHA0, ALPHA1, ALPHA3)
 def _(*claims):
     found = [LAW.diff(SPEED, k).subs(SPEED, 0) / sp.factorial(k) for k in (0, 1, 3)]
     return less(found, claims)
@@ -253,7 +254,7 @@ def _(*claims):
 # (45), (46): w = v_r - q cos T vanishes twice in a period if |v_r| < q. With v_r = q cos T_1 it is
 #     w = 2 q sin((T + T_1)/2) sin((T - T_1)/2),
 # where both angles are within (0, pi) for T_1 < T < 2 pi - T_1, and the second sine is negative for T < T_1.
-@LEDGER.verified("(45)", "sign of v_r - q cos T between its zeros, and elsewhere", 1, -1)
+@PART.verified("(45)", "sign of v_r - q cos T between its zeros, and elsewhere", 1, -1)
 def _(between, elsewhere):
     product = 2 * q * sp.sin((T + T_1) / 2) * sp.sin((T - T_1) / 2)
     left = [product - q * (sp.cos(T_1) - sp.cos(T))]
@@ -265,7 +266,7 @@ def _(between, elsewhere):
     return left
 
 
-@LEDGER.verified("(46)", "zeros of v_r - q cos T", sp.acos(v_r / q), 2 * sp.pi - sp.acos(v_r / q))
+@PART.verified("(46)", "zeros of v_r - q cos T", sp.acos(v_r / q), 2 * sp.pi - sp.acos(v_r / q))
 def _(*claims):
     found = sorted(sp.solve(v_r - q * sp.cos(T), T), key=lambda zero: zero.subs({v_r: 0, q: 1}))
     return less(found, claims)
@@ -273,12 +274,11 @@ def _(*claims):
 
 # (47): (5) has one form for w > 0 and one for w < 0. Where w keeps its sign the mean is one integral; where it does
 # not, the arcs [0, T_1], [T_1, 2 pi - T_1], [2 pi - T_1, 2 pi] are integrated one by one and T_1 is replaced by (46).
-@lru_cache
-def effective(side: int) -> sp.Expr:
-    """<mu(v_r - q cos T)> for law (5): |v_r| < q (side 0), v_r > q (1), v_r < -q (-1)."""
+def over_a_period(f, side: int) -> sp.Expr:
+    """Mean over T of f(sign of v_r - q cos T): |v_r| < q (side 0), v_r > q (1), v_r < -q (-1)."""
 
     def arc(low, high, sign):
-        primitive = sp.integrate(sp.expand(friction(v_r - q * sp.cos(T), sign)), T)
+        primitive = sp.integrate(sp.expand(f(sign)), T)
         return primitive.subs(T, high) - primitive.subs(T, low)
 
     if side:
@@ -288,7 +288,13 @@ def effective(side: int) -> sp.Expr:
     return sp.expand(sp.expand(total / (2 * sp.pi)).subs(T_1, sp.acos(v_r / q)))
 
 
-@LEDGER.verified(
+@cache
+def effective(side: int) -> sp.Expr:
+    """<mu(v_r - q cos T)> for law (5), sides as in `over_a_period`."""
+    return over_a_period(lambda sign: friction(v_r - q * sp.cos(T), sign), side)
+
+
+@PART.verified(
     "(47) line 1",
     "effective friction for |v_r| <= a Omega",
     ALPHA0 * (1 - 2 / sp.pi * sp.acos(v_r / INTENSITY))
@@ -299,7 +305,7 @@ def _(claim):
     return effective(0) - shaken(claim)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(47) line 2",
     "effective friction for v_r >= a Omega and v_r <= -a Omega",
     *(friction(v_r, side) + sp.Rational(3, 2) * ALPHA3 * INTENSITY**2 * v_r for side in (1, -1)),
@@ -318,7 +324,7 @@ def differences(found, claims) -> list[sp.Expr]:
     return [left.rewrite(sp.asin) for left in less(found, map(shaken, claims))]
 
 
-@LEDGER.verified(
+@PART.verified(
     "(47) both lines",
     "effective friction as the package computes it",
     *pieces(belt.effective_friction(symbolic=True).kinetic),
@@ -327,7 +333,7 @@ def _(*claims):
     return differences((effective(0), effective(1)), [c.subs(SPEED, v_r) for c in claims])
 
 
-@LEDGER.verified(
+@PART.verified(
     "after (47)",
     "effective less true friction for v_r > a Omega: larger",
     sp.Rational(3, 4) * INTENSITY**2 * (mu_s - mu_m) * v_r / v_m**3,
@@ -346,12 +352,12 @@ def slope_at_rest(order: int) -> sp.Expr:
     return effective(0).diff(v_r, order).subs(v_r, 0) / sp.factorial(order)
 
 
-@LEDGER.verified("(48)", "series of the effective friction up to v_r^4", HAT1 * v_r + HAT3 * v_r**3)
+@PART.verified("(48)", "series of the effective friction up to v_r^4", HAT1 * v_r + HAT3 * v_r**3)
 def _(claim):
     return sp.series(effective(0), v_r, 0, 5).removeO() - shaken(claim)
 
 
-@LEDGER.verified(
+@PART.verified(
     "(49)",
     "its linear and cubic coefficients",
     belt.effective_damping(symbolic=True),
@@ -361,7 +367,7 @@ def _(*claims):
     return less([slope_at_rest(k) for k in (1, 3)], map(shaken, claims))
 
 
-@LEDGER.verified(
+@PART.verified(
     "(50)",
     "the same in mu_s, mu_m, v_m",
     2 / sp.pi * mu_s / INTENSITY + sp.Rational(3, 2) * (mu_s - mu_m) / v_m * ((INTENSITY / v_m) ** 2 / 2 - 1),
@@ -371,7 +377,7 @@ def _(*claims):
     return less([slope_at_rest(k) for k in (1, 3)], map(shaken, claims))
 
 
-@LEDGER.verified("after (50) first term", "damping coefficient of Coulomb friction", 2 * mu_s / (sp.pi * INTENSITY))
+@PART.verified("after (50) first term", "damping coefficient of Coulomb friction", 2 * mu_s / (sp.pi * INTENSITY))
 def _(claim):
     return slope_at_rest(1).subs(mu_m, mu_s) - shaken(claim)
 
@@ -380,7 +386,7 @@ def _(claim):
 LEAST = 4 / (3 * sp.pi * (1 - mu_m / mu_s))
 
 
-@lru_cache
+@cache
 def least_intensity_cubed() -> sp.Expr:
     """q^3 where the damping coefficient at rest is least."""
     cube = sp.Symbol("cube", positive=True)
@@ -388,7 +394,7 @@ def least_intensity_cubed() -> sp.Expr:
     return found
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "after (50) minimum",
     "intensity of least damping: its cube, and itself",
     right=(v_m**3 * LEAST, belt.least_damping_intensity(symbolic=True)),
@@ -406,7 +412,7 @@ def _(cubed, intensity):
 
 
 # The example of figures 4 and 8, a = 0.01 and Omega = 50.
-@LEDGER.verified(
+@PART.verified(
     "4.1.4", "amplitudes of the fast displacement and velocity in figure 8", sp.Rational(1, 100), sp.Rational(1, 2)
 )
 def _(*claims):

@@ -1,38 +1,32 @@
-"""Thomsen's mass on a moving belt: stick-slip, and the summary without excitation, (23)-(30); see `thomsen`."""
+"""Thomsen's mass on a moving belt: stick-slip, and the summary without excitation, (23)-(30)."""
 
-from functools import lru_cache
+from functools import cache
 
 import mpmath as mp
 import sympy as sp
 
-from derivations.thomsen_pure_slip import (
+from derivations.ledger import Ledger
+from derivations.residuals import less, rounded
+from derivations.thomsen.model import (
     ETA,
     FIGURE_3,
     LAW,
-    LEDGER,
     MU,
     V_B0,
     V_B1,
-    A,
     acceleration,
     any_law,
     beta,
     d,
     eta,
-    force_coefficients,
     friction,
     gamma2,
     in_regime,
-    less,
     mu,
     mu_m,
     mu_s,
     psi,
-    pure_slip,
-    rounded,
-    solved_in_regime,
     speed,
-    stick_start,
     tau,
     v,
     v_1,
@@ -40,31 +34,34 @@ from derivations.thomsen_pure_slip import (
     v_m,
     x,
 )
+from derivations.thomsen.pure_slip import A, force_coefficients, pure_slip, solved_in_regime, stick_start
 from symfric.model.names import SPEED
 from symfric.theory import belt
+
+PART = Ledger("thomsen", "3.3, 3.4: stick-slip, summary")
 
 # --- 3.3 Stick-slip oscillations --------------------------------------------------------------------------------------
 tau_0, x_0 = sp.symbols("tau_0 x_0", real=True)
 
 
-@LEDGER.verified("(23)", "position while sticking", x_0 + (tau - tau_0) * v_b)
+@PART.verified("(23)", "position while sticking", x_0 + (tau - tau_0) * v_b)
 def _(claim):
     return sp.expand(x_0 + sp.integrate(v_b, (psi, tau_0, tau)) - claim)
 
 
-@LEDGER.verified("(24)", "balance of forces while sticking, mu the friction at rest", 2 * beta * v_b + x + gamma2 * mu)
+@PART.verified("(24)", "balance of forces while sticking, mu the friction at rest", 2 * beta * v_b + x + gamma2 * mu)
 def _(claim):
     return sp.expand(-acceleration(mu, velocity=v_b) - claim)
 
 
 # The spring pulls back while x grows; friction holds with mu = -mu_s at most.
-@lru_cache
+@cache
 def release() -> sp.Expr:
     """Position at which sticking ends."""
     return sp.solve(acceleration(-mu_s, velocity=v_b), x)[0]
 
 
-@LEDGER.verified("(25)", "position at which sticking ends", belt.release_position(symbolic=True))
+@PART.verified("(25)", "position at which sticking ends", belt.release_position(symbolic=True))
 def _(claim):
     return sp.expand(release() - claim)
 
@@ -74,7 +71,7 @@ def _(claim):
 A_1, theta_1, xbar = sp.symbols("A_1 theta_1 xbar", real=True)
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "(26)",
     "position and velocity during slip, time from its start",
     right=(A_1 * sp.sin(tau + theta_1) + xbar, A_1 * sp.cos(tau + theta_1)),
@@ -95,7 +92,7 @@ def distance(friction_at_belt_speed) -> sp.Expr:
     return release() - gamma2 * friction_at_belt_speed
 
 
-@LEDGER.verified(
+@PART.verified(
     "(27)",
     "amplitude of stick-slip, any law",
     sp.sqrt(v_b**2 + (gamma2 * (mu_s - MU(v_b)) - 2 * beta * v_b) ** 2),
@@ -107,13 +104,13 @@ def _(claim):
     return radius - claim.replace(MU, lambda _: value)
 
 
-@lru_cache
+@cache
 def stick_slip() -> sp.Expr:
     """A1 squared with law (5), in the letters of the regime."""
     return sp.factor(in_regime(v_b**2 + distance(LAW.subs(SPEED, v_b)) ** 2))
 
 
-@LEDGER.verified("(28)", "amplitude of stick-slip, law (5)", belt.stick_slip_amplitude(symbolic=True))
+@PART.verified("(28)", "amplitude of stick-slip, law (5)", belt.stick_slip_amplitude(symbolic=True))
 def _(claim):
     return sp.sqrt(stick_slip()) - in_regime(claim)
 
@@ -138,12 +135,12 @@ def vanishing(difference) -> tuple[sp.Expr, sp.Expr]:
     return sp.simplify(difference.diff(kappa)), difference.subs(kappa, 0)
 
 
-@LEDGER.verified("(28) phase", "phase theta_1 of (26) at the release", belt.slip_arc(symbolic=True)[1])
+@PART.verified("(28) phase", "phase theta_1 of (26) at the release", belt.slip_arc(symbolic=True)[1])
 def _(claim):
     return vanishing(PHASE - in_kappa(claim))
 
 
-@LEDGER.verified(
+@PART.verified(
     "(29)", "frequency of stick-slip, with the times of the arc (26)", belt.stick_slip_frequency(symbolic=True)
 )
 def _(claim):
@@ -151,7 +148,7 @@ def _(claim):
 
 
 # kappa > atan(kappa): the frequency is below 1.
-@LEDGER.verified("before (29)", "period of stick-slip above 2 pi", 2 * (kappa - sp.atan(kappa)))
+@PART.verified("before (29)", "period of stick-slip above 2 pi", 2 * (kappa - sp.atan(kappa)))
 def _(claim):
     return vanishing(PERIOD - 2 * sp.pi - claim)
 
@@ -161,7 +158,7 @@ SLOW = sp.Rational(1, 100)
 
 # The numbers after (29) need a cycle of (1) with (5) itself: slip from the release until the velocity is v_b again,
 # integrated by a Taylor series to 20 digits, and stick over the distance that is left.
-@lru_cache
+@cache
 def exact_cycle(belt_speed: sp.Rational) -> tuple[sp.Float, sp.Float, sp.Float]:
     """Period, stick time and half range of x of the stick-slip cycle, other parameters as in figure 3."""
     given = {**FIGURE_3, v_b: belt_speed}
@@ -180,7 +177,7 @@ def exact_cycle(belt_speed: sp.Rational) -> tuple[sp.Float, sp.Float, sp.Float]:
     return tuple(sp.Float(e, 18) for e in (slip + stick, stick, half_range))
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "after (29) frequencies",
     "omega_ss of figure 3, and at v_b = 0.01",
     right=(sp.Rational(92, 100), sp.Rational(85, 100)),
@@ -191,7 +188,7 @@ def _(*claims):
     return less([rounded(2 * sp.pi / exact_cycle(s)[0], 2) for s in (FIGURE_3[v_b], SLOW)], claims)
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "after (29) sticking",
     "part of the period spent sticking at v_b = 0.01",
     right=sp.Rational(32, 100),
@@ -204,7 +201,7 @@ def _(claim):
 
 
 # A1^2 grows with the belt speed: for beta = 0, s = v_b/v_m, its derivative has the factors 1 - s^2 and 1 - s^2/3.
-@LEDGER.verified(
+@PART.verified(
     "after (29) growth",
     "d(A1^2)/d v_b for beta = 0: positive below v_m",
     2 * v_b * (1 + ETA**2 * (1 - (v_b / v_m) ** 2 / 3) * (1 - (v_b / v_m) ** 2)),
@@ -215,7 +212,7 @@ def _(claim):
 
 
 # A1 grows up to v_b0 and A0 falls from there, so the largest amplitude is the larger one of the two at v_b0.
-@LEDGER.corrected(
+@PART.corrected(
     "after (29) maximum",
     "largest amplitude that the two formulas give",
     right=V_B0 * sp.sqrt(1 + (sp.Rational(11, 15) * (ETA - 2 * beta)) ** 2),
@@ -227,7 +224,7 @@ def _(claim):
     return sp.sqrt(sp.simplify(stick_slip().subs(speed, stick_start()))) - in_regime(claim)
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "after (29) transition",
     "belt speed of the transition from pure slip to stick-slip",
     right=V_B0,
@@ -239,7 +236,7 @@ def _(claim):
 
 
 # --- 3.4 Summary and illustration -------------------------------------------------------------------------------------
-@LEDGER.corrected(
+@PART.corrected(
     "3.4 first sentence",
     "v_b0 and v_b1, named by the equations that define them",
     right=(V_B0, V_B1),
@@ -251,13 +248,13 @@ def _(first, second):
     return stick_start() - in_regime(first), onset - in_regime(second)
 
 
-@LEDGER.verified("3.4 (a)", "position for v_b > v_b1", gamma2 * MU(v_b))
+@PART.verified("3.4 (a)", "position for v_b > v_b1", gamma2 * MU(v_b))
 def _(claim):
     (found,) = sp.solve(acceleration(-MU(v_b), velocity=0), x)  # the law is odd
     return any_law(found - claim)
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "3.4 (b)",
     "A0 at v_b0 and at v_b1",
     right=(V_B0, 0),
@@ -269,7 +266,7 @@ def _(*claims):
     return less(ends, [in_regime(c) for c in claims])
 
 
-@LEDGER.corrected(
+@PART.corrected(
     "3.4 (c)",
     "A1 at v_b = 0, and the belt speed of its maximum",
     right=(0, V_B0),
@@ -289,13 +286,13 @@ IN_NUMBERS = {
 }
 
 
-@LEDGER.verified("figure 5", "v_b0 and v_b1, four digits", sp.Rational(3944, 10**4), sp.Rational(4410, 10**4))
+@PART.verified("figure 5", "v_b0 and v_b1, four digits", sp.Rational(3944, 10**4), sp.Rational(4410, 10**4))
 def _(*claims):
     onset = solved_in_regime(force_coefficients()[1], speed)
     return less([rounded(f.subs(IN_NUMBERS), 4) for f in (stick_start(), onset)], claims)
 
 
-@LEDGER.verified(
+@PART.verified(
     "figure 5 stick-slip",
     "(28) and the half range of the cycle at v_b = 0.2, two digits: underestimated by a quarter",
     sp.Rational(21, 100),
@@ -306,7 +303,7 @@ def _(estimate, cycle):
     return rounded(first, 2) - estimate, rounded(exact_cycle(FIGURE_3[v_b])[2], 2) - cycle
 
 
-@LEDGER.verified(
+@PART.verified(
     "figure 6",
     "eta for mu_m = 0.25, 0.35, 0.363333, and its critical value",
     *(sp.Rational(n, 100) for n in (45, 15, 11, 10)),
@@ -318,7 +315,7 @@ def _(*claims):
 
 
 # (30): v_b, eta and beta small together, e times numbers of order one. The first term beyond v_b is of third order.
-@LEDGER.corrected(
+@PART.corrected(
     "(30)",
     "A1 for small v_b, eta, beta: limit and first term of the error",
     right=(belt.slow_belt_amplitude(symbolic=True), v_b * (ETA - 2 * beta) ** 2 / 2),
