@@ -34,9 +34,10 @@ from derivations.effective_friction import (
     v,
 )
 from derivations.ledger import Ledger
+from derivations.residuals import agree
 
 LEDGER = Ledger("effective_closed", "The mean of friction over a fast vibration in closed form")
-DIGITS, AGREE = 34, mpmath.mpf(10) ** -25
+DIGITS = 34
 
 VALUES = {q: "3/10", mu: "2/5", mu_s: "1/2", b: "1/7", alpha: "-1/5"}
 POINTS = [
@@ -57,27 +58,25 @@ def _digits(expr, at):
     expr = expr.subs(dict(at))
     with mpmath.workdps(DIGITS):
         if not expr.has(sp.Integral):
-            return mpmath.mpmathify(expr.evalf(DIGITS))
-        return mpmath.quad(sp.lambdify(s, integrand(expr), "mpmath"), [0, 0.5, 1])
+            return expr.evalf(DIGITS)
+        return sp.sympify(mpmath.quad(sp.lambdify(s, integrand(expr), "mpmath"), [0, 0.5, 1]))
+
+
+def gap(derived, claim, points):
+    """0 if two formulas have 25 digits in common at every point, or the first difference."""
+    gaps = (agree(digits(derived, at), digits(claim, at), 25) for at in points)
+    return next((e for e in gaps if e != 0), sp.Integer(0))
 
 
 def disagreement(claim, law, points):
-    """0 if the claim has 25 digits in common with the package's mean at every point, or the first difference."""
-    for at in points:
-        gap = digits(claim, at) - digits(law.averaged(q).kinetic, at)
-        if abs(gap) > AGREE:
-            return gap
-    return sp.Integer(0)
+    """What is left of a claim by the package's mean."""
+    return gap(law.averaged(q).kinetic, claim, points)
 
 
 def slope_disagreement(claim, law):
     """The same for the slope at rest."""
     slope = branch(law.averaged(q).kinetic, {v: 1, q: 2}).diff(v)
-    for at in BELOW[:2]:
-        gap = digits(claim, at) - digits(slope, {**at, v: 0})
-        if abs(gap) > AGREE:
-            return gap
-    return sp.Integer(0)
+    return gap(slope, claim, [{**at, v: 0} for at in BELOW[:2]])
 
 
 LORENTZ_LAW, GAUSS_LAW, ROOT_LAW, STRIBECK_LAW = (law for law, _ in itertools.islice(QUADRATURES.values(), 4))
@@ -186,7 +185,7 @@ ARCTAN = 2 * mu / sp.pi * sp.asin(2 * v / (r1 + r2))
 
 @LEDGER.verified("1.7", "arctan, Coulomb, every v", ARCTAN, note="tends to (2/pi) mu asin(v/q) and mu for c -> 0")
 def _(claim):
-    rate = sp.simplify(claim.diff(v) ** 2 - (2 * mu / sp.pi) ** 2 * IMAGINARY_SQUARED)
+    rate = claim.diff(v) ** 2 - (2 * mu / sp.pi) ** 2 * IMAGINARY_SQUARED
     return rate, claim.subs(v, 0), disagreement(claim, REGULARISED[1], POINTS)
 
 

@@ -15,6 +15,7 @@ import itertools
 import sympy as sp
 
 from derivations.ledger import Ledger
+from derivations.residuals import less
 from symfric.model import laws
 from symfric.model.effective import effective_coefficient
 from symfric.model.names import SPEED
@@ -50,7 +51,7 @@ def jumps(law, order):
 @LEDGER.verified("1.2", "jumps of m, m', m'', m''' at w = 0", 2 * f[0], 0, 2 * f[2], 0)
 def _(*claim):
     law = sum(f[k] * v**k / sp.factorial(k) for k in range(4))
-    return [jump - right for jump, right in zip(jumps(law, 4), claim, strict=True)]
+    return less(jumps(law, 4), claim)
 
 
 # So w = 0 is the one point where the integrand may not be smooth. A regularised constant coefficient is itself odd,

@@ -11,6 +11,7 @@ import sympy as sp
 from derivations.effective_friction import BREAKS, CLUSTERED, F, G, branch, integrand, s
 from derivations.ledger import Ledger
 from derivations.oscillations import AMPLITUDE
+from derivations.residuals import less
 from symfric.model import laws
 from symfric.model.library import mass_on_belt
 from symfric.model.names import SPEED, TIME
@@ -68,7 +69,7 @@ def routh_step(coefficients):
 
 @LEDGER.verified("1.2", "minors of p from those of r, n = 4", *(c[1] * d for d in minors(routh_step(c))))
 def _(*claim):
-    return [sp.simplify(right - minor) for right, minor in zip(claim, minors(c)[1:], strict=True)]
+    return [right - minor for right, minor in zip(claim, minors(c)[1:], strict=True)]
 
 
 # Orlando: the last minor but one vanishes where two roots are opposite, as a pair on the axis is.
@@ -116,7 +117,7 @@ def _(*claim):
     numbers = dict(zip(MATRIX, (2, -3, 5, 7, 11, -13, 17, 19, 23), strict=True))
     derived = sp.Poly((z * sp.eye(3) - MATRIX).det(), z).all_coeffs()[1:]
     found = characteristic_coefficients(np.array(MATRIX.subs(numbers), dtype=float))[1:]
-    left = [sp.expand(right - coefficient) for right, coefficient in zip(claim, derived, strict=True)]
+    left = [sp.expand(e) for e in less(claim, derived)]
     return left + [right.subs(numbers) - round(value) for right, value in zip(claim, found, strict=True)]
 
 
@@ -235,7 +236,7 @@ EVEN_POWERS = ((2, 0), (0, 2), (2, 2), (4, 0), (4, 2))
 def _(*claim):
     waves = (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)
     means = (sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi) for wave in waves)
-    return [right - mean for right, mean in zip(claim, means, strict=True)]
+    return less(claim, means)
 
 
 x1, x2, u1, u2 = sp.symbols("x1 x2 u1 u2", real=True)
@@ -283,4 +284,4 @@ def slow_motion():
 
 @LEDGER.verified("3.2", "two masses: start, forces and intensity of the slow motion", *slow_claim())
 def _(*claim):
-    return [right - left for right, left in zip(claim, slow_motion(), strict=True)]
+    return less(claim, slow_motion())

@@ -10,6 +10,7 @@ from functools import cache
 import sympy as sp
 
 from derivations.ledger import Ledger
+from derivations.residuals import less
 from symfric.theory.second_order import expansion
 
 LEDGER = Ledger("oscillations", "Expansion of Krylov, Bogoliubov and Mitropolsky; normal form of Hopf points")
@@ -91,7 +92,7 @@ def expansion_rows(number, name, monomials):
     def _(*claim):
         results = oscillation(monomials, found.coefficients)
         derived = [e for quarter, which in places for e in extreme(results[which], quarter)]
-        return [sp.expand(right - left) for right, left in zip(claim, derived, strict=True)]
+        return [sp.expand(e) for e in less(claim, derived)]
 
 
 expansion_rows(1, "powers of x'", BELT)
@@ -104,9 +105,7 @@ expansion_rows(3, "powers of x and x'", MIXED)
 def _(*claim):
     f, g, waves, speeds = oscillation(BELT, expansion(BELT).coefficients)
     half_range = extreme(waves, 0)[1] - extreme(waves, 2)[1]
-    return [
-        left - right for left, right in zip((f[2], g[1], g[3], half_range, extreme(speeds, 3)[1]), claim, strict=True)
-    ]
+    return less((f[2], g[1], g[3], half_range, extreme(speeds, 3)[1]), claim)
 
 
 # --- 2. Hopf points ------------------------------------------------------------------------------------------------

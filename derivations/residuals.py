@@ -19,8 +19,9 @@ def rounded(number: sp.Expr, places: int) -> sp.Rational:
 
 def agree(derived, claim, digits: int = 12) -> sp.Expr:
     """Return zero if two numbers agree to so many digits, otherwise their difference."""
-    difference = sp.Float(derived, 34) - claim
-    return sp.Integer(0) if abs(difference) <= sp.Float(10) ** -digits * abs(sp.Float(derived)) else difference
+    derived, claim = sp.N(derived, 34), sp.N(claim, 34)
+    close = abs(derived - claim) <= sp.Float(10) ** -digits * abs(derived)
+    return sp.Integer(0) if close else derived - claim
 
 
 def trend(values: Iterable) -> int:

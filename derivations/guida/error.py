@@ -32,18 +32,18 @@ def _(claim):
     motion = {sp.diff(place, tau, 2): -2 * mu * sp.diff(place, tau) - place}
     ratio = sp.diff(place, tau) / place
     rate = sp.simplify(ratio / sp.diff(ratio, tau).subs(motion))
-    return sp.simplify(rate.subs(sp.diff(place, tau), u * place) - claim)
+    return rate.subs(sp.diff(place, tau), u * place) - claim
 
 
 def integral_of_17(claim):
     """Return what is left of d ln psi/du by (17)."""
-    return sp.simplify(sp.diff(claim, u) / claim + u / (u**2 + 2 * mu * u + 1))
+    return sp.diff(claim, u) / claim + u / (u**2 + 2 * mu * u + 1)
 
 
 # The constant in psi is free. It is pinned here by the printed value at u = -mu, and for |mu| >= 1 by u psi -> 1.
 @PART.verified("(18)", "psi for |mu| < 1", psi(u, mu))
 def _(claim):
-    return integral_of_17(claim), sp.simplify(claim.subs(u, -mu) - 1 / omega_mu)
+    return integral_of_17(claim), claim.subs(u, -mu) - 1 / omega_mu
 
 
 # Where x passes 0, u runs through infinity and the arctangent jumps by pi, while x' is continuous. On x = exp(-mu tau)
@@ -65,7 +65,7 @@ def _(claim):
     for moment in (sp.pi / (2 * omega_mu), -sp.pi / (2 * omega_mu)):
         here = SWING.subs(tau, moment)
         constants.append(sp.simplify(here / psi(sp.simplify(sp.diff(SWING, tau).subs(tau, moment) / here), mu)))
-    return sp.simplify(constants[0] / constants[1] - claim)
+    return constants[0] / constants[1] - claim
 
 
 @PART.verified("(18) mu = 1", "psi for mu = 1", sp.exp(-1 / (u + 1)) / (u + 1), note="not printed")
@@ -118,7 +118,7 @@ def first_section(motion, start):
     """Return what is left of the first section's equation, and of the start."""
     equation = sp.simplify(sp.diff(motion, tau, 2) + 2 * mu1 * sp.diff(motion, tau) + motion)
     given = motion.subs(tau, 0) - start[0], sp.diff(motion, tau).subs(tau, 0) - start[1]
-    return equation, *(sp.simplify(e) for e in given)
+    return equation, *(e for e in given)
 
 
 @PART.corrected(
@@ -130,7 +130,7 @@ def first_section(motion, start):
 )
 def _(claim):
     landing = sp.diff(TYPE_A, tau).subs(tau, sp.pi / OMEGA1)  # the next zero of w
-    return *first_section(TYPE_A, (0, LAM)), sp.simplify(LAM - landing - claim)
+    return *first_section(TYPE_A, (0, LAM)), LAM - landing - claim
 
 
 # The largest w comes where w' = 0, tan(omega1 tau) = omega1/mu1, omega1 tau = acos(mu1); it is 1 for lambda = E1.
@@ -142,7 +142,7 @@ def _(claim):
 )
 def _(claim):
     top = sp.acos(mu1) / OMEGA1
-    return sp.simplify(sp.diff(TYPE_A, tau).subs(tau, top)), sp.simplify(TYPE_A.subs(tau, top).subs(LAM, claim) - 1)
+    return sp.diff(TYPE_A, tau).subs(tau, top), TYPE_A.subs(tau, top).subs(LAM, claim) - 1
 
 
 @PART.verified(
@@ -152,7 +152,7 @@ def _(claim):
 )
 def _(claim):
     landing = sp.diff(TYPE_A, tau).subs(tau, sp.pi / OMEGA1)
-    return sp.simplify(sp.limit((LAM - landing).subs(LAM, eps * (1 + x)), x, 0) - claim)
+    return sp.limit((LAM - landing).subs(LAM, eps * (1 + x)), x, 0) - claim
 
 
 # Type b, mu2 -> infinity: the speed is held at 1 as long as the first section would accelerate the slide, -y - 2 mu1
@@ -166,7 +166,7 @@ LEAVING = sp.exp(-mu1 * tau) * (sp.cos(OMEGA1 * tau) + mu1 * sp.sin(OMEGA1 * tau
 def _(claim):
     last = sp.acos(-mu1) / OMEGA1  # w = 0: tan(omega1 tau) = -omega1/mu1
     rest = sp.simplify(LEAVING.subs(tau, last))
-    return *first_section(LEAVING, (1, 0)), rest, sp.simplify(LAM - sp.diff(LEAVING, tau).subs(tau, last) - claim)
+    return *first_section(LEAVING, (1, 0)), rest, LAM - sp.diff(LEAVING, tau).subs(tau, last) - claim
 
 
 @PART.corrected(
@@ -185,7 +185,7 @@ def _(claim):
         for e in (claim, drive.steep_error(symbolic=True))
     ]
     difference = angles[0] - angles[1]
-    return sp.simplify(sp.diff(difference, n)), sp.simplify(sp.expand(difference.subs(n, sp.sqrt(2) / 2)))
+    return sp.diff(difference, n), sp.expand(difference.subs(n, sp.sqrt(2) / 2))
 
 
 # The exact error for finite mu2, from (17) and (18) alone: on all three arcs w > 0, so that no continuation is needed.

@@ -4,7 +4,7 @@ import sympy as sp
 
 from derivations.guida.motion import sticks, vibrates
 from derivations.ledger import Ledger
-from derivations.residuals import trend
+from derivations.residuals import less, trend
 
 PART = Ledger("guida", "III, IV")
 
@@ -20,7 +20,7 @@ PART = Ledger("guida", "III, IV")
 )
 def _(*claim):
     found = [vibrates(0.2, d, fs) for d in (0.3, 0.15) for fs in (7.4, 7.8)]
-    return [a - b for a, b in zip(found, claim, strict=True)]
+    return less(found, claim)
 
 
 STARTS = tuple(

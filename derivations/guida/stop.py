@@ -69,7 +69,7 @@ def _(claim):
     (back,) = sp.solve(claim - small(tau), X)
     motion = motion.subs(place(t), back.subs(tau, omega * t)).doit().subs(t, tau / omega).doit()
     target = sp.diff(small(tau), tau, 2) + f + small(tau)
-    return sp.simplify(motion / (m * omega * v_star) - target)
+    return motion / (m * omega * v_star) - target
 
 
 @PART.verified("(7)", "motion in the scaling by v*, sliding speed x' - p1", xdd + f + x, xd - p1)
@@ -100,7 +100,7 @@ def _(*claim):
     note="x' < -p1 is printed; -p1 = V > 0 lies in forward sliding, rest is at p1",
 )
 def _(*claim):
-    return [sp.simplify((s - v) / v_star - c.subs(BY_V_STAR)) for s, c in zip((-v_star, 0), claim, strict=True)]
+    return [(s - v) / v_star - c.subs(BY_V_STAR) for s, c in zip((-v_star, 0), claim, strict=True)]
 
 
 @PART.corrected(
@@ -180,7 +180,7 @@ MARGIN = fac + tan1 + tan2 * (V - 1) - fas  # of holding, below zero
     "damper on the support, as in (3) and (9), sigma does not enter",
 )
 def _(claim):
-    return sp.simplify((SPRING - friction(0, v_star)["rest"]) / (m * omega * v_star) - claim.subs(V, V_))
+    return (SPRING - friction(0, v_star)["rest"]) / (m * omega * v_star) - claim.subs(V, V_)
 
 
 # lambda is the excess of the spring's force over the kinetic friction at rest; the slide moves if lambda > eps. With
