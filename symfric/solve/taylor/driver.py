@@ -4,12 +4,12 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.status import Status
+from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
-from symfric.solve.taylor.settle import EPS, TIE, TOUCH, call_code, expand, natural_time, prelude, probe_trial, settle
+from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_size
 from symfric.solve.taylor.workspace import (
-    CHECKED,
     CHUNK,
     EVENTS,
     EXPAND,
@@ -106,7 +106,7 @@ def drive(w):
         if last:
             h = left
         tau = _first_event(w, n_x, n_c, h)
-        while tau > 0.0 and not _is_sound(w, n_x, tau):
+        while tau > 0.0 and not is_sound(w, n_x, tau):
             if tau <= 16.0 * EPS * w.y[n_x]:
                 return _COLLAPSE
             last, h = False, 0.25 * tau
@@ -135,7 +135,7 @@ def _first_event(w, n_x, n_c, h):
     """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
     n_g = w.hit.size
     w.counts[FLAGGED] = 0
-    _reach(w, h)
+    reach(w, h)
     tau, which = h, -1
     for g in range(n_g):
         w.hit[g] = 0
@@ -164,13 +164,6 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
-def _reach(w, h):
-    """Compute what a step adds to the states, and by how much it can change the guards."""
-    w.step[0] = h
-    call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
-
-
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
     """Return the time at which guard row r becomes negative, more than h if it does not."""
@@ -197,80 +190,6 @@ def _crossing(w, r, g, begin, total, h):
     if first == order:
         return 2.0 * h
     return first_crossing(w.c[r, first:], order - first, h, begin, total, w.table, w.stack, w.found, w.poly)
-
-
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
-def _is_sound(w, n_x, tau):
-    """Move the state on trial to the end of a step; return whether the polynomial obeys the equations on the way.
-
-    A law that is flat far from rest and steep near it (tanh, a narrow Gauss or Stribeck law) can be zero to rounding in
-    all coefficients at the beginning of a step; no error estimate at the beginning sees it. The defect does: at the
-    end, in the middle, and where a contact slips most slowly.
-    """
-    if w.limits[CHECKED]:
-        if not _obeys(w, n_x, 0.5 * tau):
-            return False
-        for i in range(w.sticks.size):
-            if w.m[i] < 0.5 and w.c[n_x + 2 * i, 1] < 0.0:
-                slowest = _turn(w.c[n_x + 2 * i], tau)
-                if slowest < tau and not _obeys(w, n_x, slowest):
-                    return False
-        return _obeys(w, n_x, tau)
-    _try_end(w, n_x, tau)
-    return True
-
-
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
-def _try_end(w, n_x, t):
-    """Set the state on trial to that of the polynomial after the time t."""
-    if t != w.step[0]:
-        _reach(w, t)
-    for r in range(n_x):
-        w.trial[r] = w.c[r, 0] + w.reach[r]
-
-
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
-def _slope(c, t):
-    rate = 0.0
-    for k in range(c.size - 1, 0, -1):
-        rate = rate * t + k * c[k]
-    return rate
-
-
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
-def _turn(c, h):
-    """Return about where a polynomial that falls at 0 stops falling, h if it falls at h too."""
-    if _slope(c, h) <= 0.0:
-        return h
-    low, high = 0.0, h
-    for _ in range(16):
-        middle = 0.5 * (low + high)
-        if _slope(c, middle) < 0.0:
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
-def _obeys(w, n_x, t):
-    """Return whether the rates of the polynomial after the time t are those of the equations."""
-    _try_end(w, n_x, t)
-    w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + t)
-    probe_trial(w)
-    for r in range(w.limits[N_Q]):
-        w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
-    floor = 0.0  # forces that hold each other leave accelerations of rounding
-    for i in range(w.sticks.size):
-        floor = max(floor, 1e-13 * w.gauge[2, i])
-    for r in range(w.limits[N_Q], n_x):
-        rate, start, truth = _slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
-        w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
-        scale = max(w.scale[r], start * t, abs(truth) * t)
-        allowed = 50.0 * w.clock[TOLERANCE] * scale + t * (floor + 1e-12 * (start + abs(truth)))
-        if abs(rate - truth) * t > allowed:
-            return not abs(truth) < np.inf  # a singular point ends the step, and is left by `start_singular`
-    return True
 
 
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
