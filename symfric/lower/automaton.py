@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
+from symfric.lower.bends import bends
 from symfric.lower.means import without_integrals
 from symfric.lower.printer import Printer, Switches
 from symfric.model.laws import Law
@@ -176,6 +177,8 @@ class Lowering:
         load = self.sx(c.normal * c.profile)
         inside = {**self.symbols, SPEED: self.d[i] * w}
         law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
+        for speed in bends(c.law, self.scene.values):
+            self.switches.of(self.d[i] * w - self.sx(speed), (c.name, speed))
         return w, load, -self.d[i] * load * law(_bridged(c.law.where(self.constants)))
 
 

@@ -1,0 +1,69 @@
+"""Laws that are flat almost everywhere: no estimate from the beginning of a step sees what it leaps over."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.lower.bends import bends
+
+V = sf.SPEED
+WIDTH, CENTRE = sp.symbols("width centre", positive=True)
+SHAPES = {
+    "bump": sp.exp(-(((V - CENTRE) / WIDTH) ** 2)),
+    "step": sp.tanh((V - CENTRE) / WIDTH),
+    "arctangent": sp.atan((V - CENTRE) / WIDTH),
+    "peak": 1 / (1 + ((V - CENTRE) / WIDTH) ** 2),
+    "logistic": 1 / (1 + sp.exp((V - CENTRE) / WIDTH)),
+}
+
+
+def excited(law, **values):
+    settings = {"v_b": 1.3, "beta": 0.02, "a": 0.3, "Omega": 2.0, "horizon": 6.0, **values}
+    return sf.scenes.mass_on_belt(law, **settings)
+
+
+def distance(scene, tolerance, order=6, finest=1e-11):
+    truth = sf.simulate(scene, finest, route=sf.Taylor(order=order))
+    run = sf.simulate(scene, tolerance)
+    assert run.stats["events"] == truth.stats["events"]
+    return np.max(np.abs(run.checked().final - truth.checked().final))
+
+
+@pytest.mark.parametrize("width", [0.1, 0.01, 0.003])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_features_away_from_rest_are_not_leapt_over(shape, width):
+    law = sf.laws.custom(sp.Rational(3, 10) + SHAPES[shape] / 10, 0.6)
+    scene = excited(law).where({"width": width, "centre": 1.0})
+    for tolerance in (1e-6, 1e-9):
+        assert distance(scene, tolerance) < 20 * tolerance
+
+
+def test_a_slip_that_turns_after_it_rose_shows_a_law_narrow_about_rest():
+    law = sf.laws.gauss(0.43206, 0.07997, mu_s=0.48278, b=0.05)
+    scene = excited(law, v_b=0.54793, beta=0.0, a=0.1083, Omega=11.367, horizon=14.51)
+    assert distance(scene, 1e-10, order=12, finest=1e-13) < 1e-9
+
+
+def test_bends_follow_the_parameters():
+    law = sf.laws.custom(0.3 + SHAPES["bump"] / 10, 0.6)
+    assert bends(law, {CENTRE: 1.0, WIDTH: 0.1}) == [CENTRE]
+    assert bends(law, {CENTRE: None, WIDTH: None}) == []
+    scene = excited(law).where({"width": 0.01, "centre": 0.9})
+    moved = sf.prepare(scene, 1e-9).run({"centre": 1.1}).final
+    assert moved == pytest.approx(sf.simulate(scene.where({"centre": 1.1}), 1e-9).final, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        sf.laws.gauss(0.3, 0.5, mu_s=0.4, b=0.05),
+        sf.laws.lorentz(0.3, 0.5),
+        sf.laws.stribeck(0.4, 0.25, 0.2),
+        sf.laws.exponential(0.4, 0.8),
+        sf.laws.square_root(0.4, -0.1),
+        sf.laws.cubic(0.4, 0.25, 0.5),
+    ],
+)
+def test_laws_of_the_handbook_bend_only_about_rest(law):
+    assert bends(law, {}) == []
