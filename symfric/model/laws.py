@@ -163,6 +163,11 @@ class Law:
         ``mubar(v) = <mu(v - q cos theta)>``, the mean over theta, Thomsen (41). Closed form for laws that are
         polynomials of the speed, Thomsen (47); an integral over theta, split where the relative velocity changes its
         sign or the law its branch, for the others. The slope just below v = q is infinite, Thomsen (47).
+
+        Raises
+        ------
+        SceneError
+            If q is negative, or if the law is such an integral itself.
         """
         q = expression(q, "the intensity q of the fast vibration")
         if q.is_number:
@@ -170,6 +175,11 @@ class Law:
                 raise SceneError(f"the intensity q of the fast vibration is {q}; it must not be negative")
             if q == 0:
                 return self
+        if self.kinetic.has(sp.Integral):
+            raise SceneError(
+                "the law is a mean over fast vibration already, without a closed form, and the mean of such a mean "
+                "cannot be computed; average the law itself, once"
+            )
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
         return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
 

@@ -200,3 +200,9 @@ def test_effective_law_with_a_symbol_for_the_intensity():
     assert law.free_symbols == {q}
     s = np.array([0.1, 0.29, 0.31, 1.0])
     assert law.where({q: 0.3})(s) == pytest.approx(L.cubic(0.4, 0.25, 0.5).averaged(0.3)(s), rel=1e-13)
+
+
+def test_the_mean_of_a_mean_without_closed_form_is_refused():
+    once = sf.laws.stribeck(0.4, 0.25, 0.2).averaged(0.3)
+    with pytest.raises(sf.SceneError, match="average the law itself, once"):
+        once.averaged(0.2)
