@@ -10,7 +10,6 @@ from symfric.bench.peers import peers
 from symfric.bench.problems import problems
 from symfric.cli import main
 
-
 EVENTS = problems()["P1"].events
 
 
