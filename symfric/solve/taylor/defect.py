@@ -3,8 +3,9 @@
 import numpy as np
 from numba import njit
 
+from symfric.solve.memory import call_code
 from symfric.solve.taylor.polynomials import FUSED
-from symfric.solve.taylor.settle import call_code, probe_trial
+from symfric.solve.taylor.settle import probe_trial
 from symfric.solve.taylor.workspace import CHECKED, N_Q, T_LOW, TOLERANCE
 
 _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no step spans more than 4 rad of anything

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from symfric.solve.compiled import EVENTS_FULL, INTEGRAL, PATH_FULL, PAUSED
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
@@ -17,7 +18,6 @@ from symfric.solve.taylor.workspace import (
     GO,
     GRAZES,
     H_LAST,
-    INTEGRAL,
     KEEP_EVENTS,
     KEEP_PATH,
     KEPT_EVENTS,
@@ -37,8 +37,6 @@ from symfric.solve.taylor.workspace import (
     T_LOW,
     TOLERANCE,
 )
-
-PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
 _COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
@@ -281,11 +279,12 @@ def _switch(w, n_x, n_c):
     w.counts[GRAZES] += changed == 0 and not starting
     w.counts[STALL] += 1
     w.counts[PHASE] = EXPAND
-    return _budget(w, n_x)
+    return budget(w, n_x)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
-def _budget(w, n_x):
+def budget(w, n_x):
+    """Return a status that ends a run of too many events."""
     if w.counts[STALL] > _STALLED:
         return _CHATTER
     if w.counts[EVENTS] > w.limits[MAX_EVENTS]:

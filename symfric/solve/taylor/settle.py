@@ -7,11 +7,10 @@ time, the worst first and, if that runs long, the one of least index: Murty's ru
 """
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from symfric.lower.automaton import REDUNDANT
+from symfric.solve.memory import call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.workspace import KINKS, N_Q, STEPS, STICKER, T_END, TOLERANCE
 
@@ -22,20 +21,6 @@ MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
 TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
-
-
-@intrinsic
-def call_code(typing_context, address, a, b, out):
-    """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
-
-    def generate(context, builder, signature, args):
-        pointer = ir.DoubleType().as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
-        target = builder.inttoptr(args[0], kind.as_pointer())
-        builder.call(target, [builder.inttoptr(x, pointer) for x in args[1:]])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import carray, njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from symfric.lower.automaton import Automaton
+from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
 from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 
@@ -20,8 +19,6 @@ T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE = range(6)
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
 MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER = range(8)
-# kinds of wanted rows
-RANGE, INTEGRAL = range(2)
 
 
 class Workspace(NamedTuple):
@@ -147,106 +144,52 @@ def make_workspace(
     )
 
 
-def addresses(work: Workspace) -> np.ndarray:
-    """Return address and shape of every array: one argument crosses into compiled code faster than forty."""
-    table = np.zeros((len(work), 4), dtype=np.int64)
-    for row, array in zip(table, work, strict=True):
-        row[0] = array.ctypes.data
-        row[1 : 1 + array.ndim] = array.shape
-    return table
-
-
-@intrinsic
-def _real_pointer(typing_context, address):
-    """Reinterpret an integer as a pointer to doubles."""
-
-    def generate(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
-
-    return types.CPointer(types.float64)(types.int64), generate
-
-
-@intrinsic
-def _integer_pointer(typing_context, address):
-    """Reinterpret an integer as a pointer to 64-bit integers."""
-
-    def generate(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-
-    return types.CPointer(types.int64)(types.int64), generate
-
-
-@njit(nogil=True, inline="always")
-def _reals(table, k):
-    return carray(_real_pointer(table[k, 0]), (table[k, 1],))
-
-
-@njit(nogil=True, inline="always")
-def _matrix(table, k):
-    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
-
-
-@njit(nogil=True, inline="always")
-def _cube(table, k):
-    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
-
-
-@njit(nogil=True, inline="always")
-def _integers(table, k):
-    return carray(_integer_pointer(table[k, 0]), (table[k, 1],))
-
-
-@njit(nogil=True, inline="always")
-def _integer_matrix(table, k):
-    return carray(_integer_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
-
-
 @njit(nogil=True)
 def at_addresses(table):
-    """Return the workspace that `addresses` described, without owning it; in the order of its fields."""
+    """Return the workspace that `memory.addresses` described, without owning it; in the order of its fields."""
     return Workspace(
-        _integers(table, 0),  # code
-        _reals(table, 1),  # y
-        _reals(table, 2),  # p
-        _reals(table, 3),  # m
-        _reals(table, 4),  # aux
-        _matrix(table, 5),  # c
-        _matrix(table, 6),  # probe
-        _matrix(table, 7),  # gauge
-        _matrix(table, 8),  # span
-        _matrix(table, 9),  # share
-        _reals(table, 10),  # impulse
-        _reals(table, 11),  # scale
-        _reals(table, 12),  # trial
-        _matrix(table, 13),  # base
-        _reals(table, 14),  # start
-        _integers(table, 15),  # sticks
-        _integers(table, 16),  # anchor
-        _reals(table, 17),  # factor
-        _integers(table, 18),  # parallel
-        _integers(table, 19),  # old
-        _integers(table, 20),  # zero
-        _integers(table, 21),  # turns
-        _integers(table, 22),  # hit
-        _integers(table, 23),  # fresh
-        _reals(table, 24),  # slack
-        _integers(table, 25),  # kind
-        _matrix(table, 26),  # total
-        _reals(table, 27),  # step
-        _reals(table, 28),  # reach
-        _reals(table, 29),  # poly
-        _reals(table, 30),  # slope
-        _reals(table, 31),  # found
-        _matrix(table, 32),  # stack
-        _cube(table, 33),  # table
-        _reals(table, 34),  # segment_t
-        _matrix(table, 35),  # segment_p
-        _integers(table, 36),  # counts
-        _reals(table, 37),  # clock
-        _integers(table, 38),  # limits
-        _reals(table, 39),  # event_t
-        _integer_matrix(table, 40),  # event_i
-        _matrix(table, 41),  # path_t
-        _cube(table, 42),  # path_c
-        _integer_matrix(table, 43),  # path_m
+        integers(table, 0),  # code
+        reals(table, 1),  # y
+        reals(table, 2),  # p
+        reals(table, 3),  # m
+        reals(table, 4),  # aux
+        matrix(table, 5),  # c
+        matrix(table, 6),  # probe
+        matrix(table, 7),  # gauge
+        matrix(table, 8),  # span
+        matrix(table, 9),  # share
+        reals(table, 10),  # impulse
+        reals(table, 11),  # scale
+        reals(table, 12),  # trial
+        matrix(table, 13),  # base
+        reals(table, 14),  # start
+        integers(table, 15),  # sticks
+        integers(table, 16),  # anchor
+        reals(table, 17),  # factor
+        integers(table, 18),  # parallel
+        integers(table, 19),  # old
+        integers(table, 20),  # zero
+        integers(table, 21),  # turns
+        integers(table, 22),  # hit
+        integers(table, 23),  # fresh
+        reals(table, 24),  # slack
+        integers(table, 25),  # kind
+        matrix(table, 26),  # total
+        reals(table, 27),  # step
+        reals(table, 28),  # reach
+        reals(table, 29),  # poly
+        reals(table, 30),  # slope
+        reals(table, 31),  # found
+        matrix(table, 32),  # stack
+        cube(table, 33),  # table
+        reals(table, 34),  # segment_t
+        matrix(table, 35),  # segment_p
+        integers(table, 36),  # counts
+        reals(table, 37),  # clock
+        integers(table, 38),  # limits
+        reals(table, 39),  # event_t
+        integer_matrix(table, 40),  # event_i
+        matrix(table, 41),  # path_t
+        cube(table, 42),  # path_c
+        integer_matrix(table, 43),  # path_m
     )

@@ -1,0 +1,188 @@
+"""What the compiled routes share: the numbers of a run, the loop around the compiled one, and what it leaves behind."""
+
+import hashlib
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path as File
+
+import numpy as np
+import sympy as sp
+from numba.core import event
+
+from symfric.errors import SceneError
+from symfric.model.names import Key, finite, name_of, nearest
+from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.memory import addresses
+from symfric.solve.run import Path, Raw
+from symfric.solve.status import Status
+
+FINEST, COARSEST = 1e-16, 0.1  # tolerances
+PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
+PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
+RANGE, INTEGRAL = range(2)  # kinds of wanted rows
+_NOTHING = np.zeros(0)
+_STATUS = tuple(Status)
+
+
+def check_tolerance(tolerance: float) -> float:
+    """Return the tolerance as a float within what double precision can do, or say what is wrong with it."""
+    tolerance = finite(tolerance, "tolerance")
+    if not FINEST <= tolerance <= COARSEST:
+        raise SceneError(f"tolerance is {tolerance}; it must lie between {FINEST:g} and {COARSEST:g}")
+    return tolerance
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What of a motion is wanted.
+
+    Attributes
+    ----------
+    rows : tuple of (int, Expr)
+        RANGE or INTEGRAL, and of what; each once.
+    row : dict of str to int
+        The row of every scalar output.
+    path, events : bool
+        Whether the trajectory, or the list of events, is kept.
+    """
+
+    rows: tuple[tuple[int, sp.Expr], ...]
+    row: dict[str, int]
+    path: bool
+    events: bool
+
+
+def wanted_of(scene: Scene) -> Wanted:
+    """Read the outputs of a scene."""
+    outputs = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+    kind = {n: (INTEGRAL if isinstance(o, Integral) else RANGE, o.expr) for n, o in outputs.items()}
+    rows = tuple(dict.fromkeys(kind.values()))
+    path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
+    events = path or any(isinstance(o, Events) for o in scene.outputs.values())
+    return Wanted(rows, {n: rows.index(k) for n, k in kind.items()}, path, events)
+
+
+class Numbers:
+    """Start and parameters of a scene as arrays, and what changes of a run make of them."""
+
+    def __init__(self, scene: Scene, parameters: tuple[sp.Symbol, ...], built_in: dict[str, float]):
+        numbers = scene.numbers()
+        self._scene, self._built_in = scene, built_in
+        self.start = tuple(np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, parameters))
+        self._place = {s.name: k for k, s in enumerate(parameters)}
+        self._states = tuple(s.name for s in scene.system.states)
+        self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
+
+    def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return start and parameters with the changes; the scene's own checks of names and numbers apply."""
+        y, p = (a.copy() for a in self.start)
+        for key, value in values.items():
+            name = name_of(key)
+            number = finite(value, f"the value of {name}")
+            if name in self._place:
+                p[self._place[name]] = number
+            elif name not in self._built_in:
+                self._scene.parameter(key)  # raises, with the nearest known name
+        if values and self._moving_start:
+            numbers = self._scene.where(values).numbers()
+            y = np.array([numbers[s] for s in self._scene.system.states])
+        for key, value in initial.items():
+            name = name_of(key)
+            if name not in self._states:
+                raise SceneError(f"{name} is no state{nearest(name, self._states)}")
+            y[self._states.index(name)] = finite(value, f"the initial value of {name}")
+        return y, p
+
+
+class Loop:
+    """A compiled event loop and the arrays it works on.
+
+    Parameters
+    ----------
+    launch : callable
+        ``(table, y, p) -> status``, or a reason to be called again, then with empty y.
+    work : NamedTuple
+        With the fields counts, clock, total, event_t, event_i, path_t, path_c and path_m.
+    wanted : Wanted
+    horizon : float
+    """
+
+    def __init__(self, launch: Callable, work, wanted: Wanted, horizon: float):
+        self._launch, self.work, self._wanted, self._horizon = launch, work, wanted, horizon
+        self._table = addresses(work)
+
+    def drive(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> Status:
+        """Run to the end."""
+        w = self.work
+        code = self._launch(self._table, y, p)
+        while code < 0:
+            if code == PATH_FULL:
+                w = w._replace(path_t=_double(w.path_t), path_c=_double(w.path_c), path_m=_double(w.path_m))
+            elif code == EVENTS_FULL:
+                w = w._replace(event_t=_double(w.event_t), event_i=_double(w.event_i))
+            elif progress is not None:
+                progress(min(1.0, float(w.y[-1]) / self._horizon))
+            if w is not self.work:
+                self.work, self._table = w, addresses(w)
+            code = self._launch(self._table, _NOTHING, _NOTHING)
+        return _STATUS[code]
+
+    def collect(self) -> tuple[np.ndarray, float, dict[str, float], Raw]:
+        """Return final state, its time, counts, and what was kept, copied out of the arrays."""
+        w, wanted = self.work, self._wanted
+        n_x = w.y.size - 1
+        steps, events, kinks, grazes, kept, kept_events = w.counts.tolist()[:6]
+        path = log = None
+        if wanted.path:
+            path = Path(
+                w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy()
+            )
+        if wanted.events:
+            log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
+        total = w.total.tolist() if wanted.row else []
+        raw = Raw(
+            ranges={n: (total[k][0], total[k][1]) for n, k in wanted.row.items()},
+            integrals={n: total[k][2] for n, k in wanted.row.items()},
+            rest=w.clock.item(2),
+            path=path,
+            events=log,
+        )
+        stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
+        return w.y[:n_x].copy(), w.y.item(n_x), stats, raw
+
+
+def _double(array: np.ndarray) -> np.ndarray:
+    return np.concatenate([array, np.zeros_like(array)])
+
+
+def stamp(folder: File, *folders: File) -> int:
+    """Return a positive number that changes with any source that compiled code of the folders is made from.
+
+    numba keeps a compiled function as long as its own source file is unchanged, and does not look at the files of the
+    functions it calls.
+    """
+    shared = [File(__file__).parent / name for name in ("compiled.py", "memory.py", "status.py")]
+    sources = [*shared, *(f for place in (folder, *folders) for f in sorted(place.glob("*.py")))]
+    return int.from_bytes(hashlib.sha256(b"".join(f.read_bytes() for f in sources)).digest()[:7], "little") + 1
+
+
+class Announcement(event.Listener):
+    """Says that a function is being compiled, which takes some twenty seconds; numba does it if it is not on disk."""
+
+    def __init__(self, function: Callable, what: str):
+        self._function, self._what = function, what
+
+    def on_start(self, event: event.Event) -> None:
+        """Log; numba calls this for every function it compiles."""
+        if event.data["dispatcher"] is self._function:
+            logging.getLogger("symfric").info("compiling %s, once for this machine", self._what)
+
+    def on_end(self, event: event.Event) -> None:
+        """Do nothing."""
+
+
+def announce(function: Callable, what: str) -> None:
+    """Log a line when a function is compiled."""
+    event.register("numba:compile", Announcement(function, what))
