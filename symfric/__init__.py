@@ -21,6 +21,7 @@ from symfric.model.outputs import (
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
 from symfric.solve.choose import Explanation, explain, prepare, simulate
+from symfric.solve.exact.program import Exact
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Event, Run
 from symfric.solve.status import Status
@@ -47,6 +48,7 @@ __all__ = [
     "Equilibrium",
     "Event",
     "Events",
+    "Exact",
     "Explanation",
     "HalfRange",
     "HopfPoint",

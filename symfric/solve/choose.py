@@ -3,18 +3,22 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
-from symfric.errors import SceneError
+from symfric.errors import NoRoute, SceneError
+from symfric.lower.linear import oscillator
 from symfric.model.names import Key, nearest
 from symfric.model.scene import Scene
+from symfric.solve.compiled import wanted_of
+from symfric.solve.exact.program import Exact, ExactProgram, rows_in_closed_form
 from symfric.solve.facts import Facts, facts_of
 from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Run
 from symfric.solve.taylor.program import Taylor, TaylorProgram
 
-Settings = Taylor | Integrators
-Program = TaylorProgram | IntegratorsProgram
-ROUTES: tuple[str, ...] = ("taylor", "integrators")  # the cheapest first
+Settings = Exact | Taylor | Integrators
+Program = ExactProgram | TaylorProgram | IntegratorsProgram
+_DEFAULTS: dict[str, Settings] = {"exact": Exact(), "taylor": Taylor(), "integrators": Integrators()}
+ROUTES: tuple[str, ...] = tuple(_DEFAULTS)  # the cheapest first
 
 
 @dataclass(frozen=True)
@@ -65,12 +69,26 @@ def explain(scene: Scene) -> Explanation:
     """
     facts = facts_of(scene)
     kind = "smooth" if facts.smooth and not facts.kinks else "piecewise analytic"
+    taken = f"{kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks"
+    refusal = _refusal(scene)
     answers = {
-        "taylor": f"takes it: {kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks",
+        "exact": f"declines: {refusal}" if refusal else "takes it: one mass, linear between events, in closed form",
+        "taylor": f"takes it: {taken}"
+        if refusal
+        else f"declines: the closed form is cheaper; it would take it, {taken}",
         "integrators": "declines: slower by one to three orders of magnitude; kept as an independent check "
         "(route='integrators')",
     }
-    return Explanation("taylor", answers, _skipped(facts), facts)
+    return Explanation("taylor" if refusal else "exact", answers, _skipped(facts), facts)
+
+
+def _refusal(scene: Scene) -> str:
+    """Return why the route `exact` does not take a scene; empty if it does."""
+    try:
+        oscillator(scene, rows_in_closed_form(wanted_of(scene)))
+    except NoRoute as reason:
+        return str(reason)
+    return ""
 
 
 def _skipped(facts: Facts) -> tuple[str, ...]:
@@ -105,7 +123,8 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     tolerance : float
         Largest error of a step relative to the variation of each state, between 1e-16 and 0.1.
     route : str or settings, optional
-        'taylor', 'integrators', or the settings of one of them (`sf.Taylor`, `sf.Integrators`); chosen unless given.
+        'exact', 'taylor', 'integrators', or the settings of one of them (`sf.Exact`, `sf.Taylor`, `sf.Integrators`);
+        the cheapest one that takes the scene unless given.
 
     Returns
     -------
@@ -122,19 +141,24 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")
     scene.numbers()
-    settings = _settings(route)
+    settings = Exact() if route is None else _settings(route)
+    if isinstance(settings, Exact):
+        try:
+            return ExactProgram(scene, tolerance, settings)
+        except NoRoute as reason:
+            if route is not None:
+                raise NoRoute(f"the route 'exact' declines: {reason}; leave route=None to have one chosen") from None
+        settings = Taylor()
     if isinstance(settings, Taylor):
         return TaylorProgram(scene, tolerance, settings)
     return IntegratorsProgram(scene, tolerance, settings)
 
 
-def _settings(route: str | Settings | None) -> Settings:
-    if route is None or route == "taylor":
-        return Taylor()
-    if route == "integrators":
-        return Integrators()
-    if isinstance(route, Taylor | Integrators):
+def _settings(route: str | Settings) -> Settings:
+    if isinstance(route, Settings):
         return route
+    if route in _DEFAULTS:
+        return _DEFAULTS[route]
     raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
 
 

@@ -94,6 +94,10 @@ class IntegratorsProgram:
         self._flow = Flow(self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
         self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * self._flow.local))
 
+    def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
+        """Return the program in which the parameters `varied` may be anything."""
+        return IntegratorsProgram(self.scene, self.tolerance, self.settings, varied)
+
     def run(
         self,
         values: Mapping[Key, float] | None = None,

@@ -17,5 +17,5 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
         return None
     names = {name_of(k) for k in values}
     if program.general is None or not names <= program.general.varied:
-        program.general = type(program)(program.scene, program.tolerance, program.settings, program.varied | names)
+        program.general = program.remade(program.varied | names)
     return program.general

@@ -1,0 +1,1 @@
+"""The route `exact`: closed forms between events."""

@@ -1,0 +1,85 @@
+"""The arrays that one run of an oscillator works on."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from symfric.lower.linear import Oscillator
+from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
+
+# entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each wanted row
+A_X, A_U, A_0, PULL, J, SHIFT, LOAD, STATIC, BRANCH = range(9)
+# entries of `m`
+STILL, STARTED, DIRECTION, WHERE = range(4)
+# entries of `v`
+SPEED, RATE = range(2)
+# entries of `limits` behind those of the event loop of series
+BRANCHES, STICKS, ROWS = range(8, 11)
+ORDER = 26  # of a kept piece, on which |root| t <= 2
+
+
+class Room(NamedTuple):
+    """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""
+
+    code: np.ndarray  # address of the machine code of `data`
+    y: np.ndarray  # x, u and time
+    p: np.ndarray  # parameters
+    data: np.ndarray  # what they make of the equations, see `symfric.lower.linear.Oscillator`
+    m: np.ndarray  # whether it sticks; how a slip begins; its direction; branch of the law
+    v: np.ndarray  # sliding speed and acceleration at the beginning of the present interval
+    largest: np.ndarray  # |x| and |u| so far
+    total: np.ndarray  # smallest and largest value of every wanted row
+    counts: np.ndarray
+    clock: np.ndarray
+    limits: np.ndarray
+    event_t: np.ndarray
+    event_i: np.ndarray
+    path_t: np.ndarray
+    path_c: np.ndarray
+    path_m: np.ndarray
+
+
+def make_room(problem: Oscillator, address: int) -> Room:
+    """Allocate the arrays of a program."""
+    return Room(
+        code=np.array([address], dtype=np.int64),
+        y=np.zeros(3),
+        p=np.zeros(problem.data.nnz_in(0) + 1),
+        data=np.zeros(problem.data.nnz_out(0)),
+        m=np.zeros(4, dtype=np.int64),
+        v=np.zeros(2),
+        largest=np.zeros(2),
+        total=np.zeros((problem.rows, 4)),
+        counts=np.zeros(11, dtype=np.int64),
+        clock=np.zeros(6),
+        limits=np.zeros(11, dtype=np.int64),
+        event_t=np.zeros(64),
+        event_i=np.zeros((64, 3), dtype=np.int64),
+        path_t=np.zeros((64, 2)),
+        path_c=np.zeros((64, 2, ORDER + 1)),
+        path_m=np.zeros((64, min(problem.branches, 1)), dtype=np.int64),
+    )
+
+
+@njit(nogil=True)
+def at_addresses(table):
+    """Return the room that `memory.addresses` described, without owning it; in the order of its fields."""
+    return Room(
+        integers(table, 0),  # code
+        reals(table, 1),  # y
+        reals(table, 2),  # p
+        reals(table, 3),  # data
+        integers(table, 4),  # m
+        reals(table, 5),  # v
+        reals(table, 6),  # largest
+        matrix(table, 7),  # total
+        integers(table, 8),  # counts
+        reals(table, 9),  # clock
+        integers(table, 10),  # limits
+        reals(table, 11),  # event_t
+        integer_matrix(table, 12),  # event_i
+        matrix(table, 13),  # path_t
+        cube(table, 14),  # path_c
+        integer_matrix(table, 15),  # path_m
+    )
