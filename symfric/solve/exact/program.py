@@ -12,6 +12,7 @@ from symfric.model.names import Key
 from symfric.model.scene import Scene
 from symfric.solve.compiled import INTEGRAL, PATH_BYTES, Loop, Numbers, Wanted, check_tolerance, wanted_of
 from symfric.solve.exact.entry import launch
+from symfric.solve.exact.record_program import record_loop
 from symfric.solve.exact.room import make_room
 from symfric.solve.run import Run
 from symfric.solve.taylor.jit import compile_functions
@@ -58,6 +59,12 @@ class ExactProgram:
     def __init__(self, scene: Scene, tolerance: float, settings: Exact, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
+        self.general: ExactProgram | TaylorProgram | None = None
+        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
+        if scene.inputs:
+            self._code, self._loop, problem = record_loop(scene, settings, varied)
+            self._numbers = Numbers(scene, problem.parameters, self.built_in)
+            return
         wanted = wanted_of(scene)
         problem = oscillator(scene, rows_in_closed_form(wanted), varied)
         self._code = compile_functions([problem.data])
@@ -66,8 +73,6 @@ class ExactProgram:
         room.clock[4:] = scene.horizon, self.tolerance
         limits = min(settings.max_steps, steps), settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0
         room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
-        self.general: ExactProgram | TaylorProgram | None = None
-        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self._numbers = Numbers(scene, problem.parameters, self.built_in)
         self._loop = Loop(launch, room, wanted, scene.horizon)
 
