@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Lowering, constants
-from symfric.lower.linear import _lines, _plane, _refuse
+from symfric.lower.linear import _plane, _refuse, lines_of
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.system import Signal
@@ -55,7 +55,7 @@ def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = 
         raise NoRoute("the input does not start at t = 0")
     if contact.slip != system.u[0]:
         raise NoRoute("the floor moves; write the motion relative to it")
-    law = _lines(contact.law)
+    law = lines_of(contact.law)
     if len(law) > 1 or not law[0][2].is_zero:
         raise NoRoute("the friction depends on the sliding speed")
     low = Lowering(scene, constants(scene, varied))

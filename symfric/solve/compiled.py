@@ -129,15 +129,17 @@ class Loop:
             code = self._launch(self._table, _NOTHING, _NOTHING)
         return _STATUS[code]
 
-    def collect(self) -> tuple[np.ndarray, float, dict[str, float], Raw]:
-        """Return final state, its time, counts, and what was kept, copied out of the arrays."""
+    def collect(self, n_x: int) -> tuple[np.ndarray, float, dict[str, float], Raw]:
+        """Return the final values of the first n_x states, their time, counts, and what was kept, all copied."""
         w, wanted = self.work, self._wanted
-        n_x = w.y.size - 1
         steps, events, kinks, grazes, kept, kept_events = w.counts.tolist()[:6]
         path = log = None
         if wanted.path:
             path = Path(
-                w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy()
+                w.path_t[:kept, 0].copy(),
+                w.path_t[:kept, 1].copy(),
+                w.path_c[:kept, :n_x].copy(),
+                w.path_m[:kept].copy(),
             )
         if wanted.events:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
@@ -150,7 +152,7 @@ class Loop:
             events=log,
         )
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
-        return w.y[:n_x].copy(), w.y.item(n_x), stats, raw
+        return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw
 
 
 def _double(array: np.ndarray) -> np.ndarray:

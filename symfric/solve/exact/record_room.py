@@ -25,7 +25,7 @@ class RecordRoom(NamedTuple):
     force: np.ndarray  # the first entries of `data`
     cells: np.ndarray  # (n_c, 4)
     rows: np.ndarray  # (n_e, 5)
-    at: np.ndarray  # time at which a row is wanted, NaN if its range is, (n_e,)
+    at: np.ndarray  # time at which a row is wanted, negative if its range is, (n_e,)
     where: np.ndarray  # the present cell, (1,)
     kinds: np.ndarray  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
     tables: np.ndarray  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)

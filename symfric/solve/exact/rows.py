@@ -115,10 +115,10 @@ def note_end(w, u, a):
 @njit(nogil=True, _nrt=False, forceinline=True)
 def is_plain(w):
     """Return whether every wanted row depends on u alone or on w alone in the present mode."""
+    mixed = 0
     for e in range(w.rows.shape[0]):
-        if w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0):
-            return False
-    return True
+        mixed += w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0)
+    return mixed == 0
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
