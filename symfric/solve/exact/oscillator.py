@@ -14,6 +14,7 @@ from symfric.solve.exact.room import (
     BRANCHES,
     DIRECTION,
     LOAD,
+    MAX_PIECES,
     PULL,
     RATE,
     ROWS,
@@ -83,7 +84,7 @@ def drive(w):
         if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] >= w.event_t.size:
             return EVENTS_FULL
         if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
-            return PATH_FULL
+            return _STEPS if w.counts[KEPT_STEPS] >= w.limits[MAX_PIECES] else PATH_FULL
         if w.counts[PHASE] == SETTLE:
             status = _switch(w)
             if status != _OK:

@@ -103,10 +103,10 @@ def _closed_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
     problem, wanted = form.closed, wanted_of(form.scene)
     code = compile_functions([problem.data])
     room = make_room(problem, code.addresses["data"])
-    steps = PATH_BYTES // room.path_c[0].nbytes if wanted.path else settings.max_steps
     room.clock[T_END] = form.scene.horizon
-    limits = min(settings.max_steps, steps), settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
-    room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
+    limits = settings.max_steps, settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
+    pieces = PATH_BYTES // (2 * room.path_c[0].nbytes)
+    room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows, pieces)
     return code, Loop(launch, room, wanted, form.scene.horizon)
 
 
