@@ -1,10 +1,14 @@
 """Two slides followed in time: figures 14 to 16 and what section IV concludes from them."""
 
+from functools import cache
+
+import mpmath
 import sympy as sp
 
 from derivations.guida.motion import sticks, vibrates
 from derivations.ledger import Ledger
-from derivations.residuals import less, trend
+from derivations.residuals import agree, less, trend
+from symfric.theory import drive
 
 PART = Ledger("guida", "III, IV")
 
@@ -97,3 +101,62 @@ def _(claim):
 )
 def _(*claim):
     return [vibrates(0.2, d, 5.0) - c for d, c in zip((0.3, 1.3), claim, strict=True)]
+
+
+# The critical cycle, "tangent to eta1' - eta2' = -1": a slip from a stick's end ends with w = w' = 0, then both slides
+# move as one until the friction between them is fs1. Unknown are the state at the touch, the two times, and fs1.
+PAIR = {"r": 0.5, "zeta": 2.0, "s1": 0.2, "s2": 0.3, "fc1": 1.0}
+READINGS = ({}, {"damping": "omega2"}, {"s2": 1.3})
+
+
+@cache
+def touching_cycle(second, start):
+    """Return fs1 of the cycle whose slip touches w = 0, with 20 digits, by the equations of motion as (24) has them."""
+    with mpmath.workdps(25):
+        r, zeta, s1, d2, fc1 = (mpmath.mpf(e) for e in (".5", "2", ".2", second, "1"))
+        rows = mpmath.matrix([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 0, -2 * s1, 0], [0, -1 / zeta**2, 0, -2 * d2]])
+        stuck = rows.copy()
+        for k in range(4):
+            stuck[2, k] = stuck[3, k] = (r * rows[2, k] + rows[3, k]) / (1 + r)
+        rest = mpmath.matrix([-fc1, r * zeta**2 * fc1, 0, 0])  # of slip, where the springs carry fc1
+
+        def friction(y):
+            return (2 * d2 * y[3] + y[1] / zeta**2 - 2 * s1 * y[2] - y[0]) / (1 + r)
+
+        def left(e1, e2, u1, u2, slip, stick):
+            y = mpmath.matrix([e1, e2, u1, u2])
+            out = mpmath.expm(stuck * stick) * y
+            back = rest + mpmath.expm(rows * slip) * (out - rest)
+            return *(back - y), u1 - u2 + 1, friction(y) - fc1
+
+        found = mpmath.findroot(left, start, tol=1e-40, maxsteps=20)
+        return friction(mpmath.expm(stuck * found[5]) * found[:4, 0])
+
+
+@PART.verified(
+    "before Fig 15",
+    "least fs1 of a cycle, whose slip is tangent to (25): d2 = s2, d2 = s2/zeta, and s2 = 1.3",
+    *(sp.Float(drive.two_slides_threshold(**{**PAIR, **reading})) for reading in READINGS),
+    note="it depends on fs1 - fc1 only; figure 14 (7.4, no cycle) and 15 (7.8, a cycle) fit the first, not the second",
+    numbers="12 digits",
+)
+def _(*claim):
+    residuals = []
+    for reading, second, c in zip(READINGS, (".3", ".15", "1.3"), claim, strict=True):
+        onset = drive.two_slides_onset(**{**PAIR, **reading})
+        start = (*onset.landing, onset.slip_time, onset.stick_time)
+        residuals.append(agree(touching_cycle(second, start), c))
+    return residuals
+
+
+@PART.verified(
+    "before Fig 15, both sides",
+    "a thousandth of fs1 - fc1 below it the motion dies out, above it lasts",
+    *map(sp.Integer, (0, 1, 0, 1)),
+)
+def _(*claim):
+    found = []
+    for reading, second in zip(READINGS, (0.3, 0.15), strict=False):
+        least = drive.two_slides_threshold(**{**PAIR, **reading}) - 1.0
+        found += [vibrates(0.2, second, 1.0 + least * (1 + side)) for side in (-1e-3, 1e-3)]
+    return less(found, claim)
