@@ -67,6 +67,19 @@ def test_a_billionth_beside_it_the_solver_decays_or_cycles(program, values, end)
         assert sticks(program, onset, 1 + (onset.fs1 - 1) * 0.999, **values)[1][-1].t < 1000
 
 
+def test_below_the_threshold_cycles_of_two_slips_may_go_on(program):
+    values = {"r": 0.5313659, "zeta": 2.3179513, "s1": 0.0552555, "s2": 0.2599565}
+    onset = drive.two_slides_onset(**values)
+    assert onset.end == "longer slip"
+    periods = []
+    for side in (1e-6, -1e-6):
+        _, events = sticks(program, onset, onset.fs1 + side, **values)
+        periods.append(np.diff([e.t for e in events if e.kind == "stick"])[-3:])
+    assert periods[0] == pytest.approx([onset.period] * 3, rel=1e-3)
+    assert periods[1][0] == pytest.approx(periods[1][2], rel=1e-6)
+    assert abs(periods[1][1] - periods[1][0]) > 1
+
+
 @pytest.mark.parametrize("fs1", [7.743, 7.8, 9.0, 20.0])
 def test_cycles_in_closed_form_are_those_of_the_solver(program, fs1):
     cycle = drive.two_slides_cycle(**PAIR, fs1=fs1)

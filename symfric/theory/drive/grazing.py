@@ -4,7 +4,7 @@ With a smaller static friction the slides break loose more gently, and the slip 
 deep. The cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ from symfric.theory.drive.pair import (
     path,
     released,
     slope,
+    turns,
 )
 from symfric.theory.drive.slides import ratios
 
@@ -47,10 +48,10 @@ class SlidesCycle:
         (eta1, eta2, eta1', eta2') where the stick begins and ends.
     multipliers : ndarray of complex, shape (2,)
         Floquet multipliers, largest first; the others are zero.
-    end : {"", "grazing", "fold", "inner grazing"}
-        At the smallest fs1, why this cycle does not exist below: the end of the slip only touches w = 0, or the cycle
-        meets an unstable one, or an earlier part of the slip touches w = 0. In the last case cycles with more sticks
-        in a period may go on below.
+    end : {"", "grazing", "longer slip", "fold", "inner grazing"}
+        At the smallest fs1, why this cycle does not exist below. "grazing": the end of the slip only touches w = 0, and
+        a slip that misses it dies out; "longer slip": it comes back later, and cycles of several slips go on below;
+        "fold": the cycle meets an unstable one; "inner grazing": an earlier part of the slip touches w = 0.
     """
 
     fs1: float
@@ -97,7 +98,7 @@ class SlidesCycle:
 
 
 def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> float:
-    """Return the smallest static friction fs1 with which two slides have a stick-slip limit cycle.
+    """Return the smallest static friction fs1 with which two slides have a limit cycle of one slip and one stick.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -
 
     Notes
     -----
-    See `two_slides_onset`.
+    See `two_slides_onset`. With little damping cycles of several slips may go on below; its `end` tells.
     """
     pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
     return fc1 + difference(pair, _onset(pair, fc1)[0]) if _dips(pair) else float("inf")
@@ -208,7 +209,7 @@ def two_slides_thresholds(
         pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))
         orbit, end = _again(pair, fc1, orbit) or (_onset(pair, fc1) if _dips(pair) else (None, ""))
         found.append(np.inf if orbit is None else fc1 + difference(pair, orbit))
-        orbit = orbit if end == "grazing" else None
+        orbit = orbit if end in ("grazing", "longer slip") else None
     return np.array(found)
 
 
@@ -292,7 +293,7 @@ def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
         if orbit is None:
             return None
         if slope(pair, orbit) < 0:
-            return (graze, "grazing") if k == 0 else _fold(pair, fc1, before, orbit)
+            return (graze, _touch(pair, graze)) if k == 0 else _fold(pair, fc1, before, orbit)
         before = orbit
     return None
 
@@ -325,7 +326,14 @@ def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | Non
         orbit, low = ahead, high
         if high == 0:
             break
-    return orbit, "grazing" if low == 0 else "inner grazing"
+    return orbit, _touch(pair, orbit) if low == 0 else "inner grazing"
+
+
+def _touch(pair: Pair, orbit: Orbit) -> str:
+    """Return what becomes of a slip that goes on after it has touched w = 0."""
+    t, fundamental = _long_slip(pair)
+    later = 1 + fundamental[t > 1e-3 * orbit.slip] @ orbit.y @ W
+    return "grazing" if np.all(later > 0) else "longer slip"
 
 
 def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | None:
@@ -372,7 +380,7 @@ def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
     out = released(pair, orbit)
     rest = np.array([-fc1, pair.r * pair.zeta**2 * fc1, 0.0, 0.0])
     phases = ((pair.slipping, out, orbit.slip), (pair.sticking, orbit.y, orbit.stick))
-    ranges = tuple(float(np.ptp(np.concatenate([_turns(*phase, row) for phase in phases]))) for row in (0, 1))
+    ranges = tuple(float(np.ptp(np.concatenate([turns(*phase, row) for phase in phases]))) for row in (0, 1))
     return SlidesCycle(
         float(fc1 + pair.load @ out),
         orbit.slip,
@@ -383,14 +391,3 @@ def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
         multipliers(pair, orbit),
         end,
     )
-
-
-def _turns(flow: Callable, y: np.ndarray, end: float, row: int) -> np.ndarray:
-    """Return a coordinate at both ends of a phase and wherever its velocity vanishes in between."""
-    from scipy.optimize import brentq
-
-    t, states = path(flow, y, end)
-    speed = lambda s: (flow(s) @ y)[2 + row]  # noqa: E731
-    turns = np.flatnonzero(np.diff(np.sign(states[2 + row])) != 0)
-    times = [brentq(speed, t[k], t[k + 1], xtol=1e-14 * end) for k in turns if speed(t[k]) * speed(t[k + 1]) < 0]
-    return np.array([y[row], (flow(end) @ y)[row], *((flow(s) @ y)[row] for s in times)])

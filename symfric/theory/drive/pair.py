@@ -208,3 +208,14 @@ def multipliers(pair: Pair, orbit: Orbit) -> np.ndarray:
     end = np.eye(4) - np.outer(along, pair.load) / (pair.load @ along)
     values = np.linalg.eigvals(end @ S @ begin @ E)
     return values[np.argsort(-np.abs(values))][:2]
+
+
+def turns(flow: Callable, y: np.ndarray, end: float, row: int) -> np.ndarray:
+    """Return a coordinate at both ends of a phase and wherever its velocity vanishes in between."""
+    from scipy.optimize import brentq
+
+    t, states = path(flow, y, end)
+    speed = lambda s: (flow(s) @ y)[2 + row]  # noqa: E731
+    near = np.flatnonzero(np.diff(np.sign(states[2 + row])) != 0)
+    times = [brentq(speed, t[k], t[k + 1], xtol=1e-14 * end) for k in near if speed(t[k]) * speed(t[k + 1]) < 0]
+    return np.array([y[row], (flow(end) @ y)[row], *((flow(s) @ y)[row] for s in times)])
