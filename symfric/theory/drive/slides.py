@@ -81,7 +81,7 @@ def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     Notes
     -----
     ``B11 + B22``, ``k B11 + B22`` and ``(B11 + B22)(k B11 + B22) D + (1 - k)^2 B11 B22`` with k = 1/zeta^2 and D of
-    `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.py.
+    `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.
     """
     return FIRST + SECOND, STIFF, HURWITZ
 

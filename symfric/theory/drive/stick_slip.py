@@ -39,7 +39,7 @@ def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> 
     The slide sticks again if that orbit comes back to w = -1. The outermost orbit that does not is the one that grazes
     (-1, 0); followed backwards it leaves w = -1 at ``w' = eps1_crit``, unless it turns first. With mu2 >= 1 and the
     equilibrium w = 0 above the corner no orbit comes down from there. The kinetic friction drops out. Proved in
-    derivations/guida.py. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
+    derivations/guida. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
     for mu2 < 1 is 0.
     """
     mu1, mu2, p_star = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(p_star, "p_star")
