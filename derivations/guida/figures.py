@@ -11,6 +11,7 @@ from derivations.residuals import agree, less, trend
 from symfric.theory import drive
 
 PART = Ledger("guida", "III, IV")
+FOLLOWED = "motions followed by matrix exponentials, sampled for events"
 
 
 # --- III. Two slides: figures 14 to 16 -------------------------------------------------------------------------
@@ -21,6 +22,7 @@ PART = Ledger("guida", "III, IV")
     "fs1 = 7.4 without, 7.8 with a limit cycle for d2 = s2; both with one for d2 = s2/zeta",
     *map(sp.Integer, (0, 1, 1, 1)),
     note="so the figures were drawn with d2 = s2, that is with (24) as printed",
+    numbers=FOLLOWED,
 )
 def _(*claim):
     found = [vibrates(0.2, d, fs) for d in (0.3, 0.15) for fs in (7.4, 7.8)]
@@ -33,14 +35,21 @@ STARTS = tuple(
 
 
 @PART.verified(
-    "Fig 14", "no vibration from any start", sp.Integer(0), note="from twelve starts up to 40 away: a sample, no proof"
+    "Fig 14",
+    "no vibration from any start",
+    sp.Integer(0),
+    note="a sample, no proof",
+    numbers=f"{FOLLOWED}, from twelve starts up to 40 away",
 )
 def _(claim):
     return sum(vibrates(0.2, 0.3, 7.4, start=y) for y in STARTS) - claim
 
 
 @PART.verified(
-    "before Fig 16", "the part of a cycle spent sticking grows with fs1", sp.Integer(1), note="fs1 = 7.8, 9, 12, 20"
+    "before Fig 16",
+    "the part of a cycle spent sticking grows with fs1",
+    sp.Integer(1),
+    numbers=f"{FOLLOWED}, fs1 = 7.8, 9, 12, 20",
 )
 def _(claim):
     def part(fs):
@@ -57,18 +66,24 @@ def _(claim):
     printed=sp.Integer(1),
     note="the motion dies out, with d2 = s2 as in figures 14 and 15; the figure belongs to the text's values, see the "
     "next row. With d2 = s2/zeta it would not die out",
+    numbers=FOLLOWED,
 )
 def _(claim):
     return vibrates(1.3, 0.3, 7.4) - claim
 
 
-@PART.verified("Fig 16, text", "vibration with s1 = .2, s2 = 1.3, a second damper above critical", sp.Integer(1))
+@PART.verified(
+    "Fig 16, text", "vibration with s1 = .2, s2 = 1.3, a second damper above critical", sp.Integer(1), numbers=FOLLOWED
+)
 def _(claim):
     return vibrates(0.2, 1.3, 7.4) - claim
 
 
 @PART.verified(
-    "after Fig 16", "no limit cycles with both dampers above critical", sp.Integer(0), note="s1 = s2 = 1.3, fs1 to 1000"
+    "after Fig 16",
+    "no limit cycles with both dampers above critical",
+    sp.Integer(0),
+    numbers=f"{FOLLOWED}, s1 = s2 = 1.3, fs1 = 7.4, 50, 1000",
 )
 def _(claim):
     return sum(vibrates(1.3, 1.3, fs) for fs in (7.4, 50.0, 1000.0)) - claim
@@ -80,13 +95,17 @@ def _(claim):
     right=tuple(map(sp.Integer, (0, 0, 1))),
     printed=tuple(map(sp.Integer, (1, 1, 1))),
     note="s1 < 1 or s2 < 1 is not sufficient: fs1 must exceed a threshold, here 25.3, for s1 = .2, s2 = .3 it is 7.74",
+    numbers=FOLLOWED,
 )
 def _(*claim):
     return [vibrates(1.3, 0.3, fs) - c for fs, c in zip((7.4, 20.0, 30.0), claim, strict=True)]
 
 
 @PART.verified(
-    "Section IV, 2), perturbation", "a cycle is not reached from near the equilibrium: fs1 = 7.8", sp.Integer(0)
+    "Section IV, 2), perturbation",
+    "a cycle is not reached from near the equilibrium: fs1 = 7.8",
+    sp.Integer(0),
+    numbers=f"{FOLLOWED}, from one start",
 )
 def _(claim):
     return vibrates(0.2, 0.3, 7.8, start=(-0.7, 2.0, 0.2, 0.0)) - claim
@@ -98,6 +117,7 @@ def _(claim):
     sp.Integer(0),
     sp.Integer(1),
     note="the threshold on fs1 falls from 7.74 to 3.88",
+    numbers=FOLLOWED,
 )
 def _(*claim):
     return [vibrates(0.2, d, 5.0) - c for d, c in zip((0.3, 1.3), claim, strict=True)]

@@ -234,7 +234,9 @@ def onset_squared() -> sp.Expr:
     "sign of the change of A0,max with beta, mu_s and mu_m",
     right=(-1, 1, -1),
     printed=(-1, 1, 1),
-    note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger; the notes of the audit do not have this",
+    note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger",
+    audit="not among its corrections",
+    numbers="signs at the values of figure 3",
 )
 def _(*claims):
     # A0,max is a fixed part of v_b1
@@ -285,7 +287,14 @@ def _(claim):
 
 # All belt speeds up to V: the first intensity grows with the belt speed, the second one falls, so the largest of the
 # smaller ones is at V, or where they are equal.
-@PART.verified("(58)", "intensity that quenches all belt speeds up to one below a Omega*, and above", V, Q_STAR, BELOW)
+@PART.verified(
+    "(58)",
+    "intensity that quenches all belt speeds up to one below a Omega*, and above",
+    V,
+    Q_STAR,
+    BELOW,
+    numbers="the package's form at two belt speeds, exactly",
+)
 def _(slow, fast, package):
     first, second = limits()
     (crossing,) = sp.solve(first**2 - second**2, V)

@@ -222,8 +222,9 @@ PART.definition("(41)", "effective friction", MEAN_FRICTION)
     "initial position and velocity of the slow motion, to order 1/Omega",
     x,
     v + INTENSITY,
-    note="right as printed, against the audit: x' has an error of order 1/Omega at other times, but its term of this "
-    "order, p1'/Omega, is a sine series in T for every law and vanishes at tau = 0",
+    note="x' has an error of order 1/Omega at other times, but its term of this order, p1'/Omega, is a sine series in "
+    "T for every law and vanishes at tau = 0",
+    audit="has an error of order 1/Omega for the velocity; (42) is right as printed",
 )
 def _(position, velocity):
     phi = general_motion()
@@ -254,7 +255,13 @@ def _(*claims):
 # (45), (46): w = v_r - q cos T vanishes twice in a period if |v_r| < q. With v_r = q cos T_1 it is
 #     w = 2 q sin((T + T_1)/2) sin((T - T_1)/2),
 # where both angles are within (0, pi) for T_1 < T < 2 pi - T_1, and the second sine is negative for T < T_1.
-@PART.verified("(45)", "sign of v_r - q cos T between its zeros, and elsewhere", 1, -1)
+@PART.verified(
+    "(45)",
+    "sign of v_r - q cos T between its zeros, and elsewhere",
+    1,
+    -1,
+    numbers="the product exactly, its sign at 91 places",
+)
 def _(between, elsewhere):
     product = 2 * q * sp.sin((T + T_1) / 2) * sp.sin((T - T_1) / 2)
     left = [product - q * (sp.cos(T_1) - sp.cos(T))]
