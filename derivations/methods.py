@@ -10,7 +10,7 @@ import sympy as sp
 
 from derivations.effective_friction import BREAKS, CLUSTERED, F, G, branch, integrand, s
 from derivations.ledger import Ledger
-from derivations.oscillations import AMPLITUDE
+from derivations.oscillations import AMPLITUDE, BELT, oscillation
 from derivations.residuals import less
 from symfric.model import laws
 from symfric.model.library import mass_on_belt
@@ -41,7 +41,13 @@ def minors(coefficients):
 MINORS = (c[1], c[1] * c[2] - c[0] * c[3], c[1] * c[2] * c[3] - c[0] * c[3] ** 2 - c[1] ** 2 * c[4])
 
 
-@LEDGER.verified("1.1", "minors for n = 4; symfric's on numbers", *MINORS, c[4] * MINORS[2])
+@LEDGER.verified(
+    "1.1",
+    "minors for n = 4; symfric's on numbers",
+    *MINORS,
+    c[4] * MINORS[2],
+    numbers="symfric's function on one polynomial",
+)
 def _(*claim):
     numbers = dict(zip(c, (2, 3, 11, 5, 4), strict=True))
     found = map(round, routh_hurwitz(list(numbers.values())).determinants)
@@ -112,7 +118,12 @@ PRINCIPAL = tuple(
 )
 
 
-@LEDGER.verified("1.5", "characteristic polynomial, n = 3; symfric's on numbers", *PRINCIPAL)
+@LEDGER.verified(
+    "1.5",
+    "characteristic polynomial, n = 3; symfric's on numbers",
+    *PRINCIPAL,
+    numbers="symfric's function on one matrix",
+)
 def _(*claim):
     numbers = dict(zip(MATRIX, (2, -3, 5, 7, 11, -13, 17, 19, 23), strict=True))
     derived = sp.Poly((z * sp.eye(3) - MATRIX).det(), z).all_coeffs()[1:]
@@ -220,6 +231,26 @@ def _(claim):
     point = {v_b: 2, mu_s: 1, mu_m: 1, v_m: 1, beta: 1, gamma2: 1}
     first, second = (branch(claim, {**point, AMPLITUDE: at}) for at in (1, 3))
     return first - slipping, (second - overhauling).rewrite(sp.asin)
+
+
+# To second order, in pure slip, by the expansion of `oscillations.py`.
+LETTERS = sp.symbols("h1 h2 h3", real=True)
+
+
+def second_order_flow():
+    slow = average(cubic_belt(), order=2)
+    return slow.rate, slow.frequency
+
+
+@LEDGER.verified("2.4", "cubic law: A' and frequency to second order", *second_order_flow())
+def _(rate, frequency):
+    v_b, beta, gamma2, *_ = belt.SYMBOLS
+    friction = cubic_belt().contacts[0].law.kinetic.subs(SPEED, v_b - U)
+    force = sp.Poly(2 * beta * U - gamma2 * friction, U)
+    letters = dict(zip(LETTERS, (force.coeff_monomial(U**k) for k in (1, 2, 3)), strict=True))
+    f, g, *_ = oscillation(BELT, LETTERS)
+    derived = sum(f).subs(letters), sum(g[:3]).subs(letters)
+    return [sp.expand(e) for e in less((rate, frequency), derived)]
 
 
 # --- 3. Separation of fast and slow motion -----------------------------------------------------------------------
