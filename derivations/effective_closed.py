@@ -61,7 +61,7 @@ def _digits(expr, at):
     with mpmath.workdps(DIGITS):
         if not expr.has(sp.Integral):
             return expr.evalf(DIGITS)
-        return sp.sympify(mpmath.quad(sp.lambdify(s, integrand(expr), "mpmath"), [0, 0.5, 1]))
+        return sp.sympify(mpmath.quad(sp.lambdify(s, integrand(expr), "mpmath", cse=True), [0, 0.5, 1]))
 
 
 def gap(derived, claim, points):

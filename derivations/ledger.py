@@ -68,10 +68,10 @@ class Entry:
         """Return what the derivation leaves of a claim, simplified."""
         return tuple(_simplified(e) for e in self.differences(claim))
 
-    def differences(self, claim: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-        """Return what the derivation leaves of a claim."""
+    def differences(self, claim: tuple[sp.Expr, ...]) -> Iterator[sp.Expr]:
+        """Yield what the derivation leaves of a claim, as the check comes to it."""
         left = self.check(*claim)
-        return tuple(left) if isinstance(left, Iterable) else (left,)
+        return iter(left) if isinstance(left, Iterable) else iter((left,))
 
 
 @dataclass(frozen=True)
@@ -185,9 +185,12 @@ def stated(entry: Entry) -> Row:
 
 def fails(entry: Entry, claim: tuple[sp.Expr, ...]) -> bool:
     """Return whether the check rejects a claim; decided by numbers, which is quicker than to simplify."""
-    numbers = [_values(e) for e in entry.differences(claim)]
-    # one value of each at first: of most residuals of a changed claim nothing is left, and that takes all values to see
-    return any(abs(value) > _SMALL for k in range(_POINTS) for value in (next(of, 0) for of in numbers))
+    begun = []
+    for left in entry.differences(claim):  # one value of each, because to see that one is zero takes all its values
+        begun.append(_values(left))
+        if abs(next(begun[-1], 0)) > _SMALL:
+            return True
+    return any(abs(value) > _SMALL for values in begun for value in values)
 
 
 def vanishes(expr) -> bool:
@@ -216,7 +219,7 @@ def _values(expr) -> Iterator[sp.Expr]:
     symbols = sorted(expr.free_symbols, key=str)
     seen = 0
     for _ in range(20):
-        number = expr.subs({s: _drawn(s, draw) for s in symbols}).evalf(_DIGITS)
+        number = expr.subs({s: _drawn(s, draw) for s in symbols}).evalf(_DIGITS, maxn=2 * _DIGITS)
         if not number.is_number or number.has(sp.nan, sp.zoo, sp.oo):
             continue
         yield number
@@ -281,4 +284,6 @@ def _written(claim: Iterable[sp.Expr]) -> str:
 
 def _simplified(expr) -> sp.Expr:
     expr = sp.sympify(expr)
-    return expr if expr == 0 else sp.simplify(expr)
+    if expr == 0 or sp.expand(expr) == 0:
+        return sp.Integer(0)
+    return sp.simplify(expr)
