@@ -259,15 +259,18 @@ def _(rate, frequency):
 EVEN_POWERS = ((2, 0), (0, 2), (2, 2), (4, 0), (4, 2))
 
 
+@cache
+def mean_over_a_period(wave):
+    return sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi)
+
+
 @LEDGER.verified(
     "3.1",
     "means of sin^m cos^n, m and n even",
     *(sp.factorial2(m - 1) * sp.factorial2(n - 1) / sp.factorial2(m + n) for m, n in EVEN_POWERS),
 )
 def _(*claim):
-    waves = (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)
-    means = (sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi) for wave in waves)
-    return less(claim, means)
+    return less(claim, map(mean_over_a_period, (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)))
 
 
 x1, x2, u1, u2 = sp.symbols("x1 x2 u1 u2", real=True)
@@ -307,7 +310,7 @@ def slow_motion():
     speed = fast.diff(theta) * rate
     moved = {u1: u1 + speed[0], u2: u2 + speed[1]}
     damping = [(-d1 * u1**2 * u2).subs(moved, simultaneous=True), (-d2 * u2**3).subs(moved, simultaneous=True)]
-    means = [sp.integrate(sp.expand(e), (theta, 0, 2 * sp.pi)) / (2 * sp.pi) for e in damping]
+    means = [mean_over_a_period(sp.expand(e)) for e in damping]
     slip = sp.expand(speed[0] - speed[1])
     intensity = slip.coeff(sp.sin(theta)) ** 2 + slip.coeff(sp.cos(theta)) ** 2
     return *(-fast.subs(theta, 0)), *(-speed.subs(theta, 0)), means[0] - x1, means[1] - x2, intensity

@@ -191,6 +191,7 @@ j = sp.Symbol("j", integer=True, nonnegative=True)
 EVEN = 2 ** (2 * j) * sp.factorial(j) ** 2 / (sp.factorial(2 * j) * sp.factorial(2 * j + 1))
 ODD = -sp.pi / 2 ** (2 * j + 2) / (sp.factorial(j) * sp.factorial(j + 1))
 TERMS = 6
+POWERS = 5  # of A in the averaged law
 
 
 def _wallis(n):
@@ -226,15 +227,19 @@ def _(claim):
     return series - sum(EVEN.subs(j, n) * z ** (2 * n) + ODD.subs(j, n) * z ** (2 * n + 1) for n in range(TERMS))
 
 
+@cache
+def _mean_power():
+    """Mean power, carried out on the law of friction, term by term in |x'|/v_c."""
+    p = sp.Symbol("p", positive=True)
+    speed = A * omega * sp.sin(p)  # |x'| in 0 < p < pi/2; the other quarters are alike
+    law = laws.exponential(mu_m, v_c).kinetic.series(SPEED, 0, POWERS).removeO().subs(SPEED, speed)
+    power = 2 * zeta * omega * m * speed**2 + sp.expand(law) * r * m * g * speed
+    return sp.integrate(sp.expand(power), (p, 0, sp.pi / 2)) * 2 / sp.pi
+
+
 @LEDGER.verified("averaged law", "A'", transient.amplitude_rate(), numbers="the first five coefficients, exactly")
 def _(claim):
-    # the mean power carried out on the law of friction, term by term in |x'|/v_c
-    p, order = sp.Symbol("p", positive=True), 5
-    speed = A * omega * sp.sin(p)  # |x'| in 0 < p < pi/2; the other quarters are alike
-    law = laws.exponential(mu_m, v_c).kinetic.series(SPEED, 0, order).removeO().subs(SPEED, speed)
-    power = 2 * zeta * omega * m * speed**2 + sp.expand(law) * r * m * g * speed
-    mean = sp.integrate(sp.expand(power), (p, 0, sp.pi / 2)) * 2 / sp.pi
-    return sp.expand(sp.series(claim, A, 0, order).removeO() + mean / (m * omega**2 * A))
+    return sp.expand(sp.series(claim, A, 0, POWERS).removeO() + _mean_power() / (m * omega**2 * A))
 
 
 @LEDGER.verified(
@@ -257,11 +262,16 @@ START = sp.Symbol("x0", positive=True)
 COULOMB_TIME = sp.log(1 + sp.pi * DAMPING * omega**2 * START / (2 * mu * r * g)) / (DAMPING * omega)
 
 
+@cache
+def _constant_friction_time():
+    time = sp.Function("T")
+    return sp.dsolve(time(A).diff(A) - 1 / (DAMPING * omega * A + BRAKING), time(A), ics={time(0): 0}).rhs
+
+
 @LEDGER.verified("averaged law: constant friction", "decay time from x0 at rest", COULOMB_TIME)
 def _(claim):
-    time = sp.Function("T")
-    found = sp.dsolve(time(A).diff(A) - 1 / (DAMPING * omega * A + BRAKING), time(A), ics={time(0): 0}).rhs
-    return sp.expand_log(sp.simplify(sp.expand_log(found.subs(A, START) - claim, force=True)), force=True)
+    difference = _constant_friction_time().subs(A, START) - claim
+    return difference.diff(START), difference.subs(START, 0)
 
 
 # --- Discussion of the results -----------------------------------------------------------------------------------
@@ -289,20 +299,28 @@ def _(displaced, energetic):
     return _undamped(START).diff(omega) - displaced, impulse.diff(omega) - energetic
 
 
+@cache
+def _elasticity(letter):
+    """Return d ln t_d/d ln letter."""
+    return sp.simplify(letter * COULOMB_TIME.diff(letter) / COULOMB_TIME)
+
+
+def _in_y(expr):
+    return expr.subs(START, 2 * mu * r * g * Y / (sp.pi * DAMPING * omega**2))
+
+
 @LEDGER.verified(
     "Conclusion 1 with damping",
     "d ln t_d/d ln omega: negative, and the conclusion right, only for y > 3.92",
     2 * Y / ((1 + Y) * sp.log(1 + Y)) - 1,
 )
 def _(claim):
-    found = sp.simplify(omega * COULOMB_TIME.diff(omega) / COULOMB_TIME)
-    return found.subs(START, 2 * mu * r * g * Y / (sp.pi * DAMPING * omega**2)) - claim
+    return _in_y(_elasticity(omega)) - claim
 
 
 @LEDGER.verified("Conclusion 2", "-d ln t_d/d ln mu falls to zero as y grows with zeta", Y / ((1 + Y) * sp.log(1 + Y)))
 def _(claim):
-    found = sp.simplify(-mu * COULOMB_TIME.diff(mu) / COULOMB_TIME)
-    found = found.subs(START, 2 * mu * r * g * Y / (sp.pi * DAMPING * omega**2))
+    found = -_in_y(_elasticity(mu))
     return found - claim, sp.limit(found, Y, sp.oo)
 
 

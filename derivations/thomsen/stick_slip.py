@@ -323,6 +323,19 @@ def _(*claims):
     return less([rounded(f, 2) for f in found], claims)
 
 
+e = sp.Symbol("e", positive=True)
+SMALL, FALL = sp.symbols("beta eta_0", positive=True)
+SCALED = {gamma2: e * FALL / (ETA / gamma2), beta: e * SMALL, v_b: e * speed}
+
+
+@cache
+def slow_belt() -> sp.Expr:
+    """A1 over v_b up to e^3."""
+    square = v_b**2 + distance(LAW.subs(SPEED, v_b)) ** 2
+    radius = sp.sqrt(sp.factor(square.subs(SCALED, simultaneous=True)))
+    return sp.series(radius / speed, e, 0, 4).removeO()
+
+
 # (30): v_b, eta and beta small together, e times numbers of order one. The first term beyond v_b is of third order.
 @PART.corrected(
     "(30)",
@@ -333,11 +346,5 @@ def _(*claims):
     "it is already of first order in eta, which (28) lacks",
 )
 def _(limit, error):
-    e = sp.Symbol("e", positive=True)
-    small, fall = sp.symbols("beta eta_0", positive=True)
-    square = v_b**2 + distance(LAW.subs(SPEED, v_b)) ** 2
-    scaled = {gamma2: e * fall / (ETA / gamma2), beta: e * small, v_b: e * speed}
-    radius = sp.sqrt(sp.factor(square.subs(scaled, simultaneous=True)))
-    terms = sp.series(radius / speed, e, 0, 4).removeO()
-    stated = [sp.expand(sp.simplify(c.subs(scaled, simultaneous=True) / speed)) for c in (limit, error)]
-    return terms.coeff(e, 1) * e - stated[0], terms.coeff(e, 3) * e**3 - stated[1]
+    stated = [sp.expand(sp.simplify(c.subs(SCALED, simultaneous=True) / speed)) for c in (limit, error)]
+    return slow_belt().coeff(e, 1) * e - stated[0], slow_belt().coeff(e, 3) * e**3 - stated[1]
