@@ -264,11 +264,14 @@ def mean_over_a_period(wave):
     return sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi)
 
 
-@LEDGER.verified(
-    "3.1",
-    "means of sin^m cos^n, m and n even",
-    *(sp.factorial2(m - 1) * sp.factorial2(n - 1) / sp.factorial2(m + n) for m, n in EVEN_POWERS),
-)
+def mean_of_power(m, n):
+    """Mean of sin^m cos^n."""
+    if m % 2 or n % 2:
+        return sp.Integer(0)
+    return sp.factorial2(m - 1) * sp.factorial2(n - 1) / sp.factorial2(m + n)
+
+
+@LEDGER.verified("3.1", "means of sin^m cos^n, m and n even", *(mean_of_power(m, n) for m, n in EVEN_POWERS))
 def _(*claim):
     return less(claim, map(mean_over_a_period, (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)))
 
@@ -310,7 +313,8 @@ def slow_motion():
     speed = fast.diff(theta) * rate
     moved = {u1: u1 + speed[0], u2: u2 + speed[1]}
     damping = [(-d1 * u1**2 * u2).subs(moved, simultaneous=True), (-d2 * u2**3).subs(moved, simultaneous=True)]
-    means = [mean_over_a_period(sp.expand(e)) for e in damping]
+    terms = (sp.Poly(e, sp.sin(theta), sp.cos(theta)).terms() for e in damping)
+    means = [sum(c * mean_of_power(*powers) for powers, c in found) for found in terms]
     slip = sp.expand(speed[0] - speed[1])
     intensity = slip.coeff(sp.sin(theta)) ** 2 + slip.coeff(sp.cos(theta)) ** 2
     return *(-fast.subs(theta, 0)), *(-speed.subs(theta, 0)), means[0] - x1, means[1] - x2, intensity
