@@ -275,6 +275,19 @@ def test_random_oscillators_in_closed_form_agree_with_taylor(values, x, u):
     assert abs(run["high"] - other["high"]) + abs(run["low"] - other["low"]) < 1e-11 * scale
 
 
+def test_a_chain_of_ten_masses_with_ten_contacts():
+    q, u = (sp.symbols(f"{a}0:10", real=True) for a in "qu")
+    pull = [q[i] + u[i] / 50 - (q[i - 1] + u[i - 1] / 50 if i else 0) for i in range(10)]
+    force = [(pull[i + 1] if i < 9 else 0) - pull[i] for i in range(10)]
+    law = sf.laws.piecewise_linear(0.4, [0, 0.3], [0.35, 0.2], 0.05)
+    dry = [sf.Contact(f"c{i}", u[i] - 0.2, 0.5 + 0.1 * i, law) for i in range(10)]
+    initial = {**dict.fromkeys(q, 0.0), **{a: 0.1 * (i % 3) for i, a in enumerate(u)}}
+    run = sf.simulate(sf.Scene(sf.System(q, u, sp.eye(10), force), dry, {}, initial, 100.0))
+    assert run.route == "exact"
+    assert run.checked().stats["events"] > 100
+    assert run.energy_residual() < 1e-12
+
+
 def test_harmonics_powers_of_time_samples_and_kinks_are_linear_between_events():
     t, a_g = sf.TIME, sp.Symbol("a_g", real=True)
     force = -X - U / 10 + sp.sin(2 * t + 0.3) * 0.4 + t**2 / 100 - (t - 1) * t / 10 + sp.Abs(X) / 3 - a_g
