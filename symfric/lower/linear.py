@@ -71,8 +71,8 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
     low = Lowering(scene, constants(scene, varied))
     x, u = low.y[0], low.y[1]
     force, mass = low.sx(system.force[0]), low.sx(system.mass[0, 0])
-    _refuse(low, mass, "the mass changes")
-    a_x, a_u, a_0 = _plane(low, force / mass, [x, u], "the force")
+    refuse_if_moving(low, mass, "the mass changes")
+    a_x, a_u, a_0 = plane(low, force / mass, [x, u], "the force")
     numbers = [a_x, a_u, a_0]
     numbers += _contact(low, mass, lines) if contacts else [ca.SX(0)] * 5
     friction = ca.SX.sym("friction")
@@ -80,7 +80,7 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
         low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction, low.w[0]
         low.moving |= {friction_force(c.name), slip(c.name)}
     for e in rows:
-        *slopes, rest = _plane(low, low.sx(e), [x, u, friction], f"the output {e}")
+        *slopes, rest = plane(low, low.sx(e), [x, u, friction], f"the output {e}")
         numbers += [rest, *slopes]
     data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
     sticks = any(not c.law.smooth for c in contacts)
@@ -90,15 +90,15 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
 def _contact(low: Lowering, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
     """Return the numbers of the contact."""
     (contact,) = low.scene.contacts
-    J, c = _plane(low, low.w[0], [low.y[1]], "the slip")
-    _refuse(low, low.load, "the normal load changes")
+    J, c = plane(low, low.w[0], [low.y[1]], "the slip")
+    refuse_if_moving(low, low.load, "the normal load changes")
     numbers = [J / mass, J, c, low.load[0], low.sx(contact.law.stick)]
     for line in lines:
         numbers += [low.sx(e) for e in line]
     return numbers
 
 
-def _plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
+def plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
     """Return the slopes of a linear expression in the variables, and its value where they are zero."""
     v, signs = ca.vertcat(*variables), ca.vertcat(*low.switches.signs)
     slopes = ca.densify(ca.jacobian(e, v))
@@ -114,7 +114,7 @@ def _plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[c
     return [*ca.horzsplit(slopes), rest]
 
 
-def _refuse(low: Lowering, e: ca.SX, what: str) -> None:
+def refuse_if_moving(low: Lowering, e: ca.SX, what: str) -> None:
     if ca.depends_on(e, ca.vertcat(low.y, low.t, *low.switches.signs)):
         raise NoRoute(what)
 

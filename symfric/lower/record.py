@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Lowering, constants
-from symfric.lower.linear import _plane, _refuse, lines_of
+from symfric.lower.linear import lines_of, plane, refuse_if_moving
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.system import Signal
@@ -63,8 +63,8 @@ def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = 
     a, friction = ca.SX.sym("a"), ca.SX.sym("friction")
     low.symbols[symbol] = a
     mass = low.sx(system.mass[0, 0])
-    _refuse(low, mass, "the mass changes")
-    stiff, damp, gain, rest = _plane(low, low.sx(system.force[0]) / mass, [u, w, a], "the force")
+    refuse_if_moving(low, mass, "the mass changes")
+    stiff, damp, gain, rest = plane(low, low.sx(system.force[0]) / mass, [u, w, a], "the force")
     load = low.sx(contact.normal)
     if ca.depends_on(load, ca.vertcat(low.y, low.t, a)):
         raise NoRoute("the normal load changes")
@@ -75,7 +75,7 @@ def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = 
     low.symbols[friction_force(contact.name)], low.symbols[slip(contact.name)] = mass * friction, w
     low.moving |= {friction_force(contact.name), slip(contact.name)}
     for e in rows:
-        numbers += _plane(low, low.sx(e), [u, w, friction, a], f"the output {e}")
+        numbers += plane(low, low.sx(e), [u, w, friction, a], f"the output {e}")
     data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
     return Record(data, low.parameters, signal, len(cells), len(rows))
 

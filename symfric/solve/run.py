@@ -79,7 +79,7 @@ class Raw(NamedTuple):
     Attributes
     ----------
     ranges, integrals : dict of str to value
-        Smallest and largest value, or the integral, of the expression of each such output.
+        Smallest and largest value, or the integral or the value at a time, of the expression of each such output.
     rest : float
         Time since which the system rests, NaN if it moves.
     path : Path or None

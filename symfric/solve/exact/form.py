@@ -9,7 +9,7 @@ from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton, lower
 from symfric.lower.linear import Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.model.scene import Scene
-from symfric.solve.compiled import INTEGRAL, wanted_of
+from symfric.solve.compiled import RANGE, wanted_of
 from symfric.solve.exact.record_rows import Recorded, recorded_in
 
 
@@ -73,7 +73,7 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
         words = "one mass, linear between events, in closed form"
         return Form(scene, closed.parameters, closed, None, None, None, True, words)
     timeless = without_harmonics(scene)
-    automaton = lower(timeless, [e for _, e in wanted_of(timeless).rows], varied)
+    automaton = lower(timeless, [r.expr for r in wanted_of(timeless).rows], varied)
     slopes = matrices(automaton)
     many = max(len(scene.system.q), len(scene.contacts)) > 1
     cheapest = many and timeless is scene
@@ -83,6 +83,6 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
 
 def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:
     rows = wanted_of(scene).rows
-    if any(kind == INTEGRAL for kind, _ in rows):
-        raise NoRoute("an integral is wanted")
-    return oscillator(scene, [e for _, e in rows], varied)
+    if any(r.kind != RANGE for r in rows):
+        raise NoRoute("an integral or a value at a time is wanted")
+    return oscillator(scene, [r.expr for r in rows], varied)

@@ -213,11 +213,53 @@ def _begin(w):
     w.counts[:] = 0
     w.clock[REST] = np.nan
     for e in range(w.at.size):
-        w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, np.nan
+        w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
     w.where[0] = _cell_of(w, u)
     s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
     _turn(w, 0.0, s, s, u)
     return u, v, s
+
+
+@njit(nogil=True, _nrt=False, forceinline=True)
+def _stick_on(w, i, stop, u):
+    """Stick through whole samples; return the first in which the mass is released, or `stop`."""
+    while i < stop:
+        b = w.samples[i + 1] if i < w.samples.size - 1 else 0.0
+        if _drive(w, u, b) != 0.0:
+            break
+        note_end(w, u, b)
+        i += 1
+    return i
+
+
+@njit(nogil=True, _nrt=False, forceinline=True)
+def _slip_on(w, i, stop, u, v, s):
+    """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
+    c, n = w.where[0], w.samples.size - 1
+    low, high = w.cells[c, LOW], w.cells[c, HIGH]
+    steady = w.force[CONSTANT] - s * w.force[KINETIC] * w.cells[c, MU]
+    k = 2 * w.kinds[c] + (1 if s > 0.0 else 0)
+    uu, uw, uf, ug = w.tables[k, UU], w.tables[k, UW], w.tables[k, UF], w.tables[k, UG]
+    wu, ww, wf, wg = w.tables[k, WU], w.tables[k, WW], w.tables[k, WF], w.tables[k, WG]
+    kappa, lam, gain, dt = w.tables[k, KAPPA], w.force[LAM], w.force[GAIN], w.dt[0]
+    per_dt, plain = 1.0 / dt, is_plain(w)
+    a = w.samples[i] if i < n else 0.0
+    rate = gain * a + steady - lam * v - kappa * u
+    while i < stop:
+        b = w.samples[i + 1] if i < n else 0.0
+        g, g1 = gain * a + steady, gain * (b - a) * per_dt
+        v1 = (wf * g + wg * g1) + (wu * u + ww * v)
+        u1 = (uf * g + ug * g1) + (uu * u + uw * v)
+        then = gain * b + steady - lam * v1 - kappa * u1
+        turns = rate * then <= 0.0
+        if not (s * v1 > 0.0 and low < u1 < high):
+            break
+        if turns or not plain:
+            steep = max(abs(rate), abs(then))
+            if (turns and s * v1 <= 2.0 * dt * steep) or not quiet(w, dt, u1, v1, b, steep, turns, g1):
+                break
+        i, a, u, v, rate = i + 1, b, u1, v1, then
+    return i, u, v
 
 
 @njit(nogil=True, _nrt=False)
@@ -226,85 +268,55 @@ def march(w):
     u, v, s = _begin(w)
     dt, parts, n = w.dt[0], w.parts[0], w.samples.size - 1
     whole = dt / parts
-    last = np.int64(math.ceil(w.clock[T_END] / whole - 1e-9)) - 1
-    gain, constant, lam = w.force[GAIN], w.force[CONSTANT], w.force[LAM]
-    uu = uw = uf = ug = wu = ww = wf = wg = kappa = 0.0  # the transition of the present slip
-    plain = False  # no row turns but where u or w does
-    steady = low = high = 0.0  # the constant part of its force, and the edges of its cell
-    i, sample, part, tau, stall, ready = 0, 0, 0, 0.0, 0, False
-    due = _next_due(w, -1, whole)
-    a, slope_a = w.samples[0], (w.samples[1] - w.samples[0]) / dt
+    last = np.int64(math.ceil(w.clock[T_END] / dt - 1e-9)) - 1
+    i, part, tau, stall = 0, 0, 0.0, 0  # sample, part of it, time since its beginning, events without time
+    due = _next_due(w, -1, dt)
     while True:
-        ready = ready and i < last and i < due
-        if ready and s == 0.0:
-            ready = _drive(w, u, a + slope_a * whole) == 0.0
-            if ready:
-                note_end(w, u, a + slope_a * whole)
-        elif ready:  # a whole part of a sample, in the middle of a slip
-            g, g1 = gain * a + steady, gain * slope_a
-            rate = g - lam * v - kappa * u
-            v1 = wu * u + ww * v + wf * g + wg * g1
-            u1 = uu * u + uw * v + uf * g + ug * g1
-            then = g + g1 * whole - lam * v1 - kappa * u1
-            steep = max(abs(rate), abs(then))
-            turns = rate * then <= 0.0
-            ready = s * v1 > (2.0 * whole * steep if turns else 0.0) and low < u1 < high
-            if ready and (turns or not plain):
-                ready = quiet(w, whole, u1, v1, a + slope_a * whole, steep, turns, g1)
-            if ready:
-                u, v = u1, v1
-        if not ready:
-            h = whole if i < last else w.clock[T_END] - last * whole
-            t = sample * dt + part * whole + tau
-            if s == 0.0 and sample >= n and _drive(w, u, 0.0) == 0.0:  # nothing will move it again
-                i, tau, h, t = last, 0.0, w.clock[T_END] - t, t
-            a_now = a + slope_a * tau
-            if s == 0.0:
-                spent, new = _stick(w, t, h - tau, u, a_now, slope_a)
-                found = INSIDE if new == 0.0 else AT_REST
-            else:
-                u, v, spent, found = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
-                new = _drive(w, u, a_now + slope_a * spent) if found == AT_REST else s
-            w.counts[STEPS] += 1
-            stall = 0 if spent > 0.0 else stall + 1
-            if found == AT_EDGE:
-                w.where[0] += np.int64(s)
-                w.counts[KINKS] += 1
-                enter(w, s)
-            elif found == AT_REST:
-                _turn(w, t + spent, s, new, u)
-                s = new
-            if stall > _STALLED:
-                return _CHATTER
-            if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
-                return _EVENTS
-            if w.counts[STEPS] > w.limits[MAX_STEPS]:
-                return _STEPS
-            if found != INSIDE:
-                tau += spent
-                continue
-            ready = not w.limits[KEEP_PATH]
-            if i >= due:
-                due = _next_due(w, i, whole)
-            if ready and s != 0.0:
-                c = w.where[0]
-                low, high = w.cells[c, LOW], w.cells[c, HIGH]
-                steady = constant - s * w.force[KINETIC] * w.cells[c, MU]
-                k = 2 * w.kinds[c] + (1 if s > 0.0 else 0)
-                uu, uw, uf, ug = w.tables[k, UU], w.tables[k, UW], w.tables[k, UF], w.tables[k, UG]
-                wu, ww, wf, wg = w.tables[k, WU], w.tables[k, WW], w.tables[k, WF], w.tables[k, WG]
-                kappa = w.tables[k, KAPPA]
-                plain = is_plain(w)
-            tau = 0.0
-        i, part = i + 1, part + 1
-        if i > last:
-            break
-        if part < parts:
-            a += slope_a * whole
+        inside = i < n
+        a = w.samples[i] if inside else 0.0
+        slope_a = (w.samples[i + 1] - a) / dt if inside else 0.0
+        t = i * dt + part * whole + tau
+        h = min(whole, w.clock[T_END] - i * dt - part * whole)
+        if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # nothing will move it again
+            i, part, tau, h = last, parts - 1, 0.0, w.clock[T_END] - t
+        a_now = a + slope_a * (part * whole + tau)
+        if s == 0.0:
+            spent, new = _stick(w, t, h - tau, u, a_now, slope_a)
+            found = INSIDE if new == 0.0 else AT_REST
+        else:
+            u, v, spent, found = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
+            new = _drive(w, u, a_now + slope_a * spent) if found == AT_REST else s
+        w.counts[STEPS] += 1
+        stall = 0 if spent > 0.0 else stall + 1
+        if found == AT_EDGE:
+            w.where[0] += np.int64(s)
+            w.counts[KINKS] += 1
+            enter(w, s)
+        elif found == AT_REST:
+            _turn(w, t + spent, s, new, u)
+            s = new
+        if stall > _STALLED:
+            return _CHATTER
+        if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
+            return _EVENTS
+        if w.counts[STEPS] > w.limits[MAX_STEPS]:
+            return _STEPS
+        if found != INSIDE:
+            tau += spent
             continue
-        sample, part = sample + 1, 0
-        a = w.samples[sample] if sample < n else 0.0
-        slope_a = (w.samples[sample + 1] - a) / dt if sample < n else 0.0
+        tau, part = 0.0, part + 1
+        if part == parts:
+            i, part = i + 1, 0
+        if i > last or t + spent >= w.clock[T_END]:
+            break
+        if i > due:
+            due = _next_due(w, i - 1, dt)
+        if parts == 1 and not w.limits[KEEP_PATH]:
+            stop = min(last, due, n if i < n else last)
+            if s == 0.0:
+                i = _stick_on(w, i, stop, u)
+            else:
+                i, u, v = _slip_on(w, i, stop, u, v, s)
     w.y[0], w.y[1], w.y[2] = u, v, w.clock[T_END]
     if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] > w.path_t.shape[0]:
         return PATH_FULL

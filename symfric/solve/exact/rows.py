@@ -14,8 +14,8 @@ LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
 # entries of a cell: lower edge, upper edge, coefficient and slope of the line through u = 0
 LOW, HIGH, MU, SLOPE = range(4)
 R_U, R_W, R_F, R_A, R_0 = range(5)
-# entries of `total`: smallest, largest, unused, value at the time in `at`
-SMALLEST, LARGEST, _, THEN = range(4)
+# entries of `total`: smallest and largest value, value at the time in `at`
+SMALLEST, LARGEST, VALUE = range(3)
 _MARGIN = 2.0  # of the bound on a rate by its values at the ends of a piece
 _PARTS = 4  # of a piece, in each of which a wanted row turns at most once
 
@@ -65,19 +65,15 @@ def _ends_and_turns(cr, h):
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
-def _turns(w, e, t, h, a, slope_a):
-    """Extend the range of a row by all that it does in a piece, and note its value at its time."""
+def _row(w, e, a, slope_a, t):
+    """Make the series of a row in the present piece; return its value after the time t."""
     now, size = w.now[e], w.order[0] + 1
     cr = w.cr[:size]
     for k in range(size):
         cr[k] = now[0] * w.cu[k] + now[1] * w.cw[k]
     cr[0] += now[2] * a + now[3]
     cr[1] += now[2] * slope_a
-    smallest, largest = _ends_and_turns(cr, h)
-    _extend(w, e, smallest)
-    _extend(w, e, largest)
-    if t - 1e-9 * h <= w.at[e] <= t + h * (1.0 + 1e-9):
-        w.total[e, THEN] = value(cr, w.at[e] - t)
+    return value(cr, t)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
@@ -88,11 +84,18 @@ def note(w, t, h, a, slope_a, s):
     far = abs(value(cu, h) - cu[0])
     steep = h * _MARGIN * max(abs(cw[1]), abs(slope(cw, h)))
     for e in range(w.rows.shape[0]):
-        now = w.now[e]
+        now, at = w.now[e], w.at[e]
+        if at >= 0.0:
+            if t - 1e-9 * h <= at <= t + h * (1.0 + 1e-9):
+                w.total[e, VALUE] = _row(w, e, a, slope_a, at - t)
+            continue
         begin = now[0] * cu[0] + now[1] * cw[0] + now[2] * a + now[3]
         room = abs(now[0]) * far + abs(now[1]) * steep + abs(now[2] * slope_a) * h
-        if begin - room < w.total[e, SMALLEST] or begin + room > w.total[e, LARGEST] or w.at[e] >= 0.0:
-            _turns(w, e, t, h, a, slope_a)
+        if begin - room < w.total[e, SMALLEST] or begin + room > w.total[e, LARGEST]:
+            _row(w, e, a, slope_a, 0.0)
+            smallest, largest = _ends_and_turns(w.cr[:size], h)
+            _extend(w, e, smallest)
+            _extend(w, e, largest)
     if w.limits[KEEP_PATH]:
         k = w.counts[KEPT_STEPS]
         if k < w.path_t.shape[0]:
@@ -108,7 +111,7 @@ def note_end(w, u, a):
     """Extend the ranges by the values at the end of a whole sample of sticking, in which all rows are linear."""
     for e in range(w.rows.shape[0]):
         now = w.now[e]
-        if now[2] != 0.0:
+        if now[2] != 0.0 and w.at[e] < 0.0:
             _extend(w, e, now[0] * u + now[2] * a + now[3])
 
 
@@ -117,7 +120,7 @@ def is_plain(w):
     """Return whether every wanted row depends on u alone or on w alone in the present mode."""
     mixed = 0
     for e in range(w.rows.shape[0]):
-        mixed += w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0)
+        mixed += w.at[e] < 0.0 and (w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0))
     return mixed == 0
 
 
@@ -130,7 +133,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
     quick = h * h * (abs(w.force[LAM]) * steep + w.stiffest[0] * abs(v) + abs(slope_f))
     for e in range(w.rows.shape[0]):
         now = w.now[e]
-        if now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns)):
+        if w.at[e] >= 0.0 or (now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns))):
             continue
         number = now[0] * u + now[1] * v + now[2] * a + now[3]
         room = abs(now[0]) * h * h * steep + abs(now[1]) * (h * steep if turns else quick)

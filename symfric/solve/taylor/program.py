@@ -63,7 +63,7 @@ class TaylorProgram:
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
         wanted = wanted_of(scene)
-        self.automaton: Automaton = lower(scene, [e for _, e in wanted.rows], varied)
+        self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
         self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states))
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = _variants(self.automaton, order, sticker)
@@ -151,7 +151,7 @@ def series_loop(
         functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
     code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
-    work = make_workspace(automaton, variants, code.addresses, [k for k, _ in wanted.rows], pieces)
+    work = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces)
     work.clock[4:] = scene.horizon, *tolerances
     room = PATH_BYTES // work.path_c[0].nbytes if wanted.path else budgets[0]
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1

@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from symfric.lower.automaton import Automaton
+from symfric.solve.compiled import Row
 from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
 from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
@@ -57,7 +58,7 @@ class Workspace(NamedTuple):
     hit: np.ndarray  # guards that have just reached zero, (n_g,)
     fresh: np.ndarray  # guards that start their mode at zero, (n_g,)
     slack: np.ndarray  # what is added to a guard so that it starts its mode at zero, (n_g,)
-    kind: np.ndarray  # RANGE or INTEGRAL of every wanted row, (n_e,)
+    kind: np.ndarray  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
     total: np.ndarray  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
     step: np.ndarray  # length of the step on trial, (1,)
     reach: np.ndarray  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
@@ -76,10 +77,11 @@ class Workspace(NamedTuple):
     path_t: np.ndarray  # start and length of every step kept
     path_c: np.ndarray  # its state coefficients, (n, n_x, order + 1)
     path_m: np.ndarray  # its modes, (n, n_c)
+    then: np.ndarray  # time of every row of which one value is wanted, (n_e,)
 
 
 def make_workspace(
-    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], kinds: list[int], segments
+    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], rows: Sequence[Row], segments
 ) -> Workspace:
     """Allocate the arrays of a program.
 
@@ -90,13 +92,13 @@ def make_workspace(
         One for all modes, or two, as described at `Workspace.code`.
     addresses : dict of str to int
         By function name.
-    kinds : list of int
-        RANGE or INTEGRAL of every wanted row.
+    rows : sequence of Row
+        What is wanted.
     segments : tuple of arrays
         Times at which inputs change their slope, and what they are from there on.
     """
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
-    n_e, order, n_q = len(kinds), variants[0].order, automaton.n_q
+    n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
     n_r = n_x + n_g + n_e
     functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
     room = lambda *shape: np.zeros(shape)  # noqa: E731
@@ -131,7 +133,7 @@ def make_workspace(
         hit=flags(n_g),
         fresh=flags(n_g),
         slack=room(n_g),
-        kind=np.array(kinds, dtype=np.int64),
+        kind=np.array([r.kind for r in rows], dtype=np.int64),
         total=room(n_e, 4),
         step=room(1),
         reach=room(n_x + n_g),
@@ -150,6 +152,7 @@ def make_workspace(
         path_t=room(64, 2),
         path_c=room(64, n_x, order + 1),
         path_m=np.zeros((64, n_c), dtype=np.int64),
+        then=np.array([r.time for r in rows], dtype=float),
     )
 
 
@@ -205,4 +208,5 @@ def at_addresses(table):
         matrix(table, 45),  # path_t
         cube(table, 46),  # path_c
         integer_matrix(table, 47),  # path_m
+        reals(table, 48),  # then
     )
