@@ -41,6 +41,7 @@ class Row(NamedTuple):
     kind: int
     expr: sp.Expr
     time: float = 0.0
+    magnitude: bool = False  # the range of |expr|: that of expr says it, without a kink wherever it is zero
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,14 @@ def wanted_of(scene: Scene) -> Wanted:
 def _row(output: ScalarOfExpression, horizon: float) -> Row:
     if isinstance(output, At):
         return Row(THEN, output.expr, horizon if output.time is None else min(output.time, horizon))
-    return Row(INTEGRAL if isinstance(output, Integral) else RANGE, output.expr)
+    if isinstance(output, Integral):
+        return Row(INTEGRAL, output.expr)
+    magnitude = isinstance(output.expr, sp.Abs)
+    return Row(RANGE, output.expr.args[0] if magnitude else output.expr, magnitude=magnitude)
+
+
+def _range(row: Row, low: float, high: float) -> tuple[float, float]:
+    return (max(low, -high, 0.0), max(-low, high)) if row.magnitude else (low, high)
 
 
 class Numbers:
@@ -160,7 +168,7 @@ class Loop:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
         total = w.total.tolist() if wanted.row else []
         raw = Raw(
-            ranges={n: (total[k][0], total[k][1]) for n, k in wanted.row.items()},
+            ranges={n: _range(wanted.rows[k], total[k][0], total[k][1]) for n, k in wanted.row.items()},
             integrals={n: total[k][2] for n, k in wanted.row.items()},
             rest=w.clock.item(2),
             path=path,

@@ -191,6 +191,9 @@ def _turn(w, t, old, new, u):
         hold(w, u)
     else:
         w.clock[REST] = np.nan
+        line = w.cells[w.where[0]]
+        if (new < 0.0 and u <= line[LOW]) or (new > 0.0 and u >= line[HIGH]):
+            w.where[0] += np.int64(new)  # it leaves the edge of its cell
         enter(w, new)
 
 

@@ -2,20 +2,17 @@
 
 from typing import NamedTuple
 
-import sympy as sp
-
 from symfric.errors import NoRoute
 from symfric.lower.record import Record, record
 from symfric.model.scene import Scene
-from symfric.solve.compiled import INTEGRAL, RANGE, Wanted, wanted_of
+from symfric.solve.compiled import INTEGRAL, Wanted, wanted_of
 
 
 class Recorded(NamedTuple):
-    """A scene as one mass under a record, what it wants, and for each row whether its magnitude is meant."""
+    """A scene as one mass under a record, and what it wants."""
 
     problem: Record
     wanted: Wanted
-    magnitude: tuple[bool, ...]
 
 
 def recorded_in(scene: Scene, varied: frozenset[str] = frozenset()) -> Recorded:
@@ -29,6 +26,4 @@ def recorded_in(scene: Scene, varied: frozenset[str] = frozenset()) -> Recorded:
     wanted = wanted_of(scene)
     if any(r.kind == INTEGRAL for r in wanted.rows):
         raise NoRoute("an integral is wanted")
-    magnitude = tuple(r.kind == RANGE and isinstance(r.expr, sp.Abs) for r in wanted.rows)
-    exprs = [r.expr.args[0] if m else r.expr for r, m in zip(wanted.rows, magnitude, strict=True)]
-    return Recorded(record(scene, exprs, varied), wanted, magnitude)
+    return Recorded(record(scene, [r.expr for r in wanted.rows], varied), wanted)
