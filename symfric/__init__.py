@@ -1,6 +1,7 @@
 """Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design."""
 
 from symfric import design, theory
+from symfric.ensemble import motions
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
 from symfric.model import library as scenes
@@ -81,6 +82,7 @@ __all__ = [
     "hopf",
     "laws",
     "mechanics",
+    "motions",
     "prepare",
     "scenes",
     "separate",

@@ -1,0 +1,1 @@
+"""Many scenes, many cores, many machines: ground motions and sweeps."""

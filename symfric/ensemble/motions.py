@@ -1,0 +1,75 @@
+"""Ground motions: read from files, made from nothing, scaled as one or as a set."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symfric.ensemble.generate import Misfit, eurocode8, misfit, sine_burst, synthetic
+from symfric.ensemble.motion import Motion
+from symfric.ensemble.record_files import read_at2, read_text
+from symfric.ensemble.response import Spectrum
+from symfric.ensemble.units import factor_of
+from symfric.errors import SceneError
+from symfric.model.names import finite
+
+__all__ = [
+    "Misfit",
+    "Motion",
+    "Spectrum",
+    "eurocode8",
+    "mean_spectrum",
+    "misfit",
+    "read_at2",
+    "read_text",
+    "scaled_set",
+    "sine_burst",
+    "synthetic",
+]
+
+
+def mean_spectrum(motions: Sequence[Motion], periods: Sequence[float], damping: float = 0.05) -> Spectrum:
+    """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs."""
+    found = [m.spectrum(periods, damping) for m in _set(motions)]
+    names = ("displacement", "pseudo_velocity", "pseudo_acceleration")
+    means = (np.mean([getattr(s, k) for s in found], axis=0) for k in names)
+    return Spectrum(found[0].periods, found[0].damping, *means, f"mean of {len(found)} motions")
+
+
+def scaled_set(
+    motions: Sequence[Motion], pga: float, unit: str = "m/s^2", *, by: str = "mean spectrum"
+) -> tuple[Motion, ...]:
+    """Scale a set of motions to a peak acceleration.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    pga : float
+        In `unit`.
+    unit : str
+    by : {'mean spectrum', 'record'}
+        'mean spectrum': all by one factor, so that the mean spectrum has `pga` at period 0, as the study of scaled
+        rolling isolation does (its section 2.2): the motions keep their ratios, and most of them have another PGA.
+        'record': each by its own factor, so that each has `pga`.
+
+    Returns
+    -------
+    tuple of Motion
+    """
+    motions = _set(motions)
+    wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
+    if wanted <= 0:
+        raise SceneError(f"pga is {pga}; it must be positive")
+    if by == "record":
+        return tuple(m.scaled(wanted) for m in motions)
+    if by != "mean spectrum":
+        raise SceneError(f"by is {by!r}; scale by 'mean spectrum' or by 'record'")
+    mean = float(np.mean([m.pga for m in motions]))
+    if mean == 0:
+        raise SceneError("every motion of the set is zero; it cannot be scaled")
+    return tuple(m.times(wanted / mean) for m in motions)
+
+
+def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:
+    if isinstance(motions, Motion) or not all(isinstance(m, Motion) for m in motions) or not len(motions):
+        raise SceneError("a set of motions is a list of sf.motions.Motion, at least one")
+    return tuple(motions)

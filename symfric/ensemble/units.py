@@ -1,0 +1,36 @@
+"""Units of acceleration, and how to recognise what is none."""
+
+import re
+
+from symfric.errors import SceneError
+
+G = 9.81  # m/s^2
+_FACTORS = {"m/s^2": 1.0, "g": G, "cm/s^2": 0.01, "gal": 0.01, "mm/s^2": 0.001}
+KNOWN = "'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2'"
+_OTHER = {"m/s": "a velocity", "cm/s": "a velocity", "mm/s": "a velocity", "in/s": "a velocity"}
+_OTHER |= {"m": "a displacement", "cm": "a displacement", "mm": "a displacement", "in": "a displacement"}
+
+
+def plain_unit(unit: str) -> str:
+    """Return a unit in one spelling: ``CM/SEC/SEC``, ``cm/s2`` and ``cm/s**2`` are all ``cm/s^2``."""
+    text = re.sub(r"\s", "", unit).lower().replace("sec", "s").replace("gals", "gal")
+    text = re.sub(r"^(c?m|mm)/(?:s/s|s\*\*2|s2|\(s\^2\)|s\^2|s²)$", r"\1/s^2", text)
+    return re.sub(r"^(c?m|mm)(?:\*s|s|\.s)(?:\^|\*\*)?-2$", r"\1/s^2", text)
+
+
+def factor_of(unit: str, where: str) -> float:
+    """Return what a unit is in m/s^2.
+
+    Raises
+    ------
+    SceneError
+        If it is no unit of acceleration; `where` stands before the message.
+    """
+    if not isinstance(unit, str):
+        raise SceneError(f"{where} is {unit!r}; give the unit of the samples, {KNOWN}")
+    plain = plain_unit(unit)
+    if plain in _FACTORS:
+        return _FACTORS[plain]
+    if plain in _OTHER:
+        raise SceneError(f"{where} is {unit}, {_OTHER[plain]}; take the record of the acceleration instead")
+    raise SceneError(f"{where} is {unit!r}, which is no unit of acceleration known here; give {KNOWN}")
