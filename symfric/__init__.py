@@ -2,6 +2,7 @@
 
 from symfric import design, theory
 from symfric.ensemble import motions
+from symfric.ensemble.sweep import sweep
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
 from symfric.model import library as scenes
@@ -89,5 +90,6 @@ __all__ = [
     "simulate",
     "slip",
     "stability",
+    "sweep",
     "theory",
 ]

@@ -1,0 +1,225 @@
+"""The cases of a sweep: axes with labels, scenes for what is swapped, numbers for what is varied, and their hash."""
+
+import hashlib
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+import symfric.solve.compiled as compiled
+from symfric.ensemble.motion import Motion
+from symfric.errors import SceneError
+from symfric.model.names import name_of
+from symfric.model.outputs import End, Events, Output, ScalarOfExpression, StopTime, Trajectory
+from symfric.model.scene import Scene
+from symfric.model.system import Signal
+
+SCENES = "scene"  # name of the axis of several scenes
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Every combination of the axes' entries, in C order.
+
+    Attributes
+    ----------
+    axes : dict of str to ndarray
+        Name of each axis and its labels: numbers of a parameter, names of motions or scenes.
+    scenes : tuple of Scene
+        One for each combination of what is no number.
+    scene_of : ndarray of int, shape (n,)
+        Which of `scenes` each case belongs to.
+    names : tuple of str
+        The parameters that vary.
+    width : dict of str to int
+        Outputs and how many numbers each has: 1, or n_x for `End`.
+    """
+
+    axes: dict[str, np.ndarray]
+    scenes: tuple[Scene, ...]
+    scene_of: np.ndarray
+    names: tuple[str, ...]
+    width: dict[str, int]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Entries of every axis."""
+        return tuple(a.size for a in self.axes.values())
+
+    @cached_property
+    def size(self) -> int:
+        """Number of cases."""
+        return int(np.prod(self.shape))
+
+    def numbers(self, cases: np.ndarray) -> np.ndarray:
+        """Return the values of the varied parameters of some cases, shape (n, number of parameters)."""
+        at = dict(zip(self.axes, np.unravel_index(cases, self.shape), strict=True))
+        return np.stack([self.axes[n][at[n]] for n in self.names], axis=-1) if self.names else np.zeros((len(cases), 0))
+
+
+def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
+    """Read the scene or scenes and the axes of a sweep; see `symfric.ensemble.sweep.sweep`."""
+    scenes = _scenes(scene)
+    first = next(iter(scenes.values()))
+    if not isinstance(axes, Mapping):
+        raise SceneError(f"the grid is {axes!r}; give a mapping of parameters to rows of values")
+    given = {name_of(k): v for k, v in axes.items()}
+    if len(given) < len(axes):
+        raise SceneError("a parameter is given twice in the grid, as a symbol and by name")
+    if not given and len(scenes) == 1:
+        raise SceneError("the grid has no axis; give at least one parameter and its values")
+    swapped = {s.name for s in first.inputs} & set(given)
+    names = tuple(n for n in given if n not in swapped)
+    numbers = {n: _row(v, n) for n, v in given.items() if n in names}
+    signals = {n: _signals(given[n], n) for n in swapped}
+    labels = {n: numbers[n] if n in numbers else np.array(list(signals[n])) for n in given}
+    if not isinstance(scene, Scene):
+        if SCENES in labels:
+            raise SceneError(f"an axis is called {SCENES!r}, like that of the scenes; rename the parameter")
+        labels = {SCENES: np.array(list(scenes)), **labels}
+    scenes = {label: _prepared(s, numbers) for label, s in scenes.items()}
+    width = _widths(scenes)
+    clash = next((n for n in (*width, "status", "state") if n in labels), None) or (
+        "status" if "status" in width else ""
+    )
+    if clash:
+        raise SceneError(f"{clash!r} is the name of an axis or of the status, and of an output too; rename the output")
+    variants = []
+    for chosen in itertools.product(scenes.values(), *(signals[n].items() for n in given if n in swapped)):
+        base, *swaps = chosen
+        inputs = dict(zip((n for n in given if n in swapped), (s for _, s in swaps), strict=True))
+        variants.append(_with_inputs(base, inputs))
+    return Grid(labels, tuple(variants), _scene_of(labels, names), names, width)
+
+
+def _scenes(scene) -> dict[str, Scene]:
+    scenes = {"": scene} if isinstance(scene, Scene) else scene
+    if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
+        raise SceneError(f"{scene!r} is no sf.Scene, nor a mapping of labels to scenes")
+    return {str(k): s for k, s in scenes.items()}
+
+
+def _row(values, name: str) -> np.ndarray:
+    """Return the values of a parameter as a row of finite numbers."""
+    try:
+        row = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise SceneError(f"the values of {name} are no numbers; give a row of numbers") from None
+    if row.ndim != 1 or not row.size:
+        raise SceneError(f"the values of {name} have shape {row.shape}; give a row of at least one")
+    if not np.all(np.isfinite(row)):
+        raise SceneError(f"value {int(np.flatnonzero(~np.isfinite(row))[0])} of {name} is not finite")
+    return row
+
+
+def _signals(values, name: str) -> dict[str, Signal]:
+    """Return the signals of an input by their labels."""
+    if isinstance(values, Mapping):
+        pairs = [(str(k), v) for k, v in values.items()]
+    elif isinstance(values, Motion | Signal):
+        raise SceneError(f"the input {name} is given one motion; give a list of them, or put it into Scene.inputs")
+    else:
+        pairs = [(v.name if isinstance(v, Motion) else f"{name} {k}", v) for k, v in enumerate(values)]
+    found: dict[str, Signal] = {}
+    for label, value in pairs:
+        if not isinstance(value, Motion | Signal):
+            raise SceneError(f"the input {name} has {value!r}; give motions or sf.Signal")
+        count = sum(k == label or k.startswith(f"{label} (") for k in found)
+        found[f"{label} ({count + 1})" if count else label] = value.signal() if isinstance(value, Motion) else value
+    if not found:
+        raise SceneError(f"the input {name} has no motions; give at least one")
+    return found
+
+
+def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
+    """Return a scene that wants its scalar outputs only, with a number for every value."""
+    outputs = {n: o for n, o in scene.outputs.items() if not isinstance(o, Trajectory | Events)}
+    if not outputs:
+        raise SceneError("the scene wants no scalar output; give it some: scene.wanting({'x_max': sf.Max(x)})")
+    open_values = {n: v[0] for n, v in numbers.items() if scene.values[scene.parameter(n)] is None}
+    scene = scene.where(open_values) if open_values else scene
+    scene.numbers()
+    scene = scene.wanting(outputs)
+    for n in numbers:
+        scene.parameter(n)
+    return scene
+
+
+def _widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
+    """Return how many numbers each output has; all scenes must have the same ones."""
+    found = []
+    for scene in scenes.values():
+        for name, output in scene.outputs.items():
+            if not isinstance(output, ScalarOfExpression | StopTime | End):
+                raise SceneError(
+                    f"output {name!r} of type {type(output).__name__} has no place on a grid; leave it out"
+                )
+        sizes = {n: len(scene.system.states) if isinstance(o, End) else 1 for n, o in scene.outputs.items()}
+        found.append((sizes, [s.name for s in scene.system.states] if End in map(type, scene.outputs.values()) else []))
+    if any(f != found[0] for f in found):
+        raise SceneError("the scenes want different outputs; give them the same ones with scene.wanting")
+    return found[0][0]
+
+
+def _with_inputs(scene: Scene, inputs: Mapping[str, Signal]) -> Scene:
+    present = {s.name: v for s, v in scene.inputs.items()}
+    missing = next((n for n in inputs if n not in present), None)
+    if missing:
+        raise SceneError(f"a scene has no input {missing}; every scene of a sweep needs it")
+    return replace(scene, inputs={**present, **inputs}) if inputs else scene
+
+
+def _scene_of(labels: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """Return the number of the scene of every case."""
+    fixed = [n not in names for n in labels]
+    shape = [a.size if f else 1 for a, f in zip(labels.values(), fixed, strict=True)]
+    scene = np.arange(int(np.prod(shape))).reshape(shape)
+    return np.broadcast_to(scene, [a.size for a in labels.values()]).ravel()
+
+
+def fingerprint(scene: Scene) -> str:
+    """Return a hash of everything in a scene that its runs depend on; the same in every process."""
+    system = scene.system
+    parts = [sp.srepr(e) for e in (*system.states, *system.expressions)]
+    for c in scene.contacts:
+        parts += [c.name, *(sp.srepr(e) for e in (c.slip, c.normal, c.profile, c.law.kinetic, c.law.stick))]
+        parts += [sp.srepr(e) for e in c.law.breaks]
+    parts += sorted(f"{s.name} = {float(v).hex()}" for s, v in scene.values.items())
+    parts += [f"{s.name} starts at {_plain(v)}" for s, v in scene.initial.items()]
+    parts += [f"{n} is {_output(o)}" for n, o in scene.outputs.items()]
+    parts.append(scene.horizon.hex())
+    digest = hashlib.sha256("\n".join(parts).encode())
+    for symbol, signal in sorted(scene.inputs.items(), key=lambda pair: pair[0].name):
+        digest.update(f"{symbol.name} {signal.dt.hex()} {signal.t0.hex()}\n".encode())
+        digest.update(signal.samples.tobytes())
+    return digest.hexdigest()
+
+
+def _plain(value) -> str:
+    return sp.srepr(value) if isinstance(value, sp.Basic) else float(value).hex()
+
+
+def _output(output: Output) -> str:
+    entries = (getattr(output, f.name) for f in fields(output))
+    return f"{type(output).__name__} {[sp.srepr(e) if isinstance(e, sp.Basic) else repr(e) for e in entries]}"
+
+
+def sweep_key(grid: Grid, tolerance: float, route) -> str:
+    """Return a hash of a sweep: its scenes, axes, tolerance and route."""
+    digest = hashlib.sha256(f"{float(tolerance).hex()} {route!r} {list(grid.width.items())}".encode())
+    for name, labels in grid.axes.items():
+        digest.update(f"\n{name} {labels.dtype.kind} {labels.size}\n".encode())
+        digest.update(labels.tobytes() if labels.dtype.kind == "f" else "\n".join(labels.tolist()).encode())
+    for scene in grid.scenes:
+        digest.update(fingerprint(scene).encode())
+    return digest.hexdigest()
+
+
+def code_key() -> str:
+    """Return a number that changes with the solvers' sources: other code may end in other last bits."""
+    solve = Path(compiled.__file__).parent
+    return f"{compiled.stamp(solve, solve / 'taylor', solve / 'exact', solve.parent / 'lower'):x}"

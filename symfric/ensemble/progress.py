@@ -1,0 +1,82 @@
+"""How far a sweep is, how fast it goes and how long it will take."""
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+INTERVAL = 0.1  # seconds between two reports, at least
+PATIENCE = 1.0  # seconds before a bar is shown
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a sweep.
+
+    Attributes
+    ----------
+    done, total : int
+        Cases; those found in a store count as done.
+    rate : float
+        Cases a second, those found in a store apart.
+    left : float
+        Seconds, at that rate; infinite before the first case.
+    """
+
+    done: int
+    total: int
+    rate: float
+    left: float
+
+    def __str__(self) -> str:
+        head = f"{self.done} of {self.total} cases"
+        return f"{head}, {self.rate:.3g}/s, {duration(self.left)} left" if self.rate > 0 else head
+
+
+def duration(seconds: float) -> str:
+    """Return a time for reading: 8 s, 4 min 10 s, 2 h 5 min."""
+    s = round(seconds)
+    if s < 60:
+        return f"{s} s"
+    return f"{s // 60} min {s % 60} s" if s < 3600 else f"{s // 3600} h {s % 3600 // 60} min"
+
+
+class Meter:
+    """Reports to a function ten times a second at most."""
+
+    def __init__(self, report: Callable[[Progress], None] | None, done: int, total: int):
+        self._report, self._found, self._total = report, done, total
+        self._begin = self._last = time.monotonic()
+
+    def __call__(self, done: int, last: bool = False) -> None:
+        now = time.monotonic()
+        if self._report is None or (now - self._last < INTERVAL and not last):
+            return
+        self._last = now
+        made, spent = done - self._found, now - self._begin
+        rate = made / spent if made and spent > 0 else 0.0
+        left = (self._total - done) / rate if rate else float("inf")
+        self._report(Progress(done, self._total, rate, left))
+
+
+@contextlib.contextmanager
+def bar() -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that draws a bar on stderr, once a sweep has taken a second."""
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    drawn = Bar(TextColumn("{task.description}"), BarColumn(), console=Console(stderr=True), transient=True)
+    task = drawn.add_task("", total=1.0)
+    begin = time.monotonic()
+
+    def report(at: Progress) -> None:
+        if time.monotonic() - begin > PATIENCE and not drawn.live.is_started:
+            drawn.start()
+        drawn.update(task, description=str(at), completed=at.done / at.total)
+
+    try:
+        yield report
+    finally:
+        if drawn.live.is_started:
+            drawn.stop()

@@ -1,0 +1,170 @@
+"""The store of a sweep: a folder in which no finished case is lost, whenever the process is killed.
+
+``sweep.json`` says whose cases they are. Every run of the sweep appends its finished cases to a file of its own,
+``cases-<n>.bin``, one record and one write each; a record that was cut off fails its checksum and is no case. When all
+are there, ``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming.
+"""
+
+import contextlib
+import json
+import os
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from symfric.errors import RunFailed, SceneError
+
+_FORMAT = 1
+ABOUT, RESULT = "sweep.json", "result.nc"
+
+
+class Store:
+    """Finished cases on disk; appending is safe from several threads.
+
+    Parameters
+    ----------
+    path : str or Path
+        A folder, made if it is missing.
+    about : dict
+        'sweep' and 'code', hashes that must agree with what is there, and anything for reading.
+    width : int
+        Numbers of a case.
+
+    Raises
+    ------
+    SceneError
+        If the folder holds anything else, another sweep, or cannot be written.
+    """
+
+    def __init__(self, path: str | Path, about: dict, width: int):
+        self.path = Path(path)
+        self._record = np.dtype([("case", "<i8"), ("status", "<i8"), ("values", "<f8", (width,)), ("sum", "<u8")])
+        self._body = struct.Struct(f"<qq{width}d")
+        self._file: int | None = None
+        try:
+            self._claim({"format": _FORMAT, **about})
+        except (OSError, ValueError) as error:
+            if isinstance(error, SceneError):
+                raise
+            reason = getattr(error, "strerror", None) or error
+            raise SceneError(f"cannot write to {self.path} ({reason}); name another folder as the store") from None
+
+    def _claim(self, about: dict) -> None:
+        """Make the folder this sweep's, or check that it is."""
+        if self.path.exists() and not self.path.is_dir():
+            raise SceneError(f"{self.path} is a file; the store of a sweep is a folder")
+        self.path.mkdir(parents=True, exist_ok=True)
+        place = self.path / ABOUT
+        if not place.exists():
+            if any(not p.name.endswith(".part") for p in self.path.iterdir()):
+                raise SceneError(f"{self.path} holds other files and no sweep; name another folder as the store")
+            write_whole(place, json.dumps(about, indent=2).encode())
+            return
+        present = read_about(self.path)
+        if present.get("format") != _FORMAT or present.get("code") != about["code"]:
+            raise SceneError(
+                f"{self.path} holds a sweep made by another version of symfric, whose last digits may differ; "
+                "name another store, or remove it"
+            )
+        if present.get("sweep") != about["sweep"]:
+            raise SceneError(
+                f"{self.path} holds another sweep, over {present.get('axes', '?')}; name another store, or remove it"
+            )
+
+    @property
+    def complete(self) -> bool:
+        """Whether the result is there."""
+        return (self.path / RESULT).exists()
+
+    def read(self, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return which of `size` cases are finished, their status, and their numbers, shape (size, width)."""
+        done = np.zeros(size, dtype=bool)
+        status = np.zeros(size, dtype=np.int32)
+        values = np.full((size, self._record["values"].shape[0]), np.nan)
+        for place in sorted(self.path.glob("cases-*.bin")):
+            data = place.read_bytes()
+            rows = np.frombuffer(data, self._record, len(data) // self._record.itemsize)
+            step = self._body.size
+            for k, row in enumerate(rows):
+                begin = k * self._record.itemsize
+                whole = zlib.crc32(data[begin : begin + step]) == row["sum"]
+                if whole and 0 <= row["case"] < size:
+                    case = row["case"]
+                    done[case], status[case], values[case] = True, row["status"], row["values"]
+        return done, status, values
+
+    def append(self, case: int, status: int, values: list[float]) -> None:
+        """Write a finished case."""
+        body = self._body.pack(case, status, *values)
+        data = body + zlib.crc32(body).to_bytes(8, "little")
+        try:
+            written = os.write(self._file, data)
+        except OSError as error:
+            raise RunFailed(f"cannot write to {self.path} ({error.strerror}); make room and run it again") from None
+        if written != len(data):
+            raise RunFailed(f"{self.path} is full; make room and run it again")
+
+    def open(self) -> None:
+        """Open this run's own file, before threads append."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | getattr(os, "O_BINARY", 0)
+        number = 0
+        while self._file is None:
+            with contextlib.suppress(FileExistsError):
+                self._file = os.open(self.path / f"cases-{number:04d}.bin", flags, 0o666)
+            number += 1
+
+    def close(self) -> None:
+        """Close this run's file."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+    def finish(self, result) -> None:
+        """Keep the result, an xarray.Dataset, in place of the cases."""
+        self.close()
+        try:
+            write_whole(self.path / RESULT, bytes(result.to_netcdf(engine="scipy")))
+            for place in (*self.path.glob("cases-*.bin"), *self.path.glob("*.part")):
+                place.unlink(missing_ok=True)
+        except OSError as error:
+            raise RunFailed(f"cannot write to {self.path} ({error.strerror}); make room and run it again") from None
+
+    def result(self):
+        """Return the kept result, an xarray.Dataset."""
+        import xarray as xr
+
+        place = self.path / RESULT
+        try:
+            with xr.open_dataset(place, engine="scipy") as found:
+                return found.load()
+        except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+            raise SceneError(f"{place} cannot be read ({error}); remove it to compute the sweep again") from None
+
+
+def read_about(path: Path) -> dict:
+    """Return what a store says of itself."""
+    place = Path(path) / ABOUT
+    try:
+        found = json.loads(place.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        found = None
+    if not isinstance(found, dict):
+        raise SceneError(f"{place} cannot be read; remove the folder, or name another store")
+    return found
+
+
+def write_whole(place: Path, data: bytes) -> None:
+    """Write a file whole or not at all, whatever happens in between."""
+    part = place.with_name(f"{place.name}.{os.getpid()}.part")
+    try:
+        with part.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, place)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise

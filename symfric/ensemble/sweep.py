@@ -1,0 +1,161 @@
+"""Sweeps: one scene over a grid of parameters and inputs, on many cores, kept on disk as it goes."""
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+
+from symfric.ensemble.cases import CODES, Task, make_program
+from symfric.ensemble.crew import Board, run_on_executor, run_on_threads
+from symfric.ensemble.grid import Grid, code_key, make_grid, sweep_key
+from symfric.ensemble.progress import Meter, Progress, bar
+from symfric.ensemble.store import Store
+from symfric.errors import SceneError
+from symfric.model.scene import Scene
+from symfric.solve.choose import Settings
+from symfric.solve.compiled import check_tolerance
+
+
+def sweep(
+    scene: Scene | Mapping[str, Scene],
+    grid: Mapping,
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: bool | Callable[[Progress], None] = False,
+    store: str | Path | None = None,
+    tolerance: float = 1e-9,
+    route: str | Settings | None = None,
+):
+    """Run a scene for every combination of values, and return its scalar outputs on a labelled grid.
+
+    Parameters
+    ----------
+    scene : Scene or mapping of str to Scene
+        Several scenes with the same outputs make a first axis ``scene``. Their trajectories and events are not kept.
+    grid : mapping of symbol or name to values
+        For a parameter a row of numbers; for an input a list of motions (or a mapping of labels to signals), which
+        take its place one by one. The horizon and the times in outputs stay those of the scene.
+    jobs : int
+        Threads on this machine, each with a program of its own; -1 for as many as there are processors. With an
+        executor, how many chunks it computes at a time, if that is more than the processors of this machine.
+    executor : concurrent.futures.Executor, optional
+        Takes chunks of cases in place of threads: a pool of processes, or ``dask.distributed.Client.get_executor()``.
+        Each process prepares a scene once and keeps the program.
+    progress : bool or callable, optional
+        True draws a bar on stderr if it takes longer than a second; a function is called with a `Progress` at most ten
+        times a second.
+    store : str or Path, optional
+        A folder that keeps finished cases. The same sweep over it again continues, whatever ended the first: nothing
+        that is there is computed again, and the result is the same bit for bit. With threads a case is there as soon
+        as it is finished, with an executor when its chunk comes back (about half a second of work).
+    tolerance, route
+        See `symfric.solve.choose.prepare`.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable for each scalar output, NaN where the run failed; `End` has a further dimension ``state``.
+        ``status`` holds the codes of `Status`, -1 for values that the scene refuses, -2 for an error; its attributes
+        name them. The numbers are those of ``prepare(scene).run(values)``, whatever `jobs` and `executor` are.
+
+    Raises
+    ------
+    SceneError
+        If the scene, the grid or the store is wrong; names the thing and the cure.
+    NoRoute
+        If no route takes the scene.
+    RunFailed
+        If the executor loses its workers or the store cannot be written; what is finished is in the store.
+    """
+    cases = make_grid(scene, grid)
+    tolerance = check_tolerance(tolerance)
+    workers = _workers(jobs)
+    if executor is not None and not isinstance(executor, Executor):
+        raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
+    if progress not in (True, False, None) and not callable(progress):
+        raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
+    width = sum(cases.width.values())
+    kept = None if store is None else _open_store(store, cases, tolerance, route, width)
+    if kept is not None and kept.complete:
+        return _stored(kept, cases, tolerance)
+    board = Board(cases.size, width) if kept is None else Board(cases.size, width, kept)
+    shown = bar() if progress is True else nullcontext(progress or None)
+    if board.left.size:
+        task = lambda k: Task(cases.scenes[k], tolerance, route, cases.names, tuple(cases.width.values()))  # noqa: E731
+        first = int(cases.scene_of[board.left[0]])
+        program = make_program(task(first))  # raises here, not in every case
+        with shown as report:
+            meter = Meter(report, cases.size - board.left.size, cases.size)
+            try:
+                if executor is None:
+                    run_on_threads(cases, task, board, workers, meter, {first: program})
+                else:
+                    run_on_executor(cases, task, board, executor, max(workers, _processors()), meter)
+            finally:
+                board.close()
+    result = _dataset(cases, board.status, board.values, tolerance)
+    if kept is not None:
+        kept.finish(result)
+    return result
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _workers(jobs: int) -> int:
+    if isinstance(jobs, bool) or not isinstance(jobs, int | np.integer) or jobs < -1 or jobs == 0:
+        raise SceneError(f"jobs is {jobs!r}; give a positive number of threads, or -1 for all processors")
+    return _processors() if jobs == -1 else int(jobs)
+
+
+def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Store:
+    from xarray.backends.netcdf3 import is_valid_nc3_name
+
+    for name in (*cases.width, *cases.axes):
+        if not is_valid_nc3_name(name):
+            raise SceneError(f"{name!r} cannot be a name in a netCDF file; rename it, or sweep without a store")
+    about = {
+        "sweep": sweep_key(cases, tolerance, route),
+        "code": code_key(),
+        "axes": ", ".join(f"{n} ({a.size})" for n, a in cases.axes.items()),
+        "cases": cases.size,
+        "outputs": list(cases.width),
+        "scene": repr(cases.scenes[0]),
+    }
+    return Store(store, about, width)
+
+
+def _stored(kept: Store, cases: Grid, tolerance: float):
+    """Return the finished result of a store, made of its numbers as a fresh one would be."""
+    found = kept.result()
+    columns = []
+    for name, width in cases.width.items():
+        columns.append(np.asarray(found[name].values, dtype=float).reshape(cases.size, width))
+    status = np.asarray(found["status"].values, dtype=np.int32).ravel()
+    return _dataset(cases, status, np.concatenate(columns, axis=1), tolerance)
+
+
+def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: float):
+    """Return the labelled result."""
+    import xarray as xr
+
+    axes, shape, place, data = list(cases.axes), cases.shape, 0, {}
+    coordinates = dict(cases.axes)
+    for name, output in cases.scenes[0].outputs.items():
+        width = cases.width[name]
+        block = values[:, place : place + width]
+        place += width
+        if type(output).__name__ == "End":
+            data[name] = ([*axes, "state"], block.reshape(*shape, width).copy())
+            coordinates["state"] = np.array([s.name for s in cases.scenes[0].system.states])
+        else:
+            data[name] = (axes, block[:, 0].reshape(shape).copy())
+    codes = np.array(sorted(CODES), dtype=np.int32)
+    meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
+    data["status"] = (axes, status.reshape(shape).astype(np.int32), meaning)
+    return xr.Dataset(data, coordinates, {"scene": repr(cases.scenes[0]), "tolerance": tolerance})
