@@ -1,5 +1,6 @@
 """The ready scene of a mass on rolling bearings with a damper, shaken by the ground."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
 
 _U, _W = sp.symbols("u w", real=True)
+_STRETCH = sp.Symbol("stretch", positive=True)
 _RUN_OUT = 20.0  # s after the record, in which the mass comes to rest
 
 
@@ -38,19 +40,21 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
 
     Notes
     -----
-    u and w are displacement and velocity of the mass relative to the ground; a roller moves half of u. Outputs:
+    u and w are displacement and velocity of the mass relative to the ground; a roller moves half of u. ``amplitude``, 1
+    unless changed by ``where``, multiplies the motion, ``stretch`` the positions of the cells. Outputs:
     `peak_acceleration` of the mass in space, `peak_velocity` and `peak_displacement` relative to the ground, `residual`
     displacement at the horizon and `residual_end_of_record`. From the study of scaled rolling isolation, figure 1, with
     sticking as the set-valued law has it; its own scheme tests w == 0 at the ends of fixed steps.
     """
     signal = motion if isinstance(motion, Signal) else _signal(motion)
     values = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
-    C_, m_, g_, a_g = sp.symbols("C m g a_g", real=True)
+    C_, m_, g_, a_g, amplitude = sp.symbols("C m g a_g amplitude", real=True)
+    values["amplitude"] = 1.0
     coefficient, more = _profile(profile)
     friction = sp.Symbol("friction_force(floor)", real=True)
     horizon = signal.t_end + _RUN_OUT if horizon is None else finite(horizon, "horizon")
     return Scene(
-        system=System(q=[_U], u=[_W], mass=[[m_]], force=[-C_ * _W - m_ * a_g]),
+        system=System(q=[_U], u=[_W], mass=[[m_]], force=[-C_ * _W - m_ * amplitude * a_g]),
         contacts=[Contact("floor", slip=_W, normal=m_ * g_, law=laws.coulomb(1), profile=coefficient)],
         values={**values, **more},
         inputs={a_g: signal},
@@ -86,13 +90,61 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     _check_cells(edges, numbers)
     if numbers.size == edges.size - 1:
         lines = [sp.Float(v) for v in numbers]
-        pieces = [(line, edge > _U) for line, edge in zip(lines[:-1], edges[1:-1].tolist(), strict=True)]
-        return sp.Piecewise(*pieces, (lines[-1], True)), {}
+        pieces = [(line, _U < _STRETCH * edge) for line, edge in zip(lines[:-1], edges[1:-1].tolist(), strict=True)]
+        return sp.Piecewise(*pieces, (lines[-1], True)), {"stretch": 1.0} if pieces else {}
     slopes = np.diff(numbers) / np.diff(edges)
-    lines = [sp.Float(v) + sp.Float(k) * (_U - sp.Float(e)) for v, k, e in zip(numbers, slopes, edges, strict=False)]
-    pieces = [(sp.Float(numbers[0]), edges[0] > _U)]
-    pieces += [(line, edge > _U) for line, edge in zip(lines, edges[1:].tolist(), strict=True)]
-    return sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)), {}
+    lines = [
+        sp.Float(v) + sp.Float(k) * (_U / _STRETCH - sp.Float(e))
+        for v, k, e in zip(numbers, slopes, edges, strict=False)
+    ]
+    pieces = [(sp.Float(numbers[0]), _U < _STRETCH * edges[0])]
+    pieces += [(line, _U < _STRETCH * edge) for line, edge in zip(lines, edges[1:].tolist(), strict=True)]
+    return sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)), {"stretch": 1.0}
+
+
+def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.ndarray, np.ndarray]:
+    """Return edges and coefficients of n equal cells about u = 0, drawn at random and then given their mean exactly.
+
+    Parameters
+    ----------
+    length : float
+        Of the floor, m.
+    n : int
+        At least two.
+    mean, deviation : float
+        Mean and standard deviation of the coefficients, which they have exactly.
+    spread : float, optional
+        Largest distance from the mean of the distribution they are drawn from, a symmetric beta distribution with this
+        range and deviation; the uniform one, ``sqrt(3) deviation``, unless given.
+    seed : int
+
+    Returns
+    -------
+    edges : ndarray, shape (n + 1,)
+    values : ndarray, shape (n,)
+
+    Raises
+    ------
+    SceneError
+        If a number is out of range, or a coefficient comes out negative.
+
+    Notes
+    -----
+    The study of scaled rolling isolation gives range, mean and deviation of its cases 2 and 3, and neither their cells
+    nor how they were drawn: a beta distribution is a choice.
+    """
+    length, mean, deviation = finite(length, "length"), finite(mean, "mean"), finite(deviation, "deviation")
+    spread = math.sqrt(3) * deviation if spread is None else finite(spread, "spread")
+    if not (length > 0 and isinstance(n, int) and n >= 2 and deviation > 0):
+        raise SceneError("a patched floor needs a positive length, at least two cells and a positive deviation")
+    if spread <= deviation:
+        raise SceneError(f"spread is {spread:g}; nothing within it has the deviation {deviation:g}")
+    shape = 0.5 * ((spread / deviation) ** 2 - 1.0)
+    drawn = np.random.default_rng(seed).beta(shape, shape, n)
+    values = mean + deviation * (drawn - drawn.mean()) / drawn.std()
+    if np.any(values < 0):
+        raise SceneError(f"a coefficient comes out as {values.min():.3g}; take a smaller deviation or spread")
+    return length * np.linspace(-0.5, 0.5, n + 1), values
 
 
 def _coefficient(value, name: str) -> float:
