@@ -152,7 +152,7 @@ def test_commands_without_work():
     for command in COMMANDS:
         helped = call(command, "--help")
         assert helped.exit_code == 0
-    for command in ("study", "explain", "scenes"):
+    for command in ("study", "explain", "sweep", "scenes"):
         assert "Example: symfric" in call(command, "--help").output
 
 

@@ -10,6 +10,7 @@ from symfric.model.names import nearest
 COMMANDS = {  # name: module and attribute, imported when asked for
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
+    "sweep": "symfric.cli.sweep:sweep",
     "scenes": "symfric.cli.commands:scenes",
     "bench": "symfric.bench.command:bench",
 }

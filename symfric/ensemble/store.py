@@ -44,7 +44,7 @@ class Store:
         self._body = struct.Struct(f"<qq{width}d")
         self._file: int | None = None
         try:
-            self._claim({"format": _FORMAT, **about})
+            self._claim({"format": _FORMAT, "numbers": width, **about})
         except (OSError, ValueError) as error:
             if isinstance(error, SceneError):
                 raise
@@ -153,6 +153,24 @@ def read_about(path: Path) -> dict:
     if not isinstance(found, dict):
         raise SceneError(f"{place} cannot be read; remove the folder, or name another store")
     return found
+
+
+def records_in(path: Path) -> int | None:
+    """Return how many cases an unfinished store holds, about; None if it is finished or no store."""
+    path = Path(path)
+    if not (path / ABOUT).exists() or (path / RESULT).exists():
+        return None
+    numbers = read_about(path).get("numbers")
+    size = sum(p.stat().st_size for p in path.glob("cases-*.bin"))
+    return size // (8 * (3 + numbers)) if isinstance(numbers, int) and numbers > 0 else None
+
+
+def clear(path: Path) -> None:
+    """Remove the files of a store, and nothing else."""
+    path = Path(path)
+    if (path / ABOUT).exists():
+        for place in (*path.glob("cases-*.bin"), *path.glob("*.part"), path / RESULT, path / ABOUT):
+            place.unlink(missing_ok=True)
 
 
 def write_whole(place: Path, data: bytes) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
@@ -19,6 +20,7 @@ MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # brackets in TOML itself; its reader recurses
 MAX_DOTS = 20  # parts of a dotted key
 MAX_MESSAGE = 400
+MAX_CASES = 1_000_000  # of a sweep
 TOKEN = re.compile(r"""[\w-]+|"[^"\n]*"|'[^'\n]*'|\S""")
 
 
@@ -63,6 +65,8 @@ class SceneFile:
     units : mapping of name to str
         For labels only.
     sweep : SweepPlan or None
+    grid : dict of str to tuple of float
+        Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
     quench : Quench or None
     """
 
@@ -74,6 +78,7 @@ class SceneFile:
     laws: tuple[LawSpec, ...]
     units: Mapping[str, str]
     sweep: SweepPlan | None
+    grid: Mapping[str, tuple[float, ...]]
     quench: Quench | None
 
 
@@ -182,6 +187,7 @@ def _scene_file(name: str, text: str) -> SceneFile:
         known = [s.name for s in (*scene.system.states, *scene.parameters)]
         if key != "t" and key not in known:
             raise SceneError(f"units.{shorten(key, 40)}: no such state or value{nearest(key, [*known, 't'])}")
+    plan = None if document.sweep is None else _sweep_plan(document.sweep, scene)
     return SceneFile(
         path=name,
         title=document.title,
@@ -190,7 +196,8 @@ def _scene_file(name: str, text: str) -> SceneFile:
         model=getattr(document.scene, "model", None),
         laws=laws,
         units=document.units,
-        sweep=None if document.sweep is None else _sweep_plan(document.sweep, scene),
+        sweep=plan,
+        grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
         quench=_checked_quench(document.design, scene),
     )
 
@@ -204,8 +211,28 @@ def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan:
-    """Return the plan with its names checked and the belt speed where no parameter is named."""
+def _grid(sweep: Sweep, plan: SweepPlan | None, scene: Scene) -> dict[str, tuple[float, ...]]:
+    """Return the axes of ``[sweep.grid]``, or that of the plan."""
+    if not sweep.grid:
+        return {plan.parameter: tuple(np.linspace(plan.start, plan.stop, plan.number).tolist())} if plan else {}
+    names = [s.name for s in scene.parameters]
+    cases = 1
+    for name, values in sweep.grid.items():
+        if name not in names:
+            raise SceneError(f"sweep.grid: no value {shorten(name, 40)!r}{nearest(name, names)}")
+        cases *= len(values)
+    if cases > MAX_CASES:
+        raise SceneError(f"sweep.grid has {cases} cases; at most {MAX_CASES} are run, take fewer values")
+    return {name: tuple(values) for name, values in sweep.grid.items()}
+
+
+def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
+    """Return the plan with its names checked and the belt speed where no parameter is named; None for a grid alone."""
+    alone = all(v is None for v in (sweep.parameter, sweep.coordinate, sweep.settle, sweep.window))
+    if sweep.from_ is None and sweep.to is None and alone and sweep.grid:
+        return None
+    if sweep.from_ is None or sweep.to is None:
+        raise SceneError(f"sweep.{'from' if sweep.from_ is None else 'to'} is missing; add it")
     parameter, coordinate = sweep.parameter, sweep.coordinate
     if parameter is None:
         speeds = belt_speeds(scene)

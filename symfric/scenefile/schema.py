@@ -9,6 +9,7 @@ from symfric.model.names import nearest
 from symfric.scenefile.expressions import LARGEST, shorten
 
 MAX_TABLES = 200  # entries of one table or list
+MAX_AXIS = 100_000  # values of one axis of a sweep
 
 
 def _number(value) -> float:
@@ -47,6 +48,21 @@ def _mass(value) -> list[list[float | str]]:
     return [[_term(e) if i == j else 0.0 for j in range(len(entries))] for i, e in enumerate(entries)]
 
 
+def _axis(value) -> list[float]:
+    """Return the values of one axis of a grid: a list, or a table of start, stop and count."""
+    if isinstance(value, list):
+        if not 1 <= len(value) <= MAX_AXIS:
+            raise ValueError(f"has {len(value)} values; give 1 to {MAX_AXIS}")
+        return [_number(v) for v in value]
+    if not isinstance(value, dict) or set(value) != {"start", "stop", "count"}:
+        raise ValueError("is no axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
+    start, stop, count = _number(value["start"]), _number(value["stop"]), value["count"]
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_AXIS:
+        raise ValueError(f"has the count {shorten(count, 20)}; write a whole number from 1 to {MAX_AXIS}")
+    step = (stop - start) / max(count - 1, 1)
+    return [start, *(start + step * k for k in range(1, count - 1)), *([stop] if count > 1 else [])]
+
+
 def _text(value) -> str:
     if not isinstance(value, str):
         raise ValueError(f"is {_kind(value)}, not text; put it in quotes")
@@ -71,6 +87,7 @@ Option = Annotated[Any, BeforeValidator(_option)]
 Text = Annotated[str, BeforeValidator(_text), Field(max_length=10_000)]
 Names = Annotated[list[Text], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
 Terms = Annotated[list[Term], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
+Axis = Annotated[Any, BeforeValidator(_axis)]
 Mass = Annotated[Any, BeforeValidator(_mass)]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
@@ -118,15 +135,19 @@ class Friction(Section):
 
 
 class Sweep(Section):
-    """``[sweep]``: one parameter over equally spaced values, and how the vibration is measured at each."""
+    """``[sweep]``: one parameter over equally spaced values, and how the vibration is measured at each.
+
+    ``[sweep.grid]`` is for ``symfric sweep``: values, or start, stop and count, for each of several parameters.
+    """
 
     parameter: Text | None = None
-    from_: Number = Field(alias="from")
-    to: Number
+    from_: Number | None = Field(default=None, alias="from")
+    to: Number | None = None
     number: Annotated[int, Field(ge=2, le=10_000, strict=True)] = 40
     coordinate: Text | None = None
     settle: Positive | None = None
     window: Positive | None = None
+    grid: Annotated[dict[str, Axis], Field(max_length=MAX_TABLES)] = {}
 
 
 class Quench(Section):
