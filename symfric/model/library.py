@@ -8,6 +8,7 @@ from symfric.model.names import TIME
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, System
+from symfric.model.transients import contact_damper as contact_damper
 
 _X, _U = sp.symbols("x u", real=True)
 

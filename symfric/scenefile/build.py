@@ -22,6 +22,7 @@ from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
 from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
 
 OF_EXPRESSION = {"max": kinds.Max, "min": kinds.Min, "half_range": kinds.HalfRange, "integral": kinds.Integral}
+LAYER = "symfric.model."
 PLAIN = {"end": kinds.End, "stop_time": kinds.StopTime, "trajectory": kinds.Trajectory, "events": kinds.Events}
 
 
@@ -42,12 +43,15 @@ class LawSpec:
 
 
 def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]:
-    """Return the public functions of a module whose annotation says they return `result`."""
+    """Return the public functions of a module of the model layer whose annotation says they return `result`.
+
+    Those it takes from its neighbours count: a library may be spread over files.
+    """
     found = inspect.getmembers(module, inspect.isfunction)
     return {
         name: f
         for name, f in found
-        if not name.startswith("_") and f.__module__ == module.__name__ and f.__annotations__.get("return") is result
+        if not name.startswith("_") and f.__module__.startswith(LAYER) and f.__annotations__.get("return") is result
     }
 
 
