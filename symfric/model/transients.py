@@ -56,16 +56,11 @@ def contact_damper(
     f_, mu_, zeta_, r_, m_, x0_, v0_, g_, v_c_ = sp.symbols("f_n mu_m zeta r m x0 v0 g v_c", real=True)
     omega = 2 * sp.pi * f_
     damping, load = 2 * zeta_ * omega * m_ * _U, r_ * m_ * g_
-    disk = (
-        Contact("disk", slip=_U, normal=load * sp.exp(-_U / v_c_), law=laws.coulomb(mu_))
-        if literal
-        else Contact("disk", slip=_U, normal=load, law=laws.exponential(mu_, v_c_))
-    )
     if horizon is None:
         horizon = _longest(f_n, mu_m * r * g, zeta, math.hypot(x0, v0 / (2 * math.pi * f_n)), v_c)
     return Scene(
         system=System(q=[_X], u=[_U], mass=[[m_]], force=[-damping - m_ * omega**2 * _X]),
-        contacts=[disk],
+        contacts=[_disk(load, mu_, v_c_, literal)],
         values={f_: f_n, mu_: mu_m, zeta_: zeta, r_: r, m_: m, x0_: x0, v0_: v0, g_: g, v_c_: v_c},
         initial={_X: x0_, _U: v0_},
         horizon=horizon,
@@ -76,6 +71,13 @@ def contact_damper(
             "E_contact": Integral(-friction_force("disk") * slip("disk")),
         },
     )
+
+
+def _disk(load: sp.Expr, mu_m: sp.Symbol, v_c: sp.Symbol, literal: bool) -> Contact:
+    """Return what the rod rubs on."""
+    if literal:
+        return Contact("disk", slip=_U, normal=load * sp.exp(-_U / v_c), law=laws.coulomb(mu_m))
+    return Contact("disk", slip=_U, normal=load, law=laws.exponential(mu_m, v_c))
 
 
 def _check(positive: dict, not_negative: dict, any_sign: dict) -> None:

@@ -26,8 +26,10 @@ def new_axes():
     return Figure(figsize=SIZE, layout="constrained").add_subplot()
 
 
-def _tidy(ax):
-    ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
+def tidy(ax):
+    """Set ticks and grid as in every picture; return the Axes."""
+    if ax.get_xscale() == ax.get_yscale() == "linear":
+        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -51,7 +53,7 @@ def plot_time_history(motion, coordinates: Sequence[str], units: Mapping[str, st
     ax.set_ylabel(label(coordinates[0], units) if single else _shared(coordinates, units, "displacement"))
     if shaded or not single:
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def _shared(names: Sequence[str], units: Mapping[str, str], word: str) -> str:
@@ -74,7 +76,7 @@ def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: 
     ax.set_xlabel(label(q, units))
     ax.set_ylabel(label(u, units))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def plot_friction(curve, unit: str = "", ax=None):
@@ -91,7 +93,7 @@ def plot_friction(curve, unit: str = "", ax=None):
     ax.set_xlabel(f"sliding speed [{unit}]" if unit else "sliding speed")
     ax.set_ylabel("coefficient of friction")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
@@ -108,7 +110,7 @@ def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
     ax.set_xlabel(label(sweep.parameter, units))
     ax.set_ylabel(f"half range of {label(sweep.coordinate, units)}")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def plot_before_after(before, after, coordinate: str, units: Mapping[str, str], ax=None):
@@ -121,7 +123,7 @@ def plot_before_after(before, after, coordinate: str, units: Mapping[str, str], 
     ax.set_xlabel(label("t", units))
     ax.set_ylabel(label(coordinate, units))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def plot_eigenvalues(stability, units: Mapping[str, str], ax=None):
@@ -140,7 +142,7 @@ def plot_eigenvalues(stability, units: Mapping[str, str], ax=None):
     ax.set_xlabel(f"rate of growth{rate}")
     ax.set_ylabel(f"angular frequency{rate.replace('1/', 'rad/')}")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    return _tidy(ax)
+    return tidy(ax)
 
 
 def to_svg(ax) -> str:
