@@ -11,6 +11,7 @@ tile 0 < theta < pi. ``effective_closed.py`` derives closed forms and holds the 
 """
 
 import itertools
+from functools import cache
 
 import sympy as sp
 
@@ -120,17 +121,30 @@ def branch(expr, at):
     return expr.replace(lambda e: e.is_Piecewise, chosen)
 
 
-def mean_residuals(claim, law):
-    """What remains of a claimed mean of a law given as a function of the speed, for v < q, v > q and v = q."""
+def at_turn(expr):
+    """Put v = q."""
+    return expr.subs(v, q)
+
+
+@cache
+def means(law):
+    """Integrands of the mean of a law given as a function of the speed, for v < q, v > q and v = q."""
     turn = sp.acos(v / q)
     slips_back, slips_on = arc(lambda w: -law(-w), 0, turn), arc(law, turn, sp.pi)
     always_on = arc(law, 0, sp.pi)
-    left = (
-        integrand(inside(claim)) - inside(slips_back + slips_on),
-        integrand(outside(claim)) - outside(always_on),
-        integrand(claim.subs(v, q)) - always_on.subs(v, q),
-    )
-    return tuple(sp.expand(e) for e in left)
+    return [sp.expand(e) for e in (inside(slips_back + slips_on), outside(always_on), at_turn(always_on))]
+
+
+@cache
+def expanded(expr):
+    """Integrand of an expression, expanded."""
+    return sp.expand(integrand(expr))
+
+
+def mean_residuals(claim, law):
+    """Yield what remains of a claimed mean."""
+    for case, mean in zip((inside, outside, at_turn), means(law), strict=True):
+        yield expanded(case(claim)) - mean
 
 
 @LEDGER.verified("1.6", "the integrals are the mean, any law without branches", effective_coefficient(F(v), (), q)[0])
@@ -226,9 +240,12 @@ QUADRATURES = {
 
 
 def quadrature_row(number, name, law, formula):
+    def coefficient(w):
+        return formula.subs(v, w)
+
     @LEDGER.verified(f"3.{number}", f"{name}: the integrals are the mean", law.averaged(q).kinetic)
     def _(claim):
-        return mean_residuals(claim, lambda w: formula.subs(v, w))
+        return mean_residuals(claim, coefficient)
 
 
 for number, (name, (law, formula)) in enumerate(QUADRATURES.items(), 1):
@@ -268,22 +285,27 @@ def ranges(edges):
     return itertools.pairwise([sp.Integer(0), *edges, sp.oo])
 
 
+@cache
+def mean_between(pieces, breaks, intensity, low, high):
+    """Integrand of the mean for low < v < high of a law with branches; nan if the arcs change there."""
+    odd = sp.expand(pieces[0](v) + pieces[0](-v)) == 0
+    found = list(arcs(breaks, intensity, low, high, odd))
+    if None in found:
+        return sp.nan
+    parts = (
+        arc(lambda w, piece=pieces[k], sign=sign: sign * piece(sign * w), *ends).subs(q, intensity)
+        for *ends, k, sign in found
+    )
+    return sp.expand(sum(parts))
+
+
 def branched_residuals(claim, pieces, breaks, intensity):
-    """What remains of a claimed Piecewise, for a law whose branches `pieces` are given as functions of the speed."""
+    """Yield what remains of a claimed Piecewise, for a law whose branches `pieces` are functions of the speed."""
     branches = sp.piecewise_fold(claim).args
     edges = [condition.gts for _, condition in branches[:-1]]
-    odd = sp.expand(pieces[0](v) + pieces[0](-v)) == 0
-    left = []
     for (expr, _), (low, high) in zip(branches, ranges(edges), strict=True):
-        found = list(arcs(breaks, intensity, low, high, odd))
-        if None in found:
-            return [sp.Integer(1)]
-        total = sum(
-            arc(lambda w, piece=pieces[k], sign=sign: sign * piece(sign * w), *ends).subs(q, intensity)
-            for *ends, k, sign in found
-        )
-        left.append(sp.expand(integrand(expr) - total))
-    return left
+        mean = mean_between(pieces, breaks, intensity, low, high)
+        yield sp.oo if mean is sp.nan else expanded(expr) - mean
 
 
 G = sp.symbols("F0:3", cls=sp.Function)  # the branches of any law
@@ -295,8 +317,8 @@ ANY = sp.Piecewise((G[0](v), BREAKS[0] > v), (G[1](v), BREAKS[1] > v), (G[2](v),
 def branched_row(number, name, law, pieces, intensities):
     @LEDGER.verified(f"4.{number}", name, *(law.averaged(intensity).kinetic for intensity in intensities))
     def _(*claim):
-        pairs = zip(claim, intensities, strict=True)
-        return [left for mean, intensity in pairs for left in branched_residuals(mean, pieces, law.breaks, intensity)]
+        for mean, intensity in zip(claim, intensities, strict=True):
+            yield from branched_residuals(mean, pieces, law.breaks, intensity)
 
 
 for number, intensity in enumerate(INTENSITIES, 1):

@@ -103,7 +103,8 @@ for _number, _law in FALLING:
         right=b,
         printed="negative slope in regions 1 and 2",
         note="f_sb starts with slope 0, so the total slope at v -> 0 is b >= 0; only region 2 is unstable. The "
-        "statement holds for (19.108) with alpha < 0, where the slope starts from -infinity. Not in the audit",
+        "statement holds for (19.108) with alpha < 0, where the slope starts from -infinity",
+        audit="not among its corrections",
     )
     def _(claim, law=_law):
         return sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+") - claim
@@ -391,7 +392,10 @@ def _exact(number):
 
 
 @LEDGER.verified(
-    "Example 19.5 half cycles", "N until it stays at rest, Delta_s >= Delta", transient.half_cycles(symbolic=True)
+    "Example 19.5 half cycles",
+    "N until it stays at rest, Delta_s >= Delta",
+    transient.half_cycles(symbolic=True),
+    numbers=f"against the motion in exact numbers, {len(_DATA)} starts",
 )
 def _(claim):
     return _misfit(claim, lambda n, rest: n)
@@ -401,13 +405,20 @@ def _(claim):
     "Example 19.5 rest",
     "where it stays, within Delta_s",
     transient.stop_position(symbolic=True),
-    note="the audit has (-1)^N (x0 - 2 N Delta), which holds for x0 > 0 only; 2 N Delta takes the sign of x0",
+    note="2 N Delta takes the sign of x0",
+    audit="has (-1)^N (x0 - 2 N Delta), which holds for x0 > 0 only",
+    numbers=f"against the motion in exact numbers, {len(_DATA)} starts",
 )
 def _(claim):
     return _misfit(claim, lambda n, rest: _exact(rest))
 
 
-@LEDGER.verified("Example 19.5 time", "when it stays, all half cycles being equal", transient.stop_time(symbolic=True))
+@LEDGER.verified(
+    "Example 19.5 time",
+    "when it stays, all half cycles being equal",
+    transient.stop_time(symbolic=True),
+    numbers=f"against the motion in exact numbers, {len(_DATA)} starts",
+)
 def _(claim):
     each = _next_rest(Delta * omega**2, V)[0]
     return _misfit(claim, lambda n, rest: n * each)

@@ -15,6 +15,7 @@ from sympy.core.function import AppliedUndef
 
 _POINTS = 3  # at which a residual is evaluated to see whether it vanishes
 _DIGITS = 30
+_SMALL = sp.Float(10) ** -20
 
 
 class Verdict(StrEnum):
@@ -67,10 +68,10 @@ class Entry:
         """Return what the derivation leaves of a claim, simplified."""
         return tuple(_simplified(e) for e in self.differences(claim))
 
-    def differences(self, claim: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-        """Return what the derivation leaves of a claim."""
+    def differences(self, claim: tuple[sp.Expr, ...]) -> Iterator[sp.Expr]:
+        """Yield what the derivation leaves of a claim, as the check comes to it."""
         left = self.check(*claim)
-        return tuple(left) if isinstance(left, Iterable) else (left,)
+        return iter(left) if isinstance(left, Iterable) else iter((left,))
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,7 @@ class Row:
     Attributes
     ----------
     source, equation, title, verdict, printed, right, note, audit, numbers : str
+        `printed` in quotation marks where it is words.
     residual : str
         "0", or what is left; empty for definitions and what cannot be verified.
     sound : bool
@@ -171,7 +173,7 @@ def stated(entry: Entry) -> Row:
         equation=entry.equation,
         title=entry.title,
         verdict=str(entry.verdict),
-        printed=entry.printed if isinstance(entry.printed, str) else _written(entry.printed),
+        printed=f'"{entry.printed}"' if isinstance(entry.printed, str) else _written(entry.printed),
         right=_written(entry.right),
         residual="" if entry.check is None else "0",
         numbers=entry.numbers,
@@ -183,7 +185,12 @@ def stated(entry: Entry) -> Row:
 
 def fails(entry: Entry, claim: tuple[sp.Expr, ...]) -> bool:
     """Return whether the check rejects a claim; decided by numbers, which is quicker than to simplify."""
-    return any(not vanishes(e) for e in entry.differences(claim))
+    begun = []
+    for left in entry.differences(claim):  # one value of each, because to see that one is zero takes all its values
+        begun.append(_values(left))
+        if abs(next(begun[-1], 0)) > _SMALL:
+            return True
+    return any(abs(value) > _SMALL for values in begun for value in values)
 
 
 def vanishes(expr) -> bool:
@@ -196,25 +203,31 @@ def vanishes(expr) -> bool:
     ValueError
         If it has no value anywhere: nothing is known then.
     """
+    return all(abs(value) <= _SMALL for value in _values(expr))
+
+
+def _values(expr) -> Iterator[sp.Expr]:
+    """Yield three values of an expression, none if it is the number zero."""
     expr = sp.sympify(expr)
-    if expr.is_infinite or expr == 0:
-        return expr == 0
+    if expr == 0:
+        return
+    if expr.is_infinite:
+        yield sp.oo
+        return
     expr = _definite(expr)
     draw = random.Random(19)
     symbols = sorted(expr.free_symbols, key=str)
     seen = 0
     for _ in range(20):
-        number = expr.subs({s: _drawn(s, draw) for s in symbols}).evalf(_DIGITS)
+        number = expr.subs({s: _drawn(s, draw) for s in symbols}).evalf(_DIGITS, maxn=2 * _DIGITS)
         if not number.is_number or number.has(sp.nan, sp.zoo, sp.oo):
             continue
-        if abs(number) > sp.Float(10) ** -20:
-            return False
+        yield number
         seen += 1
         if seen == _POINTS:
-            break
+            return
     if not seen:
         raise ValueError(f"no value at any point: {expr}")
-    return True
 
 
 def _drawn(symbol: sp.Symbol, draw: random.Random) -> sp.Expr:
@@ -271,4 +284,6 @@ def _written(claim: Iterable[sp.Expr]) -> str:
 
 def _simplified(expr) -> sp.Expr:
     expr = sp.sympify(expr)
-    return expr if expr == 0 else sp.simplify(expr)
+    if expr == 0 or sp.expand(expr) == 0:
+        return sp.Integer(0)
+    return sp.simplify(expr)

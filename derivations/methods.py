@@ -10,7 +10,7 @@ import sympy as sp
 
 from derivations.effective_friction import BREAKS, CLUSTERED, F, G, branch, integrand, s
 from derivations.ledger import Ledger
-from derivations.oscillations import AMPLITUDE
+from derivations.oscillations import AMPLITUDE, BELT, oscillation
 from derivations.residuals import less
 from symfric.model import laws
 from symfric.model.library import mass_on_belt
@@ -41,7 +41,13 @@ def minors(coefficients):
 MINORS = (c[1], c[1] * c[2] - c[0] * c[3], c[1] * c[2] * c[3] - c[0] * c[3] ** 2 - c[1] ** 2 * c[4])
 
 
-@LEDGER.verified("1.1", "minors for n = 4; symfric's on numbers", *MINORS, c[4] * MINORS[2])
+@LEDGER.verified(
+    "1.1",
+    "minors for n = 4; symfric's on numbers",
+    *MINORS,
+    c[4] * MINORS[2],
+    numbers="symfric's function on one polynomial",
+)
 def _(*claim):
     numbers = dict(zip(c, (2, 3, 11, 5, 4), strict=True))
     found = map(round, routh_hurwitz(list(numbers.values())).determinants)
@@ -112,7 +118,12 @@ PRINCIPAL = tuple(
 )
 
 
-@LEDGER.verified("1.5", "characteristic polynomial, n = 3; symfric's on numbers", *PRINCIPAL)
+@LEDGER.verified(
+    "1.5",
+    "characteristic polynomial, n = 3; symfric's on numbers",
+    *PRINCIPAL,
+    numbers="symfric's function on one matrix",
+)
 def _(*claim):
     numbers = dict(zip(MATRIX, (2, -3, 5, 7, 11, -13, 17, 19, 23), strict=True))
     derived = sp.Poly((z * sp.eye(3) - MATRIX).det(), z).all_coeffs()[1:]
@@ -222,21 +233,47 @@ def _(claim):
     return first - slipping, (second - overhauling).rewrite(sp.asin)
 
 
+# To second order, in pure slip, by the expansion of `oscillations.py`.
+LETTERS = sp.symbols("h1 h2 h3", real=True)
+
+
+def second_order_flow():
+    slow = average(cubic_belt(), order=2)
+    return slow.rate, slow.frequency
+
+
+@LEDGER.verified("2.4", "cubic law: A' and frequency to second order", *second_order_flow())
+def _(rate, frequency):
+    v_b, beta, gamma2, *_ = belt.SYMBOLS
+    friction = cubic_belt().contacts[0].law.kinetic.subs(SPEED, v_b - U)
+    force = sp.Poly(2 * beta * U - gamma2 * friction, U)
+    letters = dict(zip(LETTERS, (force.coeff_monomial(U**k) for k in (1, 2, 3)), strict=True))
+    f, g, *_ = oscillation(BELT, LETTERS)
+    derived = sum(f).subs(letters), sum(g[:3]).subs(letters)
+    return [sp.expand(e) for e in less((rate, frequency), derived)]
+
+
 # --- 3. Separation of fast and slow motion -----------------------------------------------------------------------
 # Forces F = F_s sin(Omega t) + F_c cos(Omega t) of order Omega, as in Thomsen (31), move them by -M^-1 F/Omega^2.
 # What is left of the start is the slow motion's, and velocities enter through their mean over the fast phase.
 EVEN_POWERS = ((2, 0), (0, 2), (2, 2), (4, 0), (4, 2))
 
 
-@LEDGER.verified(
-    "3.1",
-    "means of sin^m cos^n, m and n even",
-    *(sp.factorial2(m - 1) * sp.factorial2(n - 1) / sp.factorial2(m + n) for m, n in EVEN_POWERS),
-)
+@cache
+def mean_over_a_period(wave):
+    return sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi)
+
+
+def mean_of_power(m, n):
+    """Mean of sin^m cos^n."""
+    if m % 2 or n % 2:
+        return sp.Integer(0)
+    return sp.factorial2(m - 1) * sp.factorial2(n - 1) / sp.factorial2(m + n)
+
+
+@LEDGER.verified("3.1", "means of sin^m cos^n, m and n even", *(mean_of_power(m, n) for m, n in EVEN_POWERS))
 def _(*claim):
-    waves = (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)
-    means = (sp.integrate(wave, (theta, 0, 2 * sp.pi)) / (2 * sp.pi) for wave in waves)
-    return less(claim, means)
+    return less(claim, map(mean_over_a_period, (sp.sin(theta) ** m * sp.cos(theta) ** n for m, n in EVEN_POWERS)))
 
 
 x1, x2, u1, u2 = sp.symbols("x1 x2 u1 u2", real=True)
@@ -276,7 +313,8 @@ def slow_motion():
     speed = fast.diff(theta) * rate
     moved = {u1: u1 + speed[0], u2: u2 + speed[1]}
     damping = [(-d1 * u1**2 * u2).subs(moved, simultaneous=True), (-d2 * u2**3).subs(moved, simultaneous=True)]
-    means = [sp.integrate(sp.expand(e), (theta, 0, 2 * sp.pi)) / (2 * sp.pi) for e in damping]
+    terms = (sp.Poly(e, sp.sin(theta), sp.cos(theta)).terms() for e in damping)
+    means = [sum(c * mean_of_power(*powers) for powers, c in found) for found in terms]
     slip = sp.expand(speed[0] - speed[1])
     intensity = slip.coeff(sp.sin(theta)) ** 2 + slip.coeff(sp.cos(theta)) ** 2
     return *(-fast.subs(theta, 0)), *(-speed.subs(theta, 0)), means[0] - x1, means[1] - x2, intensity

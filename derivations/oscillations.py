@@ -10,7 +10,10 @@ from functools import cache
 import sympy as sp
 
 from derivations.ledger import Ledger
-from derivations.residuals import less
+from derivations.residuals import agree, less
+from symfric.model.scene import Scene
+from symfric.model.system import System
+from symfric.theory.hopf import hopf
 from symfric.theory.second_order import expansion
 
 LEDGER = Ledger("oscillations", "Expansion of Krylov, Bogoliubov and Mitropolsky; normal form of Hopf points")
@@ -25,23 +28,23 @@ TURN, AMPLITUDE = sp.Symbol("E"), sp.Symbol("A", positive=True)  # TURN is exp(i
 
 
 @cache
-def oscillation(monomials, coefficients):
-    """f_0 ... f_3, g_0 ... g_3, u_0 ... u_3 in A and E = exp(i psi), for h a sum of x^m x'^n, m + n <= 3."""
+def oscillation(monomials, coefficients, order=ORDER):
+    """f_0, f_1, ..., g_0, ..., u_0, ... in A and E = exp(i psi), for h a sum of x^m x'^n, m + n <= 3."""
     # u_k has harmonics up to 1 + 2 k, and stands here multiplied by E^(1 + 2 k)
     ring, E, A, *c = sp.ring((TURN, AMPLITUDE, *coefficients), sp.QQ_I)
     i, zero = ring(sp.I), ring(0)
-    f, g = [zero] * (ORDER + 1), [ring(1)] + [zero] * ORDER
-    u = [A * (E**2 + 1) / 2] + [zero] * ORDER
+    f, g = [zero] * (order + 1), [ring(1)] + [zero] * order
+    u = [A * (E**2 + 1) / 2] + [zero] * order
 
     def rate(series):
         slow = [wave.diff(A) for wave in series]
         fast = [i * (E * wave.diff(E) - (1 + 2 * k) * wave) for k, wave in enumerate(series)]
         return [
             sum((E ** (2 * a) * (f[a] * slow[k - a] + g[a] * fast[k - a]) for a in range(k + 1)), zero)
-            for k in range(ORDER + 1)
+            for k in range(order + 1)
         ]
 
-    for k in range(1, ORDER + 1):
+    for k in range(1, order + 1):
         speed = rate(u)
         left = rate(speed)[k] + u[k]
         for (m, n), factor in zip(monomials, c, strict=True):
@@ -117,7 +120,7 @@ PLANAR = (c11 * (c20 + c02) - c21 - 3 * c03) / 8
 
 @LEDGER.verified("2.1", "a for x'' + x + sum of c_mn x^m x'^n = 0", PLANAR)
 def _(claim):
-    f, *_ = oscillation(QUADRATIC_CUBIC, COEFFICIENTS)
+    f, *_ = oscillation(QUADRATIC_CUBIC, COEFFICIENTS, order=2)
     return sp.expand(f[1] + f[2]).coeff(AMPLITUDE, 3) - claim
 
 
@@ -130,7 +133,7 @@ OMEGA = sp.Rational(3, 2)
 J = sp.Matrix([[0, -OMEGA, 0], [OMEGA, 0, 0], [0, 0, -sp.Rational(4, 5)]])
 Y = sp.Matrix(sp.symbols("y1:4"))
 y1, y2, y3 = Y
-N = sp.Matrix(
+N = sp.ImmutableMatrix(
     [
         y1**2 - 2 * y1 * y2 + 3 * y2**2 + y1 * y3 - y2 * y3 + y3**2 - y1**3 + y1 * y2**2,
         2 * y1**2 + y1 * y2 - y2**2 + 3 * y1 * y3 + 2 * y2 * y3 + y2**3 - 2 * y1**2 * y2,
@@ -141,21 +144,20 @@ MIX = sp.Matrix([[2, 1, 1], [1, 1, -1], [0, 1, 3]])  # x = MIX y, the states of 
 
 
 @cache
-def balanced():
-    """The coefficient a of r' = a r^3, r the amplitude of x1, by harmonic balance in y."""
+def balanced(bent):
+    """The coefficient a of r' = a r^3, r the amplitude of y1, by harmonic balance of y' = J y + bent."""
     grow = sp.Symbol("r")
     first = sp.Matrix([(TURN + 1 / TURN) / 2, (TURN - 1 / TURN) / (2 * sp.I), 0])
 
     def coefficient(vector, power, harmonic):
         return vector.applyfunc(lambda e: sp.expand(e * TURN**9).coeff(grow, power).coeff(TURN, harmonic + 9))
 
-    forced = N.subs(dict(zip(Y, grow * first, strict=True)))
+    forced = bent.subs(dict(zip(Y, grow * first, strict=True)))
     second = sp.zeros(3, 1)
     for n in (-2, 0, 2):
         second += (sp.I * n * OMEGA * sp.eye(3) - J).solve(coefficient(forced, 2, n)) * TURN**n
-    forced = N.subs(dict(zip(Y, grow * first + grow**2 * second, strict=True)))
-    in_y = sp.re(sp.expand((sp.Matrix([[1, sp.I, 0]]) * coefficient(forced, 3, 1))[0]))
-    return in_y / (MIX[0, 0] ** 2 + MIX[0, 1] ** 2)
+    forced = bent.subs(dict(zip(Y, grow * first + grow**2 * second, strict=True)))
+    return sp.re(sp.expand((sp.Matrix([[1, sp.I, 0]]) * coefficient(forced, 3, 1))[0]))
 
 
 @cache
@@ -190,12 +192,16 @@ C_TERM, B_TERM, SHIFT_TERM, SIZE = sp.symbols("C_qqq B_bent B_shift q_1^2", real
 
 
 @LEDGER.verified(
-    "2.2", "projection on the centre manifold, three states", (C_TERM + B_TERM - 2 * SHIFT_TERM) / 2 / (4 * SIZE)
+    "2.2",
+    "projection on the centre manifold, three states",
+    (C_TERM + B_TERM - 2 * SHIFT_TERM) / 2 / (4 * SIZE),
+    numbers="one field of degree three, exactly",
 )
 def _(claim):
     terms, size, eigen = projections()
     numbers = dict(zip((C_TERM, B_TERM, SHIFT_TERM), map(sp.re, terms), strict=True))
-    return claim.subs({**numbers, SIZE: size}) - balanced(), *eigen
+    in_x = balanced(N) / (MIX[0, 0] ** 2 + MIX[0, 1] ** 2)  # by the amplitude of x1
+    return claim.subs({**numbers, SIZE: size}) - in_x, *eigen
 
 
 # With a mass matrix, M a = G. Along a line through the equilibrium, where a = 0, this is differentiated two and three
@@ -215,3 +221,31 @@ def _(*claim):
     slopes = [a.diff(t, k).subs(t, 0) for k in (1, 2, 3)]
     values = {A_1: slopes[0], A_2: slopes[1]}
     return [slopes[k + 1] - right.subs(values) for k, right in enumerate(claim)]
+
+
+# The package's own number, for a mass that varies with the position and a state of first order. In q = y1, u = q' =
+# -omega y2, z = y3 a force -omega^2 q + F and a rate -(4/5) z + G give N = (0, -(acceleration + omega^2 q)/omega, G).
+q, u, w = sp.symbols("q u w", real=True)
+MASS = 1 + q / 2 + q**2 / 4
+FORCE = -(OMEGA**2) * q + q * u - 2 * u**2 + q**2 - u * w + 2 * q * w - u**3 + q**2 * u
+RATE = J[2, 2] * w + q**2 + 3 * q * u - u**2
+
+
+def varying_mass() -> Scene:
+    growth = sp.Symbol("growth", real=True)
+    system = System(q=[q], u=[u], mass=[[MASS]], force=[FORCE + growth * u], z=[w], z_rate=[RATE])
+    start = {q: 0.0, u: 0.0, w: 0.0}
+    return Scene(system=system, contacts=[], values={growth: 0.0}, initial=start, horizon=1.0)
+
+
+@LEDGER.verified(
+    "2.4",
+    "symfric's coefficient for a mass that varies and a state of first order",
+    sp.Float(hopf(varying_mass(), "growth", (-0.5, 0.4)).first_lyapunov),
+    numbers="one scene, 12 digits",
+)
+def _(claim):
+    scaled = (FORCE / MASS + OMEGA**2 * q).subs({q: t * q, u: t * u, w: t * w}, simultaneous=True)
+    acceleration = sum(scaled.diff(t, k).subs(t, 0) / sp.factorial(k) for k in (1, 2, 3))
+    bent = sp.ImmutableMatrix([0, -acceleration / OMEGA, RATE - J[2, 2] * w])
+    return agree(balanced(bent.subs({q: y1, u: -OMEGA * y2, w: y3}).applyfunc(sp.expand)), claim)

@@ -132,7 +132,7 @@ def slip():
 @LEDGER.verified("3.2", "slip to first order, v_b sin(t) + u1 with u1 =", slip())
 def _(claim):
     h = sum(coefficient * (v_b * sp.cos(t)) ** k for k, coefficient in enumerate(H, 1))
-    return claim.diff(t, 2) + claim + h, claim.subs(t, 0) - KAPPA * v_b, claim.diff(t).subs(t, 0)
+    return (claim.diff(t, 2) + claim + h).rewrite(sp.exp), claim.subs(t, 0) - KAPPA * v_b, claim.diff(t).subs(t, 0)
 
 
 # Extremes move by first order only: they are at t = pi/2 and 3 pi/2, where u1 adds to +-v_b.

@@ -7,6 +7,7 @@ from symfric.model import library as scenes
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import (
+    At,
     End,
     Events,
     HalfRange,
@@ -43,6 +44,7 @@ __version__ = "0.1.0"
 __all__ = [
     "SPEED",
     "TIME",
+    "At",
     "Contact",
     "End",
     "Equilibrium",

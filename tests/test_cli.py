@@ -15,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 from symfric.cli import COMMANDS, main
+from symfric.theory import drive
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 VOID = {"meta", "img", "br", "hr", "link", "input", "mspace"}
@@ -98,10 +99,10 @@ def test_page_says_what_was_asked(studied):
 
 
 def test_json_holds_the_numbers(studied):
-    _, folder, printed = studied
+    path, folder, printed = studied
     data = json.loads(printed)
     assert data == json.loads((folder / "study.json").read_text())
-    assert data["stability"]["stable"] is False
+    assert data["stability"]["stable"] is (path.stem == "two_slides")  # whose cycle lies beside stable sliding
     assert data["motion"]["status"] == "OK"
     assert data["steady"]["half_range"] > 0
     assert len(data["sweep"]["values"]) == len(data["sweep"]["half_range"])
@@ -128,6 +129,20 @@ def test_belt_agrees_with_what_is_known(studied):
     onset = [r for r in data["comparison"] if r["quantity"] == "belt speed below which it sticks"]
     assert all(r["computed"] == pytest.approx(0.39579028879783, rel=1e-6) for r in onset)
     assert abs(data["quench"]["objective"] / 0.36 - 1) < 0.05
+
+
+def test_two_slides_agree_with_the_closed_form_of_their_cycle(studied):
+    path, _, printed = studied
+    if path.stem != "two_slides":
+        pytest.skip("speaks of two slides")
+    data = json.loads(printed)
+    cycle = drive.two_slides_cycle(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8)
+    assert 2 * data["steady"]["half_range"] == pytest.approx(cycle.ranges[0], rel=1e-7)
+    assert data["steady"]["period"] == pytest.approx(cycle.period, rel=1e-7)
+    assert data["steady"]["stick_fraction"] == pytest.approx(cycle.stick_fraction, rel=0.01)
+    sweep = data["sweep"]
+    vibrating = [value for value, half in zip(sweep["values"], sweep["half_range"], strict=True) if half > 1e-6]
+    assert vibrating == [v for v in sweep["values"] if v > drive.two_slides_threshold(r=0.5, zeta=2, s1=0.2, s2=0.3)]
 
 
 def test_commands_without_work():

@@ -190,6 +190,7 @@ MAP = (("-.1", ".5", "-.1"), ("-.3", ".3", "-.2"), ("-.6", ".2", "-.5"), ("-.9",
     "Figs 4, 5",
     "points of the stability maps: eps_crit of symfric.theory.drive",
     *(sp.Float(drive.threshold(*map(float, point))) for point in MAP),
+    numbers="12 digits",
 )
 def _(*claim):
     return [agree(threshold(*point), c) for point, c in zip(MAP, claim, strict=True)]
@@ -201,6 +202,7 @@ def _(*claim):
     sp.Integer(1),
     sp.Integer(1),
     note="Above the corner dw'/dw = -2 mu2 - w/w', so that a larger mu2 shifts the orbit back from (-1, 0) outwards",
+    numbers="four values each way, 30 digits",
 )
 def _(by_mu2, by_mu1):
     grid = [threshold("-.3", b, "-.4") for b in (".3", ".5", ".7", ".9")]

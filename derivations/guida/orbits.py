@@ -63,6 +63,20 @@ def error(mu1, mu2, lam):
         return lam + mpmath.exp(-turn - log_psi(down, mu1)), True
 
 
+@cache
+def moving_error(mu1, mu2, speed, sigma):
+    """Return Delta S of a slide that has the drive's speed V > 1 at the stop; |mu1| < 1, 0 < mu2 < 1.
+
+    `sigma` is that of a damper on the support, whose force 2 sigma V sets in with the stop; 0 if it is to ground.
+    """
+    with mpmath.workdps(40):
+        mu1, mu2, speed, sigma = (mpmath.mpf(e) for e in (mu1, mu2, speed, sigma))
+        lam = 2 * (mu1 - sigma) + 2 * (mu2 - sigma) * (speed - 1)
+        down = side(log_psi(-2 * sigma, mu2) - mpmath.log(speed), mu2, -1, 2 * sigma)
+        turn = mu1 * mpmath.pi / (2 * mpmath.sqrt(1 - mu1**2))
+        return lam + mpmath.exp(-turn - log_psi(down, mu1))
+
+
 def bounded(level, mu, slow):
     """Return the u between -slow and 0 at which ln psi has a value; ln psi rises there from minus infinity."""
     a, b = -slow, mpmath.mpf(0)

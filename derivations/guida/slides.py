@@ -241,8 +241,9 @@ LIMIT = S1_ * D2_ / (R_ * S1_ + D2_)
     "definiteness of the damping: bound on -mu",
     right=LIMIT,
     printed=S1_ * D2_ / (S1_ + D2_),
-    note="two denominators are lost in the text, (s1 s2/ )(s1 + s2/ )^-1. With r in both, which the audit does not "
-    "consider, it is right for d2 = s2; without them it fails unless r = 1",
+    note="two denominators are lost in the text, (s1 s2/ )(s1 + s2/ )^-1. With r in both it is right for d2 = s2; "
+    "without them it fails unless r = 1",
+    audit="does not consider that r may be what is lost in the print",
 )
 def _(claim):
     B = sp.diag(1, 1 / R_) * linearised()[0]
@@ -304,7 +305,9 @@ def _(claim):
     sp.Integer(50),
     sp.Rational(19254375, 2),
     sp.Integer(2),
-    note="the audit names the conditions a1 > 0 and Delta3 > 0 only; a3 = k B11 + B22 > 0 is needed as well",
+    note="so a3 = k B11 + B22 > 0 is needed as well",
+    audit="names a1 > 0 and Delta3 > 0 as the exact condition; they let unstable states through",
+    numbers="roots of one polynomial, 15 digits",
 )
 def _(first, last, unstable):
     point = {R_: 1, ZETA_: 2, S1_: 76, D2_: 1, MU_: -26}
@@ -342,6 +345,7 @@ def _(claim):
     "r = .5, zeta = 2, s1 = .2, d2 = .3, mu = -.16: determinant of B, and the number of unstable roots",
     -sp.Rational(2, 125),
     sp.Integer(0),
+    numbers="roots of one polynomial, 15 digits",
 )
 def _(determinant, unstable):
     point = {R_: sp.Rational(1, 2), ZETA_: 2, S1_: sp.Rational(1, 5), D2_: sp.Rational(3, 10), MU_: -sp.Rational(4, 25)}
@@ -361,6 +365,7 @@ FIGURES = {"r": 0.5, "zeta": 2, "s1": 0.2, "s2": 0.3}
         for damping in ("omega1", "omega2")
         for kind in ("definite", "exact")
     ),
+    numbers="12 digits",
 )
 def _(*claim):
     left = []

@@ -138,12 +138,22 @@ def mean_of(wave):
     return sp.Integral(H_VALUE(A * sp.cos(psi)) * wave, (psi, 0, 2 * sp.pi)) / (2 * sp.pi)
 
 
+@cache
+def carried_out(integral) -> sp.Expr:
+    """The integral of (13) for the force of its check."""
+    position, velocity = A * sp.sin(psi), A * sp.cos(psi)
+    return integral.replace(H_VALUE, lambda _: trial_force(position, velocity)).doit()
+
+
+def trial_force(position, velocity):
+    return FREE[0] + FREE[1] * velocity + FREE[2] * velocity**3 + FREE[3] * position + FREE[4] * position * velocity**2
+
+
 # A force of u' alone turns out to leave the phase alone. To test the second formula the force depends on u too.
 @PART.verified("(13)", "averaged A' and A theta', any h", -mean_of(sp.cos(psi)), mean_of(sp.sin(psi)))
 def _(first, second):
-    position, velocity = A * sp.sin(psi), A * sp.cos(psi)
-    force = FREE[0] + FREE[1] * velocity + FREE[2] * velocity**3 + FREE[3] * position + FREE[4] * position * velocity**2
-    return less(drift(force), [c.replace(H_VALUE, lambda _: force).doit() for c in (first, second)])
+    found = drift(trial_force(A * sp.sin(psi), A * sp.cos(psi)))
+    return less(found, [c.replace(sp.Integral, lambda *i: carried_out(sp.Integral(*i))) for c in (first, second)])
 
 
 h0, h1, h2, h3 = COEFFICIENTS = sp.symbols("h0:4", real=True)
@@ -173,13 +183,19 @@ def stationary_amplitude() -> sp.Expr:
     return found
 
 
-@PART.verified("(16)", "amplitude of the periodic motion, and theta'", sp.sqrt(-sp.Rational(4, 3) * h1 / h3), 0)
-def _(amplitude, phase):
+@PART.verified(
+    "(16)",
+    "amplitude of the periodic motion, theta', and its frequency",
+    sp.sqrt(-sp.Rational(4, 3) * h1 / h3),
+    0,
+    belt.pure_slip_frequency(symbolic=True),
+)
+def _(amplitude, phase, frequency):
     omega_1 = sp.Symbol("omega_1")
     resonant = 2 * constant_harmonic(sp.sin(psi) * (2 * omega_1 * A * sp.sin(psi) - cubic_force(A * sp.cos(psi))))
     (shift,) = sp.solve(resonant, omega_1)
     found = stationary_amplitude() - amplitude.subs({h1: -k_positive, h3: h_positive})
-    return found, shift - phase
+    return found, shift - phase, 1 + shift - frequency
 
 
 # Stability: dA'/dA at the two amplitudes. At A = 0 it must be the real part of the eigenvalues of u'' + h1 u' + u = 0.
@@ -293,16 +309,33 @@ def _(first, second):
 
 # A law with a quadratic instead of the cubic term, mu_s + c1 w + c2 w^2 for w > 0, minimum mu_m at v_m: for w < 0 the
 # force h(u') has a linear and a quadratic term. The quadratic one averages out, so A' is linear in A and there is no
-# cycle in pure slip. (The onset stays v_m without damping only; with damping it is v_m (1 - 3 beta/(2 eta)).)
+# cycle in pure slip.
+def quadratic_law(speed):
+    c1, c2, s = sp.symbols("c1 c2 s")
+    law = mu_s + c1 * s + c2 * s**2
+    found = sp.solve([law.subs(s, v_m) - mu_m, law.diff(s).subs(s, v_m)], [c1, c2], dict=True)[0]
+    return law.subs(found).subs(s, speed)
+
+
 @PART.verified(
     "after (22) quadratic law",
     "A' of a law with a quadratic instead of the cubic term: no limit to the growth",
     -(2 * beta - sp.Rational(4, 3) * ETA * (1 - v_b / v_m)) * A / 2,
 )
 def _(claim):
-    c1, c2, s = sp.symbols("c1 c2 s")
-    law = mu_s + c1 * s + c2 * s**2
-    found = sp.solve([law.subs(s, v_m) - mu_m, law.diff(s).subs(s, v_m)], [c1, c2], dict=True)[0]
-    odd = -law.subs(found).subs(s, v_b - v)  # for v < v_b
+    odd = -quadratic_law(v_b - v)  # for v < v_b
     force = sp.expand(2 * beta * v + gamma2 * (odd - odd.subs(v, 0)))
     return drift(force.subs(v, A * sp.cos(psi)))[0] - claim
+
+
+@PART.corrected(
+    "after (22) onset",
+    "belt speed below which steady sliding is unstable with the quadratic law",
+    right=v_m * (1 - 3 * beta / (2 * ETA)),
+    printed=V_B1,
+    note="'the condition ... will not change' is true of (17), for any law; of its result (19) without damping only",
+    audit="not among its corrections",
+)
+def _(claim):
+    slope = 2 * beta + gamma2 * quadratic_law(v_b).diff(v_b)  # minus the trace, as in (17)
+    return sp.solve(slope, v_b)[0] - claim

@@ -71,14 +71,19 @@ def growth() -> tuple[sp.Expr, sp.Expr]:
     return tuple(-field.jacobian([x, v]).trace().subs(v, 0) / gamma2 for field in fields)
 
 
+@cache
+def quasi_equilibria() -> list[sp.Expr]:
+    """Positions at which the mass rests in the mean, below and above."""
+    return [sp.solve(acceleration(law.subs(v, 0), velocity=0), x)[0] for law in at_belt_speed()]
+
+
 @PART.verified(
     "(51)",
     "position of the quasi-equilibrium, below and above",
     *pieces(belt.quasi_equilibrium_position(symbolic=True)),
 )
 def _(*claims):
-    found = [sp.solve(acceleration(law.subs(v, 0), velocity=0), x)[0] for law in at_belt_speed()]
-    return differences(found, claims)
+    return differences(quasi_equilibria(), claims)
 
 
 @PART.verified(
@@ -93,6 +98,14 @@ def _(*claims):
 # Below a Omega the slope of (47) is 2 alpha0/(pi sqrt(q^2 - v^2)) + alpha1 + 3 alpha3 q^2/2 + 3 alpha3 v^2, least at
 # v = 0, where it is alpha1-hat; over all q that is least at the intensity after (50). One ratio mu_m/mu_s makes it zero
 # there.
+@cache
+def least_ratio() -> sp.Expr:
+    """mu_m/mu_s at which the least slope is zero."""
+    (lowest,) = sp.solve(slope_at_rest(1), mu_m)
+    (where,) = sp.solve(sp.together(slope_at_rest(1).diff(q).subs(mu_m, lowest)), q)
+    return sp.simplify((lowest / mu_s).subs(q, where))
+
+
 @PART.verified(
     "after (52)",
     "mu_m/mu_s above which neither (47) line 1 nor (48) ever falls, and its two digits",
@@ -100,10 +113,7 @@ def _(*claims):
     sp.Rational(22, 100),
 )
 def _(ratio, digits):
-    (lowest,) = sp.solve(slope_at_rest(1), mu_m)
-    (where,) = sp.solve(sp.together(slope_at_rest(1).diff(q).subs(mu_m, lowest)), q)
-    found = sp.simplify((lowest / mu_s).subs(q, where))
-    return found - ratio, rounded(found, 2) - digits
+    return least_ratio() - ratio, rounded(least_ratio(), 2) - digits
 
 
 @PART.verified(
@@ -145,6 +155,15 @@ def _(*claims):
 # The lower end: at v_b = q the slope for faster relative motion is negative, but the one for slower relative motion is
 # infinite, mubar(q) - mubar(q - w) = c sqrt(w) + ... with the c below. A vibration of velocity amplitude A loses an
 # energy of order A^(3/2) in the half period with x' > 0 and gains one of order A^2 in the other: small ones die out.
+@cache
+def join() -> tuple[sp.Expr, sp.Expr]:
+    """v_r where both lines of (47) join, and c."""
+    (place,) = sp.solve(effective(0) - effective(1), v_r)
+    below = sp.Symbol("w", positive=True)
+    fall = (effective(0).subs(v_r, q) - effective(0).subs(v_r, q - below)) / sp.sqrt(below)
+    return place, sp.limit(fall, below, 0)
+
+
 @PART.corrected(
     "(55) lower end",
     "belt speed above which vibration is self-excited; c",
@@ -154,10 +173,8 @@ def _(*claims):
     "amplitude A loses 1.41 A^1.5 in one half period and gains 0.38 A^2 in the other; the text before (53) says so too",
 )
 def _(speed_where_lines_join, coefficient):
-    (join,) = sp.solve(effective(0) - effective(1), v_r)
-    below = sp.Symbol("w", positive=True)
-    fall = (effective(0).subs(v_r, q) - effective(0).subs(v_r, q - below)) / sp.sqrt(below)
-    return join - shaken(speed_where_lines_join), sp.limit(fall, below, 0) - coefficient
+    place, found = join()
+    return place - shaken(speed_where_lines_join), found - coefficient
 
 
 # The range closes where both ends meet.
@@ -234,7 +251,9 @@ def onset_squared() -> sp.Expr:
     "sign of the change of A0,max with beta, mu_s and mu_m",
     right=(-1, 1, -1),
     printed=(-1, 1, 1),
-    note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger; the notes of the audit do not have this",
+    note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger",
+    audit="not among its corrections",
+    numbers="signs at the values of figure 3",
 )
 def _(*claims):
     # A0,max is a fixed part of v_b1
@@ -283,17 +302,30 @@ def _(claim):
     return found - in_regime(claim)
 
 
+@cache
+def crossing() -> sp.Expr:
+    """V at which both intensities are equal."""
+    first, second = limits()
+    (found,) = sp.solve(first**2 - second**2, V)
+    return found
+
+
 # All belt speeds up to V: the first intensity grows with the belt speed, the second one falls, so the largest of the
 # smaller ones is at V, or where they are equal.
-@PART.verified("(58)", "intensity that quenches all belt speeds up to one below a Omega*, and above", V, Q_STAR, BELOW)
+@PART.verified(
+    "(58)",
+    "intensity that quenches all belt speeds up to one below a Omega*, and above",
+    V,
+    Q_STAR,
+    BELOW,
+    numbers="the package's form at two belt speeds, exactly",
+)
 def _(slow, fast, package):
-    first, second = limits()
-    (crossing,) = sp.solve(first**2 - second**2, V)
     numbers = {v_1: 1, v_m: 2, eta: sp.Rational(1, 3), mu_m: sp.Rational(1, 4), d: sp.Rational(1, 7)}
     belts = (sp.Rational(5, 10), sp.Rational(9, 10))  # a Omega* is 0.816
-    found = [min(given, crossing.subs(numbers)) for given in belts]
+    found = [min(given, crossing().subs(numbers)) for given in belts]
     stated = [in_regime(package).subs({**numbers, V: given}) for given in belts]
-    return first - slow, crossing - in_regime(fast), *less(found, stated)
+    return limits()[0] - slow, crossing() - in_regime(fast), *less(found, stated)
 
 
 # --- 5.3 Energy considerations ----------------------------------------------------------------------------------------

@@ -92,15 +92,22 @@ s, z_dd, phi_mixed, phi_slow = sp.symbols("s zddot phi_mixed phi_slow", real=Tru
 FAST_EQUATION = INTENSITY * sp.sin(T) - (z_dd + 2 * phi_mixed + s) / Omega - phi_slow / Omega**2
 
 
-@PART.verified("(35)", "phi'', derivatives to T by primes and to tau by dots", FAST_EQUATION)
-def _(claim):
+@cache
+def fast_acceleration() -> sp.Expr:
+    """phi'' from (31) with (33)."""
+
     def total(f):
         return f.diff(tau) + Omega * f.diff(T)
 
     motion = total(total(SLOW + PHI / Omega)) + s - Omega * INTENSITY * sp.sin(T)
     (found,) = sp.solve(sp.expand(motion), PHI.diff(T, 2))
     names = {PHI.diff(tau, T): phi_mixed, PHI.diff(tau, 2): phi_slow, SLOW.diff(tau, 2): z_dd}
-    return sp.expand(found.subs(names) - claim)
+    return found.subs(names)
+
+
+@PART.verified("(35)", "phi'', derivatives to T by primes and to tau by dots", FAST_EQUATION)
+def _(claim):
+    return sp.expand(fast_acceleration() - claim)
 
 
 # Order by order in e, phi = p0 + e p1: p0'' = q sin T, p1'' = -(z'' + 2 p0-dot' + s). Stationary solutions are
@@ -222,8 +229,9 @@ PART.definition("(41)", "effective friction", MEAN_FRICTION)
     "initial position and velocity of the slow motion, to order 1/Omega",
     x,
     v + INTENSITY,
-    note="right as printed, against the audit: x' has an error of order 1/Omega at other times, but its term of this "
-    "order, p1'/Omega, is a sine series in T for every law and vanishes at tau = 0",
+    note="x' has an error of order 1/Omega at other times, but its term of this order, p1'/Omega, is a sine series in "
+    "T for every law and vanishes at tau = 0",
+    audit="has an error of order 1/Omega for the velocity; (42) is right as printed",
 )
 def _(position, velocity):
     phi = general_motion()
@@ -254,7 +262,13 @@ def _(*claims):
 # (45), (46): w = v_r - q cos T vanishes twice in a period if |v_r| < q. With v_r = q cos T_1 it is
 #     w = 2 q sin((T + T_1)/2) sin((T - T_1)/2),
 # where both angles are within (0, pi) for T_1 < T < 2 pi - T_1, and the second sine is negative for T < T_1.
-@PART.verified("(45)", "sign of v_r - q cos T between its zeros, and elsewhere", 1, -1)
+@PART.verified(
+    "(45)",
+    "sign of v_r - q cos T between its zeros, and elsewhere",
+    1,
+    -1,
+    numbers="the product exactly, its sign at 91 places",
+)
 def _(between, elsewhere):
     product = 2 * q * sp.sin((T + T_1) / 2) * sp.sin((T - T_1) / 2)
     left = [product - q * (sp.cos(T_1) - sp.cos(T))]

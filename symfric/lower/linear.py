@@ -4,7 +4,7 @@ A kink is a choice by the mode, so a force with an `Abs` or a law of straight li
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import sympy as sp
@@ -12,9 +12,10 @@ import sympy as sp
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton, Lowering, constants
 from symfric.model.laws import Law
-from symfric.model.names import SPEED
-from symfric.model.outputs import friction_force, slip
+from symfric.model.names import SPEED, TIME
+from symfric.model.outputs import ScalarOfExpression, friction_force, slip
 from symfric.model.scene import Scene
+from symfric.model.system import System
 
 
 @dataclass(frozen=True)
@@ -66,21 +67,20 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
         raise NoRoute(f"{len(contacts)} contacts, the closed form is for one")
     if scene.inputs:
         raise NoRoute("a sampled input")
-    lines = [line for c in contacts for line in _lines(c.law)]
+    lines = [line for c in contacts for line in lines_of(c.law)]
     low = Lowering(scene, constants(scene, varied))
     x, u = low.y[0], low.y[1]
     force, mass = low.sx(system.force[0]), low.sx(system.mass[0, 0])
-    _refuse(low, mass, "the mass changes")
-    a_x, a_u, a_0 = _plane(low, force / mass, [x, u], "the force")
+    refuse_if_moving(low, mass, "the mass changes")
+    a_x, a_u, a_0 = plane(low, force / mass, [x, u], "the force")
     numbers = [a_x, a_u, a_0]
-    if contacts:
-        numbers += _contact(low, mass, lines)
+    numbers += _contact(low, mass, lines) if contacts else [ca.SX(0)] * 5
     friction = ca.SX.sym("friction")
     for c in contacts:
         low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction, low.w[0]
         low.moving |= {friction_force(c.name), slip(c.name)}
     for e in rows:
-        *slopes, rest = _plane(low, low.sx(e), [x, u, friction], f"the output {e}")
+        *slopes, rest = plane(low, low.sx(e), [x, u, friction], f"the output {e}")
         numbers += [rest, *slopes]
     data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
     sticks = any(not c.law.smooth for c in contacts)
@@ -90,15 +90,15 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
 def _contact(low: Lowering, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
     """Return the numbers of the contact."""
     (contact,) = low.scene.contacts
-    J, c = _plane(low, low.w[0], [low.y[1]], "the slip")
-    _refuse(low, low.load, "the normal load changes")
+    J, c = plane(low, low.w[0], [low.y[1]], "the slip")
+    refuse_if_moving(low, low.load, "the normal load changes")
     numbers = [J / mass, J, c, low.load[0], low.sx(contact.law.stick)]
     for line in lines:
         numbers += [low.sx(e) for e in line]
     return numbers
 
 
-def _plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
+def plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
     """Return the slopes of a linear expression in the variables, and its value where they are zero."""
     v, signs = ca.vertcat(*variables), ca.vertcat(*low.switches.signs)
     slopes = ca.densify(ca.jacobian(e, v))
@@ -114,12 +114,12 @@ def _plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[c
     return [*ca.horzsplit(slopes), rest]
 
 
-def _refuse(low: Lowering, e: ca.SX, what: str) -> None:
+def refuse_if_moving(low: Lowering, e: ca.SX, what: str) -> None:
     if ca.depends_on(e, ca.vertcat(low.y, low.t, *low.switches.signs)):
         raise NoRoute(what)
 
 
-def _lines(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
+def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     """Return for every branch of a law the speed where it ends, and the two numbers of ``mu_0 + mu_1 v``."""
     kinetic = law.kinetic
     if kinetic.has(sp.Integral):
@@ -137,13 +137,87 @@ def _lines(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     return found
 
 
-def why_not_linear(automaton: Automaton) -> str:
-    """Return what keeps the scene from being linear in the state in every mode; empty if nothing does."""
+def matrices(automaton: Automaton) -> ca.Function:
+    """Return ``(p, m) -> numbers``: the slopes of rates, guards and rows in every state and in time, and their rest.
+
+    Column by column, (n_x + 2) columns of n_x + n_g + n_e entries; states and wanted rows as in `Automaton.field`.
+
+    Raises
+    ------
+    NoRoute
+        If something is not linear in state and time in every mode.
+    """
     field = automaton.field
-    arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
-    y, t = arguments[:2]
-    rate, guards, _ = field(*arguments)
-    for e, what in ((rate, "the forces or a friction law are"), (guards, "a guard is")):
-        if ca.depends_on(ca.jacobian(e, y), ca.vertcat(y, t)):
-            return f"{what} not linear between events"
-    return ""
+    y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
+    columns, state = [], ca.vertcat(y, t)
+    what = ("the forces or a friction law are", "a guard is", "a wanted output is")
+    for e, name in zip(field(y, t, p, m), what, strict=True):
+        slopes = ca.jacobian(e, state)
+        if ca.depends_on(slopes, state):
+            raise NoRoute(f"{name} not linear between events")
+        columns.append(ca.densify(ca.horzcat(slopes, ca.substitute(e, state, ca.SX.zeros(state.numel())))))
+    return ca.Function("prelude", [p, m], [ca.vec(ca.vertcat(*columns))], {"cse": True})
+
+
+def without_harmonics(scene: Scene) -> Scene:
+    """Return the scene with sines, cosines and powers of time as first-order states behind its own.
+
+    Their equations are linear: ``c' = -Omega s``, ``s' = Omega c`` and ``p_k' = k p_(k-1)``. Time itself stays.
+
+    Raises
+    ------
+    NoRoute
+        If a slip depends on time, or a harmonic on the state.
+    """
+    if any(TIME in c.slip.free_symbols for c in scene.contacts):
+        raise NoRoute("a slip depends on time")
+    clock = _Clock({*scene.system.states, *scene.inputs})
+    system = scene.system
+    force, z_rate = ([clock.read(e) for e in es] for es in (system.force, system.z_rate))
+    contacts = [replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts]
+    scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+    outputs = {**scene.outputs, **{n: replace(o, expr=clock.read(o.expr)) for n, o in scalar.items()}}
+    if not clock.states:
+        return scene
+    rates = [*z_rate, *(rate for _, rate in clock.states.values())]
+    system = System(system.q, system.u, system.mass, force, [*system.z, *clock.states], rates)
+    starts = {z: start for z, (start, _) in clock.states.items()}
+    initial = {**scene.initial, **starts}
+    return replace(scene, system=system, contacts=contacts, outputs=outputs, initial=initial)
+
+
+class _Clock:
+    """States that stand for functions of time, with their start and rate."""
+
+    def __init__(self, moving: set[sp.Symbol]):
+        self._moving, self.states = moving, {}
+
+    def read(self, e: sp.Expr) -> sp.Expr:
+        """Return the expression with states in place of functions of time."""
+        e = sp.sympify(e)
+        if TIME not in e.free_symbols:
+            return e
+        waves = {w: self._wave(w) for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols}
+        e = e.xreplace(waves)
+        if not e.has(sp.Pow) or TIME not in e.free_symbols:
+            return e
+        power = lambda a: a.is_Pow and a.base == TIME and a.exp.is_Integer and a.exp > 1  # noqa: E731
+        return sp.expand(e).replace(power, lambda a: self._power(int(a.exp)))
+
+    def _wave(self, wave: sp.Expr) -> sp.Expr:
+        angle = wave.args[0]
+        Omega, phase = sp.diff(angle, TIME), angle.subs(TIME, 0)
+        if TIME in Omega.free_symbols or (Omega.free_symbols | phase.free_symbols) & self._moving:
+            raise NoRoute(f"{wave} is no harmonic of time")
+        c, s = (sp.Symbol(f"{name}({Omega}*t)", real=True) for name in ("cos", "sin"))
+        self.states[c], self.states[s] = (1.0, -Omega * s), (0.0, Omega * c)
+        if wave.func == sp.sin:
+            return sp.sin(phase) * c + sp.cos(phase) * s
+        return sp.cos(phase) * c - sp.sin(phase) * s
+
+    def _power(self, k: int) -> sp.Symbol:
+        if k == 1:
+            return TIME
+        z = sp.Symbol(f"t**{k}", real=True)
+        self.states[z] = 0.0, k * self._power(k - 1)
+        return z

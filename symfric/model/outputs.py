@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symfric.model.names import expression
+from symfric.errors import SceneError
+from symfric.model.names import expression, finite
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,20 @@ class HalfRange(ScalarOfExpression):
 @dataclass(frozen=True)
 class Integral(ScalarOfExpression):
     """Integral of an expression over time."""
+
+
+@dataclass(frozen=True)
+class At(ScalarOfExpression):
+    """Value of an expression at a time; at the end of the run unless given, and at the latest then."""
+
+    time: float | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.time is not None:
+            object.__setattr__(self, "time", finite(self.time, "the time of At"))
+            if self.time < 0:
+                raise SceneError(f"the time of At is {self.time:g}; it must not be negative")
 
 
 @dataclass(frozen=True)

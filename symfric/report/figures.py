@@ -27,7 +27,7 @@ def new_axes():
 
 
 def tidy(ax):
-    """Set ticks and grid as in every picture; return the Axes."""
+    """Set ticks, grid and spines as all pictures have them; return the Axes."""
     if ax.get_xscale() == ax.get_yscale() == "linear":
         ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     ax.grid(True, color="0.9", linewidth=0.8)

@@ -12,6 +12,7 @@ from symfric.model.scene import Scene
 
 SAMPLES = 4000  # of a motion to draw
 PATH = "motion of the study"  # an output's name no file is likely to use
+MOST_PASSAGES, SAME = 8, 1e-3  # of a coordinate through its middle in a period; of the range, how well states repeat
 SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless the file says otherwise
 
 
@@ -69,9 +70,9 @@ class Vibration:
     mean : float
         Over the window, in whole periods of an excitation.
     period : float
-        Time between upward passages through the middle; NaN if it does not vibrate.
+        Time in which the state comes back; NaN if it does not vibrate.
     stick_fraction : float
-        Part of the window in which a contact sticks.
+        Part of the window, in whole periods, in which a contact sticks.
     """
 
     largest: float
@@ -174,24 +175,36 @@ def vibration(scene: Scene, coordinate: str, settle: float, window: float, toler
     run = simulate(scene.wanting(wanted), tolerance=tolerance).checked()
     high, low = float(run["high"]), float(run["low"])
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
-    middles = 0.5 * (t[1:] + t[:-1])
-    fraction = float(np.sum(np.diff(t)[_inside(middles, stick_intervals(run), 0.0)]) / run.t_final)
     i = run.names.index(coordinate)
     still = high - low <= 1e-7 * max(abs(high), abs(low), 1e-300)
-    period = float("nan") if still else _period(lambda s: run(s)[i] - 0.5 * (high + low), t)
+    period = float("nan") if still else _period(run, i, 0.5 * (high + low), t)
+    whole = period * (run.t_final // period) if period <= run.t_final else run.t_final
+    middles, lengths = 0.5 * (t[1:] + t[:-1]), np.diff(t)
+    counted = middles > run.t_final - whole
+    stuck = _inside(middles, stick_intervals(run), 0.0) & counted
+    fraction = float(np.sum(lengths[stuck]) / np.sum(lengths[counted]))
     return Vibration(high, low, float(run["sum"]) / run.t_final, period, fraction)
 
 
-def _period(f: Callable, t: np.ndarray) -> float:
-    """Return the mean time between upward zeros of f, refined by bisection."""
+def _period(run: Callable, row: int, middle: float, t: np.ndarray) -> float:
+    """Return the mean time in which the state comes back, from upward passages of a coordinate through its middle.
+
+    A coordinate may pass its middle several times in a period; the state tells those passages apart. Where no passage
+    among the last few repeats the last one, the mean time between passages.
+    """
     from scipy.optimize import brentq
 
-    values = f(t)
+    f = lambda s: float(run(s)[row] - middle)  # noqa: E731
+    values = run(t)[row] - middle
     turns = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
     if turns.size < 2:
         return float("nan")
-    first, last = (brentq(lambda s: float(f(s)), t[k], t[k + 1], xtol=1e-14 * t[-1]) for k in (turns[0], turns[-1]))
-    return (last - first) / (turns.size - 1)
+    passages = np.array([brentq(f, t[k], t[k + 1], xtol=1e-14 * t[-1]) for k in turns])
+    states, scale = run(passages), np.ptp(run(t), axis=1)[:, None]
+    away = np.max(np.abs(states - states[:, -1:]) / np.where(scale > 0, scale, 1.0), axis=0)
+    back = next((k for k in range(1, min(MOST_PASSAGES, turns.size - 1) + 1) if away[-1 - k] < SAME), 1)
+    whole = (turns.size - 1) // back
+    return float((passages[-1] - passages[-1 - back * whole]) / whole)
 
 
 def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress: Callable) -> list[Vibration]:

@@ -22,7 +22,6 @@ from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
 from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
 
 OF_EXPRESSION = {"max": kinds.Max, "min": kinds.Min, "half_range": kinds.HalfRange, "integral": kinds.Integral}
-LAYER = "symfric.model."
 PLAIN = {"end": kinds.End, "stop_time": kinds.StopTime, "trajectory": kinds.Trajectory, "events": kinds.Events}
 
 
@@ -43,15 +42,14 @@ class LawSpec:
 
 
 def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]:
-    """Return the public functions of a module of the model layer whose annotation says they return `result`.
-
-    Those it takes from its neighbours count: a library may be spread over files.
-    """
+    """Return the public functions of a module or package whose annotation says they return `result`."""
     found = inspect.getmembers(module, inspect.isfunction)
     return {
         name: f
         for name, f in found
-        if not name.startswith("_") and f.__module__.startswith(LAYER) and f.__annotations__.get("return") is result
+        if not name.startswith("_")
+        and f"{f.__module__}.".startswith(f"{module.__name__}.")
+        and f.__annotations__.get("return") is result
     }
 
 
@@ -205,10 +203,15 @@ def _check_options(function: Callable, options: Mapping) -> None:
     for name, value in options.items():
         parameter = inspect.signature(function).parameters.get(name)
         numeric = parameter is not None and isinstance(parameter.default, float | int)
+        text = parameter is not None and isinstance(parameter.default, str)
         if name == "law":
             raise SceneError("scene.law: the friction law has its own section; write [friction] with law = ...")
         if numeric and not isinstance(parameter.default, bool) and (isinstance(value, str | bool | list)):
             raise SceneError(f"scene.{name} is {shorten(repr(value), 30)}, not a number; write a plain number")
+        if text and not isinstance(value, str):
+            raise SceneError(
+                f"scene.{name} is {shorten(value, 30)}, not text; write it in quotes, as {parameter.default!r}"
+            )
 
 
 def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[Law, tuple[LawSpec, ...]]:

@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from symfric.errors import NoRoute, SceneError
-from symfric.lower.linear import oscillator
 from symfric.model.names import Key, nearest
 from symfric.model.scene import Scene
-from symfric.solve.compiled import wanted_of
-from symfric.solve.exact.program import Exact, ExactProgram, rows_in_closed_form
+from symfric.solve.exact.form import form_of
+from symfric.solve.exact.program import Exact, ExactProgram
 from symfric.solve.facts import Facts, facts_of
 from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
@@ -70,25 +69,21 @@ def explain(scene: Scene) -> Explanation:
     facts = facts_of(scene)
     kind = "smooth" if facts.smooth and not facts.kinks else "piecewise analytic"
     taken = f"{kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks"
-    refusal = _refusal(scene)
+    route, exact = "taylor", ""
+    try:
+        form = form_of(scene)
+    except NoRoute as reason:
+        exact = f"declines: {reason}"
+    else:
+        route = "exact" if form.cheapest else "taylor"
+        exact = f"takes it: {form.words}" if form.cheapest else f"slower here (route='exact'): {form.words}"
     answers = {
-        "exact": f"declines: {refusal}" if refusal else "takes it: one mass, linear between events, in closed form",
-        "taylor": f"takes it: {taken}"
-        if refusal
-        else f"declines: the closed form is cheaper; it would take it, {taken}",
+        "exact": exact,
+        "taylor": f"takes it: {taken}" if route == "taylor" else f"not needed: {taken}",
         "integrators": "declines: slower by one to three orders of magnitude; kept as an independent check "
         "(route='integrators')",
     }
-    return Explanation("taylor" if refusal else "exact", answers, _skipped(facts), facts)
-
-
-def _refusal(scene: Scene) -> str:
-    """Return why the route `exact` does not take a scene; empty if it does."""
-    try:
-        oscillator(scene, rows_in_closed_form(wanted_of(scene)))
-    except NoRoute as reason:
-        return str(reason)
-    return ""
+    return Explanation(route, answers, _skipped(facts), facts)
 
 
 def _skipped(facts: Facts) -> tuple[str, ...]:
@@ -144,7 +139,9 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     settings = Exact() if route is None else _settings(route)
     if isinstance(settings, Exact):
         try:
-            return ExactProgram(scene, tolerance, settings)
+            form = form_of(scene)
+            if form.cheapest or route is not None:
+                return ExactProgram(scene, tolerance, settings, form=form)
         except NoRoute as reason:
             if route is not None:
                 raise NoRoute(f"the route 'exact' declines: {reason}; leave route=None to have one chosen") from None

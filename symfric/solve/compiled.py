@@ -5,6 +5,7 @@ import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path as File
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -12,7 +13,7 @@ from numba.core import event
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, finite, name_of, nearest
-from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.memory import addresses
 from symfric.solve.run import Path, Raw
@@ -21,7 +22,7 @@ from symfric.solve.status import Status
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
 PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
-RANGE, INTEGRAL = range(2)  # kinds of wanted rows
+RANGE, INTEGRAL, THEN = range(3)  # kinds of wanted rows
 _NOTHING = np.zeros(0)
 _STATUS = tuple(Status)
 
@@ -34,21 +35,29 @@ def check_tolerance(tolerance: float) -> float:
     return tolerance
 
 
+class Row(NamedTuple):
+    """An expression and what of it is wanted: RANGE, INTEGRAL, or THEN, its value at a time."""
+
+    kind: int
+    expr: sp.Expr
+    time: float = 0.0
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What of a motion is wanted.
 
     Attributes
     ----------
-    rows : tuple of (int, Expr)
-        RANGE or INTEGRAL, and of what; each once.
+    rows : tuple of Row
+        Each once.
     row : dict of str to int
         The row of every scalar output.
     path, events : bool
         Whether the trajectory, or the list of events, is kept.
     """
 
-    rows: tuple[tuple[int, sp.Expr], ...]
+    rows: tuple[Row, ...]
     row: dict[str, int]
     path: bool
     events: bool
@@ -57,11 +66,17 @@ class Wanted:
 def wanted_of(scene: Scene) -> Wanted:
     """Read the outputs of a scene."""
     outputs = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
-    kind = {n: (INTEGRAL if isinstance(o, Integral) else RANGE, o.expr) for n, o in outputs.items()}
-    rows = tuple(dict.fromkeys(kind.values()))
+    row = {n: _row(o, scene.horizon) for n, o in outputs.items()}
+    rows = tuple(dict.fromkeys(row.values()))
     path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
     events = path or any(isinstance(o, Events) for o in scene.outputs.values())
-    return Wanted(rows, {n: rows.index(k) for n, k in kind.items()}, path, events)
+    return Wanted(rows, {n: rows.index(r) for n, r in row.items()}, path, events)
+
+
+def _row(output: ScalarOfExpression, horizon: float) -> Row:
+    if isinstance(output, At):
+        return Row(THEN, output.expr, horizon if output.time is None else min(output.time, horizon))
+    return Row(INTEGRAL if isinstance(output, Integral) else RANGE, output.expr)
 
 
 class Numbers:
@@ -129,15 +144,17 @@ class Loop:
             code = self._launch(self._table, _NOTHING, _NOTHING)
         return _STATUS[code]
 
-    def collect(self) -> tuple[np.ndarray, float, dict[str, float], Raw]:
-        """Return final state, its time, counts, and what was kept, copied out of the arrays."""
+    def collect(self, n_x: int) -> tuple[np.ndarray, float, dict[str, float], Raw]:
+        """Return the final values of the first n_x states, their time, counts, and what was kept, all copied."""
         w, wanted = self.work, self._wanted
-        n_x = w.y.size - 1
         steps, events, kinks, grazes, kept, kept_events = w.counts.tolist()[:6]
         path = log = None
         if wanted.path:
             path = Path(
-                w.path_t[:kept, 0].copy(), w.path_t[:kept, 1].copy(), w.path_c[:kept].copy(), w.path_m[:kept].copy()
+                w.path_t[:kept, 0].copy(),
+                w.path_t[:kept, 1].copy(),
+                w.path_c[:kept, :n_x].copy(),
+                w.path_m[:kept].copy(),
             )
         if wanted.events:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
@@ -150,7 +167,7 @@ class Loop:
             events=log,
         )
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
-        return w.y[:n_x].copy(), w.y.item(n_x), stats, raw
+        return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw
 
 
 def _double(array: np.ndarray) -> np.ndarray:

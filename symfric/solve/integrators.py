@@ -14,7 +14,7 @@ import numpy as np
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.model.names import Key, finite
-from symfric.model.outputs import Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.hermite import extremes, quintic
 from symfric.solve.next_mode import Rule, make_rule, next_mode, numbers, starting_mode
@@ -67,6 +67,7 @@ class _Motion:
     pieces: list[Path] = field(default_factory=list)
     low: np.ndarray | None = None
     high: np.ndarray | None = None
+    values: dict[str, float] = field(default_factory=dict)
 
 
 class IntegratorsProgram:
@@ -81,7 +82,8 @@ class IntegratorsProgram:
         self.general: IntegratorsProgram | None = None
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
-        self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}
+        self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}  # or a value at a time
+        self._times = {n: scene.horizon if o.time is None else o.time for n, o in scalars.items() if isinstance(o, At)}
         self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
         self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
         self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied, tested=True)
@@ -193,14 +195,25 @@ class IntegratorsProgram:
             low, high = extremes(h, *(e[n_g:, nodes] for e in piece.rows))
             motion.low = low if motion.low is None else np.minimum(motion.low, low)
             motion.high = high if motion.high is None else np.maximum(motion.high, high)
+            self._keep_values(motion, t, [e[n_g:, nodes] for e in piece.rows])
         if self._keep_path:
             mode = np.tile(_signs(motion.m, len(self.automaton.contacts)), (h.size, 1))
             states = piece.state[: motion.y.size, nodes], piece.first[:, nodes], piece.second[:, nodes]
             motion.pieces.append(Path(t[:-1], h, quintic(h, *states), mode))
 
+    def _keep_values(self, motion: _Motion, t: np.ndarray, rows: list[np.ndarray]) -> None:
+        """Note the outputs that are wanted at a time within a piece."""
+        for k, name in enumerate(self._ranges):
+            at = min(self._times.get(name, math.inf), self.scene.horizon)
+            if name in self._times and t[0] <= at <= t[-1]:
+                i = min(int(np.searchsorted(t, at, side="right")), t.size - 1) - 1
+                c = quintic(np.diff(t[i : i + 2]), *(e[k : k + 1, i : i + 2] for e in rows))
+                motion.values[name] = float(np.polynomial.polynomial.polyval(at - t[i], c[0, 0]))
+
     def _collect(self, motion: _Motion, values: dict, initial: dict) -> Run:
         motion.counts.pop("stalled", None)
         path = log = None
+        never = dict.fromkeys(self._times, math.nan)
         if self._keep_path and motion.pieces:
             parts = [(p.t, p.h, p.coefficients, p.mode) for p in motion.pieces]
             path = Path(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -211,7 +224,7 @@ class IntegratorsProgram:
             )
         raw = Raw(
             ranges={n: (motion.low[k], motion.high[k]) for k, n in enumerate(self._ranges) if motion.low is not None},
-            integrals=dict(zip(self._integrals, motion.total.tolist(), strict=True)),
+            integrals={**dict(zip(self._integrals, motion.total.tolist(), strict=True)), **never, **motion.values},
             rest=motion.rest,
             path=path,
             events=log,

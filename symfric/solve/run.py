@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.names import nearest
-from symfric.model.outputs import End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
+from symfric.model.outputs import At, End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.status import ADVICE, Status
 
@@ -79,7 +79,7 @@ class Raw(NamedTuple):
     Attributes
     ----------
     ranges, integrals : dict of str to value
-        Smallest and largest value, or the integral, of the expression of each such output.
+        Smallest and largest value, or the integral or the value at a time, of the expression of each such output.
     rest : float
         Time since which the system rests, NaN if it moves.
     path : Path or None
@@ -206,7 +206,7 @@ class Run:
     def _output(self, name: str, output):
         if isinstance(output, End):
             return self.final
-        if isinstance(output, Integral):
+        if isinstance(output, Integral | At):
             return self.raw.integrals[name]
         if isinstance(output, Max):
             return self.raw.ranges[name][1]

@@ -4,22 +4,30 @@ from symfric.theory import belt, drive, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
+from symfric.theory.hurwitz import symbolic_hurwitz, symbolic_hurwitz_of_matrices
+from symfric.theory.root_locus import RootLocus, damper_loop, root_locus
 from symfric.theory.separation import separate
 from symfric.theory.slow_flow import SlowFlow
-from symfric.theory.stability import Stability, stability
+from symfric.theory.stability import Stability, stability, stability_of_matrices
 
 __all__ = [
     "Equilibrium",
     "HopfPoint",
+    "RootLocus",
     "SlowFlow",
     "Stability",
     "average",
     "belt",
+    "damper_loop",
     "drive",
     "equilibrium",
     "hopf",
+    "root_locus",
     "scaling",
     "separate",
     "stability",
+    "stability_of_matrices",
+    "symbolic_hurwitz",
+    "symbolic_hurwitz_of_matrices",
     "transient",
 ]

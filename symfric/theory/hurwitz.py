@@ -135,7 +135,32 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     top = sp.zeros(n, n_x)
     top[:, n : 2 * n] = sp.eye(n)
     weight = sp.diag(sp.eye(n), sp.Matrix(field.system.mass), sp.eye(field.n_z))
-    polynomial = sp.Poly((s * weight - top.col_join(slopes)).det(), s)
-    c = polynomial.all_coeffs()
-    matrix = sp.Matrix(n_x, n_x, lambda i, j: c[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n_x else 0)
-    return tuple(sp.simplify(matrix[: k + 1, : k + 1].det()) for k in range(n_x))
+    return _minors(sp.Poly((s * weight - top.col_join(slopes)).det(), s))
+
+
+def symbolic_hurwitz_of_matrices(M: sp.Matrix, B: sp.Matrix, K: sp.Matrix) -> tuple[sp.Expr, ...]:
+    """Return the Routh-Hurwitz determinants of ``M q'' + B q' + K q = 0``, n = 1 or 2.
+
+    Parameters
+    ----------
+    M, B, K : matrices of Expr, shape (n, n)
+        det M positive.
+
+    Returns
+    -------
+    tuple of Expr, length 2 n
+        All positive if and only if rest is asymptotically stable.
+    """
+    M, B, K = (sp.Matrix(e) for e in (M, B, K))
+    if not M.shape == B.shape == K.shape or M.rows != M.cols:
+        raise SceneError(f"M, B and K have the shapes {M.shape}, {B.shape} and {K.shape}; give square matrices")
+    if 2 * M.rows > MOST_STATES:
+        raise SceneError(f"{M.rows} coordinates have {2 * M.rows} states; a symbolic criterion is for {MOST_STATES}")
+    s = sp.Symbol("s")
+    return _minors(sp.Poly((s**2 * M + s * B + K).det(), s))
+
+
+def _minors(polynomial: sp.Poly) -> tuple[sp.Expr, ...]:
+    n, c = polynomial.degree(), polynomial.all_coeffs()
+    matrix = sp.Matrix(n, n, lambda i, j: c[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
+    return tuple(sp.simplify(matrix[: k + 1, : k + 1].det()) for k in range(n))

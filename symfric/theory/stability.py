@@ -5,12 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
+from symfric.errors import SceneError
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
 from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_hurwitz
 from symfric.theory.sliding import Field, field_of
 
 ROUNDING = 1e-12  # of a matrix entry relative to the matrix
+PARTS = ("damping", "gyroscopic", "stiffness", "circulatory")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -20,9 +22,10 @@ class Stability:
     Attributes
     ----------
     M, B, K : ndarray, shape (n, n)
-        Mass, damping and gyroscopic, stiffness and circulatory matrix.
+        Mass, damping and gyroscopic, stiffness and circulatory matrix; the parts are `damping`, `gyroscopic`,
+        `stiffness` and `circulatory`.
     definiteness : {"stable", "unstable", "undecided"}
-        What the matrices alone prove.
+        What the matrices alone prove; `stable` is the exact verdict beside it.
     reason : str
         The theorem, or what is missing for one.
     stable : bool
@@ -46,6 +49,26 @@ class Stability:
     eigenvalues: np.ndarray
     state_matrix: np.ndarray
     names: tuple[str, ...]
+
+    @property
+    def damping(self) -> np.ndarray:
+        """``(B + B^T)/2``, (n, n): dissipates where it is positive definite."""
+        return (self.B + self.B.T) / 2
+
+    @property
+    def gyroscopic(self) -> np.ndarray:
+        """``(B - B^T)/2``, (n, n): does no work."""
+        return (self.B - self.B.T) / 2
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """``(K + K^T)/2``, (n, n): forces with a potential."""
+        return (self.K + self.K.T) / 2
+
+    @property
+    def circulatory(self) -> np.ndarray:
+        """``(K - K^T)/2``, (n, n): forces without a potential, such as friction under a load that moves."""
+        return (self.K - self.K.T) / 2
 
     @cached_property
     def hurwitz(self) -> Hurwitz:
@@ -90,9 +113,7 @@ class Stability:
     def to_dict(self) -> dict:
         """Return plain Python numbers."""
         return {
-            "M": self.M.tolist(),
-            "B": self.B.tolist(),
-            "K": self.K.tolist(),
+            **{name: getattr(self, name).tolist() for name in ("M", "B", "K", *PARTS)},
             "definiteness": self.definiteness,
             "reason": self.reason,
             "stable": self.stable,
@@ -105,7 +126,7 @@ class Stability:
         import xarray as xr
 
         q = list(self.names[: len(self.M)])
-        data = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K")}
+        data = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K", *PARTS)}
         data["eigenvalues"] = ("mode", self.eigenvalues)
         attributes = {"definiteness": self.definiteness, "reason": self.reason, "margin": self.margin}
         return xr.Dataset(data, {"row": q, "column": q}, attributes)
@@ -138,12 +159,59 @@ def stability(scene: Scene) -> Stability:
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     M, B, K, matrix = linearise(field, p, x)
+    found = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
+    return _verdict(M, B, K, found, matrix, tuple(s.name for s in field.states))
+
+
+def stability_of_matrices(M, B, K) -> Stability:
+    """Judge ``M q'' + B q' + K q = 0`` by the definiteness of its matrices and by its eigenvalues.
+
+    Parameters
+    ----------
+    M, B, K : array_like, shape (n, n)
+        M symmetric and positive definite; B may have a gyroscopic, K a circulatory part.
+
+    Returns
+    -------
+    Stability
+        With states q1 ... qn, u1 ... un.
+
+    Raises
+    ------
+    SceneError
+        If a matrix is no such matrix.
+    """
+    given = [_square(matrix, name) for matrix, name in ((M, "M"), (B, "B"), (K, "K"))]
+    M, B, K = given
+    n = len(M)
+    if not len(B) == len(K) == n:
+        raise SceneError(f"M, B and K have {n}, {len(B)} and {len(K)} rows; give matrices of one size")
+    if np.max(np.abs(M - M.T)) > ROUNDING * np.max(np.abs(M)) or np.min(np.linalg.eigvalsh(M)) <= 0:
+        raise SceneError("M is not symmetric and positive definite; it is the matrix of the kinetic energy")
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]])
+    names = tuple(f"{letter}{i + 1}" for letter in "qu" for i in range(n))
+    return _verdict(M, B, K, judge(M, B, K), matrix, names)
+
+
+def _square(matrix, name: str) -> np.ndarray:
+    try:
+        found = np.array(matrix, dtype=float)
+    except (TypeError, ValueError):
+        raise SceneError(f"{name} is no matrix of numbers") from None
+    if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.size:
+        raise SceneError(f"{name} has shape {found.shape}; give a square matrix")
+    if not np.all(np.isfinite(found)):
+        raise SceneError(f"{name} has an entry that is not finite")
+    return found
+
+
+def _verdict(M, B, K, found: tuple[str, str], matrix: np.ndarray, names: tuple[str, ...]) -> Stability:
+    """Return what matrices prove with what the eigenvalues say beside it."""
+    definiteness, reason = found
     eigenvalues = _eigenvalues(matrix)
-    definiteness, reason = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
     growth = float(eigenvalues[0].real)
     beyond = 1e-13 * float(np.max(np.abs(eigenvalues)))
     stable = definiteness == "stable" if definiteness != "undecided" else growth < -beyond
-    names = tuple(s.name for s in field.states)
     return Stability(M, B, K, definiteness, reason, stable, -growth, eigenvalues, matrix, names)
 
 

@@ -142,6 +142,17 @@ def test_new_scenes_and_laws_are_found_by_their_signatures():
     assert scene.numbers()[scene.system.q[0]] == 2.0
 
 
+SLIDES = '[scene]\nmodel = "two_slides"\n{}\n[values]\nr = 0.5\nzeta = 2\ns1 = 0.2\ns2 = 0.3\nfc1 = 1\nfs1 = 7.8\n'
+
+
+def test_an_option_of_a_scene_may_be_a_word():
+    for line, damping in (("", "omega1"), ('damping = "omega1"', "omega1"), ('damping = "omega2"', "omega2")):
+        pair = {"r": 0.5, "zeta": 2, "s1": 0.2, "s2": 0.3, "fc1": 1, "fs1": 7.8}
+        assert read_scene_text(SLIDES.format(line)).scene.system == sf.scenes.two_slides(**pair, damping=damping).system
+    assert "'omega1' (d2 = s2) or 'omega2'" in message_of(SLIDES.format('damping = "omega"'))
+    assert "scene.damping is 2.0, not text; write it in quotes" in message_of(SLIDES.format("damping = 2"))
+
+
 def test_belt_speeds_are_what_drives_a_slip():
     assert [s.name for s in belt_speeds(read_scene_file(EXAMPLES / "two_masses.toml").scene)] == ["v_b"]
     assert belt_speeds(sf.scenes.coulomb_oscillator(0.1)) == ()

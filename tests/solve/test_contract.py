@@ -14,12 +14,17 @@ from symfric.solve.status import ADVICE
 X, U = sp.symbols("x u", real=True)
 BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=30.0)
 WANTED = {"path": sf.Trajectory(), "x_max": sf.Max(X), "end": sf.End(), "rest": sf.StopTime()}
-ROUTES = ("taylor", "integrators")
+ROUTES = ("exact", "taylor", "integrators")
+LINES = sf.scenes.mass_on_belt(sf.laws.piecewise_linear(0.4, [0, 0.3], [0.4, 0.25], 0.1), v_b=0.2, horizon=30.0)
+
+
+def belt(route):
+    return LINES if route == "exact" else BELT
 
 
 @pytest.fixture(scope="module", params=ROUTES)
 def run(request):
-    return sf.simulate(BELT.wanting(WANTED), 1e-8, route=request.param)
+    return sf.simulate(belt(request.param).wanting(WANTED), 1e-8, route=request.param)
 
 
 def test_names_and_shapes(run):
@@ -129,9 +134,9 @@ def test_every_status_but_ok_has_advice():
 
 @pytest.mark.parametrize("route", ROUTES)
 def test_a_program_repeats_simulate(route):
-    program = sf.prepare(BELT, 1e-9, route)
+    program = sf.prepare(belt(route), 1e-9, route)
     for values, initial in (({}, {}), ({"v_b": 0.3}, {}), ({"beta": 0.2, "gamma2": 1.5}, {"x": 0.1}), ({}, {"u": 0.4})):
-        scene = BELT.where(values) if values else BELT
+        scene = belt(route).where(values) if values else belt(route)
         expected = sf.simulate(scene.starting(initial) if initial else scene, 1e-9, route)
         run = program.run(values, initial)
         assert run.final == pytest.approx(expected.final, abs=1e-9)
@@ -163,7 +168,7 @@ def test_symbols_and_names_are_the_same_keys():
 @pytest.mark.parametrize("route", ROUTES)
 def test_parameters_that_were_zero_may_change(route, names):
     numbers = {"a": 0.01, "Omega": 7.0, "beta": 0.1, "gamma2": 0.8}
-    scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=8.0).where(dict.fromkeys(names, 0.0))
+    scene = belt(route).until(8.0).where(dict.fromkeys(names, 0.0))
     program, changed = sf.prepare(scene, 1e-9, route), {n: numbers[n] for n in names}
     expected = sf.simulate(scene.where(changed), 1e-9, route)
     for _ in range(2):
@@ -195,7 +200,7 @@ def test_starts_that_depend_on_parameters_follow_them():
     ],
 )
 def test_bad_changes_of_a_run_are_refused_by_name(route, values, initial, message):
-    program = sf.prepare(BELT, 1e-6, route)
+    program = sf.prepare(belt(route), 1e-6, route)
     with pytest.raises(sf.SceneError, match=message):
         program.run(values, initial)
 

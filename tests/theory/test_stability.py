@@ -7,8 +7,13 @@ import sympy as sp
 import symfric as sf
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import equilibrium
-from symfric.theory.hurwitz import characteristic_coefficients, routh_hurwitz, symbolic_hurwitz
-from symfric.theory.stability import judge, stability
+from symfric.theory.hurwitz import (
+    characteristic_coefficients,
+    routh_hurwitz,
+    symbolic_hurwitz,
+    symbolic_hurwitz_of_matrices,
+)
+from symfric.theory.stability import judge, stability, stability_of_matrices
 
 
 def linear_scene(M, B, K):
@@ -189,3 +194,82 @@ def test_plot_returns_axes():
         axes = result.plot()
         assert axes.get_xlabel() == label
         plt.close(axes.figure)
+
+
+def test_gyroscopic_and_circulatory_parts_are_split_off():
+    B, K = np.array([[0.3, 2.0], [-1.0, 0.2]]), np.array([[2.0, 0.7], [-0.1, 1.0]])
+    found = stability_of_matrices(np.diag([1.0, 2.0]), B, K)
+    assert found.damping + found.gyroscopic == pytest.approx(B, rel=1e-15)
+    assert found.stiffness + found.circulatory == pytest.approx(K, rel=1e-15)
+    assert np.array_equal(found.damping, found.damping.T)
+    assert np.array_equal(found.gyroscopic, -found.gyroscopic.T)
+    assert found.circulatory == pytest.approx(np.array([[0.0, 0.4], [-0.4, 0.0]]), rel=1e-15)
+    assert found.to_dict()["circulatory"] == found.circulatory.tolist()
+    assert float(found.to_xarray().gyroscopic.sel(row="q1", column="q2")) == 1.5
+    assert found.definiteness == "undecided"
+    mirrored = stability(linear_scene(np.diag([1.0, 2.0]), B, K))
+    assert mirrored.eigenvalues == pytest.approx(found.eigenvalues, rel=1e-13)
+    assert (mirrored.definiteness, mirrored.stable) == (found.definiteness, found.stable)
+    for part in ("damping", "gyroscopic", "stiffness", "circulatory"):
+        assert getattr(mirrored, part) == pytest.approx(getattr(found, part), abs=1e-15)
+
+
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.3, 40.0])
+@pytest.mark.parametrize("circulatory", [0.0, 1e-3, 3.0])
+def test_definiteness_speaks_only_where_the_theorem_holds(gyroscopic, circulatory):
+    turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    B, K = np.diag([0.3, 0.2]) + gyroscopic * turn, np.array([[2.0, 0.5], [0.5, 1.0]]) + circulatory * turn
+    found = stability_of_matrices(np.eye(2), B, K)
+    assert found.definiteness == ("stable" if circulatory == 0 else "undecided")
+    exact = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -B]])).real.max() < 0
+    assert found.stable == exact == found.hurwitz.stable
+
+
+def test_hurwitz_in_symbols_agrees_with_numbers_up_to_four_states():
+    names = b, g, k, c = sp.symbols("b g k c", real=True)
+    B, K = sp.Matrix([[b, g], [-g, 2 * b]]), sp.Matrix([[k, c], [-c, 1]])
+    formulas = symbolic_hurwitz_of_matrices(sp.diag(1, 2), B, K)
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        numbers = dict(zip(names, rng.standard_normal(4), strict=True))
+        damping, stiffness = (np.array(e.subs(numbers), dtype=float) for e in (B, K))
+        found = stability_of_matrices(np.diag([1.0, 2.0]), damping, stiffness).hurwitz
+        lead = 2.0 ** np.arange(1, 5)  # the numeric polynomial begins with 1, the symbolic one with det M
+        assert [float(f.subs(numbers)) for f in formulas] == pytest.approx(np.array(found.determinants) * lead)
+    with pytest.raises(sf.SceneError, match="6 states"):
+        symbolic_hurwitz_of_matrices(sp.eye(3), sp.eye(3), sp.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("matrices", "message"),
+    [
+        (([[1.0, 0.0]], [[1.0]], [[1.0]]), r"M has shape \(1, 2\)"),
+        (([[1.0]], np.eye(2), [[1.0]]), "1, 2 and 1 rows"),
+        (([[-1.0]], [[1.0]], [[1.0]]), "positive definite"),
+        (([[1.0, 0.5], [0.2, 1.0]], np.eye(2), np.eye(2)), "symmetric"),
+        (([[1.0]], [[np.nan]], [[1.0]]), "B has an entry"),
+        (([[1.0]], [["a"]], [[1.0]]), "B is no matrix"),
+    ],
+)
+def test_bad_matrices_are_named(matrices, message):
+    with pytest.raises(sf.SceneError, match=message):
+        stability_of_matrices(*matrices)
+
+
+def test_the_two_slides_between_the_sufficient_and_the_exact_limit():
+    """The slope of friction that definiteness allows, and the one that eigenvalues allow."""
+    limits = sf.theory.drive.slope_limits(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    slides = sf.scenes.two_slides(r=0.5, zeta=2.0, s1=0.2, s2=0.3, fc1=1.0, fs1=1.0)
+    between = 0.5 * (limits.definite + limits.exact)
+    for mu, definiteness, stable in (
+        (-0.149, "stable", True),
+        (between, "undecided", True),
+        (-0.1801, "undecided", False),
+    ):
+        law = sf.laws.custom(1 + 2 * mu * (sf.SPEED - 1), 1 - 2 * mu)
+        contact = sf.Contact("slides", slip=slides.contacts[0].slip, normal=1, law=law)
+        values = {
+            k: v for k, v in slides.values.items() if k in slides.system.mass.free_symbols or k.name in "s1 s2 zeta"
+        }
+        found = stability(sf.Scene(slides.system, [contact], values=values, initial=slides.initial, horizon=1.0))
+        assert (found.definiteness, found.stable, found.hurwitz.stable) == (definiteness, stable, stable)

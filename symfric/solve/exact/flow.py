@@ -30,7 +30,7 @@ class Flow(NamedTuple):
     fast: float  # and the smaller
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def flow(K, C):
     """Return the constants of ``y'' + C y' + K y``."""
     alpha = 0.5 * C
@@ -47,7 +47,7 @@ def flow(K, C):
     return Flow(K, C, alpha, r, False, slow, fast)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def basis(f, t):
     """Return g and g'."""
     z = f.r * t
@@ -79,12 +79,12 @@ def integral(f, t, g, slope):
     return (1.0 - slope - f.C * g) / f.K
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _ramp(root, t):
     return np.expm1(root * t) / root if root != 0.0 else t
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def first_zero(f, value, slope):
     """Return the first t > 0 at which the free solution from (value, slope) is zero."""
     if f.swings:

@@ -14,6 +14,7 @@ from symfric.solve.exact.room import (
     BRANCHES,
     DIRECTION,
     LOAD,
+    MAX_PIECES,
     PULL,
     RATE,
     ROWS,
@@ -83,7 +84,7 @@ def drive(w):
         if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] >= w.event_t.size:
             return EVENTS_FULL
         if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
-            return PATH_FULL
+            return _STEPS if w.counts[KEPT_STEPS] >= w.limits[MAX_PIECES] else PATH_FULL
         if w.counts[PHASE] == SETTLE:
             status = _switch(w)
             if status != _OK:
@@ -111,7 +112,7 @@ def drive(w):
     return _OK
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _flow(w):
     """Return the constants of the present mode's equation."""
     K, C = -w.data[A_X], -w.data[A_U]
@@ -120,14 +121,14 @@ def _flow(w):
     return flow(K, C)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _friction(w, speed):
     """Return the friction at a sliding speed."""
     k = BRANCH + 3 * w.m[WHERE]
     return -w.m[DIRECTION] * w.data[LOAD] * (w.data[k + 1] + w.data[k + 2] * speed)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _release(w, left):
     """Return when the force that holds the contact reaches its bound, and which."""
     d = w.data
@@ -140,7 +141,7 @@ def _release(w, left):
     return (tau, side) if tau < left else (NEVER, 0)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _exit(w, f, left):
     """Return when the sliding speed leaves its branch of the law, and on which side."""
     if w.limits[BRANCHES] == 0:
@@ -152,7 +153,7 @@ def _exit(w, f, left):
     return first_exit(f, w.v[SPEED] - rest, scale * w.v[RATE], low - rest, d[BRANCH + 3 * k] - rest, left)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _advance(w, f, tau):
     """Move the state, keep what is wanted of the motion on the way."""
     x, u, a = w.y[0], w.y[1], w.v[RATE]
@@ -226,7 +227,7 @@ def _turns(w, f, x, u, a, tau):
                     _extend(w, f, x, u, a, t + n * half)
 
 
-@njit(forceinline=True, **ALONE)
+@njit(**ALONE)
 def _arrive(w, side):
     """Make the event exact: a release, a change of the law's branch, or zero slip, which must be settled."""
     d = w.data

@@ -3,20 +3,25 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import sympy as sp
-
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
-from symfric.lower.linear import oscillator
 from symfric.model.names import Key
 from symfric.model.scene import Scene
-from symfric.solve.compiled import INTEGRAL, PATH_BYTES, Loop, Numbers, Wanted, check_tolerance, wanted_of
+from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, check_tolerance, wanted_of
 from symfric.solve.exact.entry import launch
+from symfric.solve.exact.form import Form, form_of
+from symfric.solve.exact.oscillator import LEFT
+from symfric.solve.exact.record_program import record_loop
 from symfric.solve.exact.room import make_room
 from symfric.solve.run import Run
-from symfric.solve.taylor.jit import compile_functions
-from symfric.solve.taylor.program import Taylor, TaylorProgram
+from symfric.solve.taylor.jit import MachineCode, compile_functions
+from symfric.solve.taylor.linear_series import linear_series
+from symfric.solve.taylor.program import Taylor, TaylorProgram, series_loop
+from symfric.solve.taylor.workspace import T_END
 from symfric.solve.widened import widened
+
+ORDER = 28  # of the powers of a matrix
+ROUNDED = 1e-16  # of the variation of a state: what the powers leave out of a step
 
 
 @dataclass(frozen=True)
@@ -37,39 +42,27 @@ class Exact:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
 
-def rows_in_closed_form(wanted: Wanted) -> list[sp.Expr]:
-    """Return the expressions of which extremes are wanted.
-
-    Raises
-    ------
-    NoRoute
-        If an integral is wanted.
-    """
-    if any(kind == INTEGRAL for kind, _ in wanted.rows):
-        raise NoRoute("an integral is wanted")
-    return [e for _, e in wanted.rows]
-
-
 class ExactProgram:
     """A scene in closed form; `run` repeats it with other numbers. Not to be shared between threads."""
 
     route = "exact"
 
-    def __init__(self, scene: Scene, tolerance: float, settings: Exact, varied: frozenset[str] = frozenset()):
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float,
+        settings: Exact,
+        varied: frozenset[str] = frozenset(),
+        form: Form | None = None,
+    ):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
-        wanted = wanted_of(scene)
-        problem = oscillator(scene, rows_in_closed_form(wanted), varied)
-        self._code = compile_functions([problem.data])
-        room = make_room(problem, self._code.addresses["data"])
-        steps = PATH_BYTES // room.path_c[0].nbytes if wanted.path else settings.max_steps
-        room.clock[4:] = scene.horizon, self.tolerance
-        limits = min(settings.max_steps, steps), settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0
-        room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
-        self.general: ExactProgram | TaylorProgram | None = None
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
-        self._numbers = Numbers(scene, problem.parameters, self.built_in)
-        self._loop = Loop(launch, room, wanted, scene.horizon)
+        self.general: ExactProgram | TaylorProgram | None = None
+        form = form_of(scene, varied) if form is None else form
+        build = _closed_loop if form.closed else _record_loop if form.record else _linear_loop
+        self._code, self._loop = build(form, settings)
+        self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 
     def __reduce__(self):
         """Pickle as what it was prepared from."""
@@ -99,7 +92,31 @@ class ExactProgram:
                 return general.run(values, initial, progress)
             y, p = self._numbers.changed(values, initial)
         status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect()
+        final, t_final, stats, raw = self._loop.collect(len(self.scene.system.states))
         return Run(
             self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
         )
+
+
+def _closed_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+    """Compile what the closed forms need."""
+    problem, wanted = form.closed, wanted_of(form.scene)
+    code = compile_functions([problem.data])
+    room = make_room(problem, code.addresses["data"])
+    room.clock[T_END] = form.scene.horizon
+    limits = settings.max_steps, settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
+    pieces = PATH_BYTES // (2 * room.path_c[0].nbytes)
+    room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows, pieces)
+    return code, Loop(launch, room, wanted, form.scene.horizon)
+
+
+def _record_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+    """Compile what the march through a record needs."""
+    return record_loop(form.scene, form.record, (settings.max_steps, settings.max_events))
+
+
+def _linear_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+    """Compile the matrices of every mode."""
+    variant = linear_series(form.automaton, form.matrices, ORDER)
+    budgets = settings.max_steps, settings.max_events
+    return series_loop(form.scene, form.automaton, [variant], wanted_of(form.scene), budgets, (ROUNDED, LEFT))

@@ -15,7 +15,7 @@ STILL, STARTED, DIRECTION, WHERE = range(4)
 # entries of `v`
 SPEED, RATE = range(2)
 # entries of `limits` behind those of the event loop of series
-BRANCHES, STICKS, ROWS = range(8, 11)
+BRANCHES, STICKS, ROWS, MAX_PIECES = range(9, 13)
 ORDER = 26  # of a kept piece, on which |root| t <= 2
 
 
@@ -52,8 +52,8 @@ def make_room(problem: Oscillator, address: int) -> Room:
         largest=np.zeros(2),
         total=np.zeros((problem.rows, 4)),
         counts=np.zeros(11, dtype=np.int64),
-        clock=np.zeros(6),
-        limits=np.zeros(11, dtype=np.int64),
+        clock=np.zeros(7),
+        limits=np.zeros(13, dtype=np.int64),
         event_t=np.zeros(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=np.zeros((64, 2)),

@@ -5,8 +5,9 @@ from numba import njit
 
 from symfric.solve.memory import call_code
 from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.taylor.powers import reach_of
 from symfric.solve.taylor.settle import probe_trial
-from symfric.solve.taylor.workspace import CHECKED, N_Q, T_LOW, TOLERANCE
+from symfric.solve.taylor.workspace import CHECKED, LINEAR, N_Q, T_LOW, TOLERANCE
 
 _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no step spans more than 4 rad of anything
 
@@ -15,6 +16,9 @@ _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no st
 def reach(w, h):
     """Compute what a step adds to the states, and by how much it can change the guards."""
     w.step[0] = h
+    if w.limits[LINEAR]:
+        reach_of(w.c, h, w.y.size - 1, w.reach)
+        return
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
 
 

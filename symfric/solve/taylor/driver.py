@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.compiled import EVENTS_FULL, INTEGRAL, PATH_FULL, PAUSED
+from symfric.solve.compiled import EVENTS_FULL, INTEGRAL, PATH_FULL, PAUSED, THEN
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
@@ -66,7 +66,8 @@ def reset(w, y, p):
     w.fresh[:] = 0
     w.slack[:] = 0.0
     for e in range(w.kind.size):
-        w.total[e, 0], w.total[e, 1], w.total[e, 2], w.total[e, 3] = np.inf, -np.inf, 0.0, 0.0
+        w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, 0.0
+        w.total[e, 2] = np.nan if w.kind[e] == THEN else 0.0
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
@@ -225,6 +226,14 @@ def _advance(w, n_x, n_c, tau):
             w.fresh[g] = 0
 
 
+@njit(nogil=True, _nrt=False, fastmath=FUSED)
+def _value(c, t):
+    total = 0.0
+    for k in range(c.size - 1, -1, -1):
+        total = total * t + c[k]
+    return total
+
+
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
@@ -239,6 +248,11 @@ def _accumulate(w, first, tau):
             new = w.total[e, 2] + area
             w.total[e, 3] = area - (new - w.total[e, 2])
             w.total[e, 2] = new
+            continue
+        if w.kind[e] == THEN:
+            since = (w.then[e] - w.y[w.y.size - 1]) - w.clock[T_LOW]
+            if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
+                w.total[e, 2] = _value(c, since)
             continue
         power = 1.0
         for k in range(order + 1):

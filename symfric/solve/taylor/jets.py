@@ -25,7 +25,8 @@ class Series:
     series : casadi.Function
         ``([y; t], aux) -> coefficients``, row by row (states, guards, wanted rows), each of order 0 to `order`.
     probe : casadi.Function
-        The same up to order `PROBED`.
+        The same up to order `PROBED`. Linear equations need neither: their prelude is
+        `symfric.lower.linear.matrices`.
     order : int
     entire : bool
         Whether only sums, products, sines and cosines of moving quantities occur. Such right-hand sides hide nothing
@@ -33,8 +34,8 @@ class Series:
     """
 
     prelude: ca.Function
-    series: ca.Function
-    probe: ca.Function
+    series: ca.Function | None
+    probe: ca.Function | None
     order: int
     entire: bool
 

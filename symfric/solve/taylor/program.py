@@ -1,7 +1,7 @@
 """The route `taylor`: a scene compiled once, run many times."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -10,7 +10,7 @@ from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.model.names import Key
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, check_tolerance, wanted_of
+from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, Wanted, check_tolerance, wanted_of
 from symfric.solve.run import Run
 from symfric.solve.segments import segments
 from symfric.solve.taylor.entry import launch
@@ -63,41 +63,16 @@ class TaylorProgram:
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
         wanted = wanted_of(scene)
-        self.automaton: Automaton = lower(scene, [e for _, e in wanted.rows], varied)
+        self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
         self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states))
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = _variants(self.automaton, order, sticker)
-        functions = [f for v in variants for f in (v.prelude, v.series, v.probe)]
-        self.code: MachineCode = compile_functions(
-            [
-                *functions,
-                _joined_gauge(self.automaton.gauge),
-                reach(len(scene.system.states), self.automaton.n_guards, order),
-            ]
-        )
-        work: Workspace = make_workspace(
-            self.automaton,
-            variants,
-            self.code.addresses,
-            [k for k, _ in wanted.rows],
-            segments([scene.inputs[i] for i in self.automaton.inputs], scene.horizon),
-        )
-        work.clock[4:] = scene.horizon, MARGIN * self.tolerance
-        room = PATH_BYTES // work.path_c[0].nbytes if wanted.path else settings.max_steps
-        work.limits[:] = (
-            min(settings.max_steps, room),
-            settings.max_events,
-            1_000_000,
-            wanted.path,
-            wanted.events,
-            self.automaton.n_q,
-            not all(v.entire for v in variants),
-            sticker,
-        )
+        budgets = settings.max_steps, settings.max_events
+        fine = MARGIN * self.tolerance
+        self._code, self._loop = series_loop(scene, self.automaton, variants, wanted, budgets, (fine, fine))
         self.general: TaylorProgram | None = None
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self._numbers = Numbers(scene, self.automaton.parameters, self.built_in)
-        self._loop = Loop(launch, work, wanted, scene.horizon)
 
     @property
     def work(self) -> Workspace:
@@ -141,11 +116,49 @@ class TaylorProgram:
                 return general.run(values, initial, progress)
             y, p = self._numbers.changed(values, initial)
         status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect()
+        final, t_final, stats, raw = self._loop.collect(len(self.automaton.states))
         stats["order"] = self.order
         return Run(
             self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
         )
+
+
+def series_loop(
+    scene: Scene,
+    automaton: Automaton,
+    variants: Sequence[Series],
+    wanted: Wanted,
+    budgets: tuple[int, int],
+    tolerances: tuple[float, float],
+) -> tuple[MachineCode, Loop]:
+    """Compile what the event loop needs of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    automaton : Automaton
+    variants : sequence of Series
+        As for `make_workspace`; those without a series are linear equations.
+    wanted : Wanted
+    budgets : (int, int)
+        Most steps and events.
+    tolerances : (float, float)
+        Of a step, and the part of an acceleration by which errors may falsify a decision to stick.
+    """
+    linear = variants[0].series is None
+    functions = [f for v in variants for f in (v.prelude, v.series, v.probe) if f]
+    if not linear:
+        functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
+    code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
+    pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
+    work = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces)
+    work.clock[4:] = scene.horizon, *tolerances
+    room = PATH_BYTES // work.path_c[0].nbytes if wanted.path else budgets[0]
+    sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
+    smooth = all(v.entire for v in variants)
+    limits = min(budgets[0], room), budgets[1], 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
+    work.limits[:] = (*limits, sticker, linear)
+    return code, Loop(launch, work, wanted, scene.horizon)
 
 
 def _variants(automaton: Automaton, order: int, sticker: int) -> list[Series]:

@@ -12,7 +12,8 @@ from numba import njit
 from symfric.lower.automaton import REDUNDANT
 from symfric.solve.memory import call_code
 from symfric.solve.status import Status
-from symfric.solve.taylor.workspace import KINKS, N_Q, STEPS, STICKER, T_END, TOLERANCE
+from symfric.solve.taylor.powers import gather, powers
+from symfric.solve.taylor.workspace import DOUBT, KINKS, LINEAR, N_Q, STEPS, STICKER, T_END, TOLERANCE
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
@@ -33,23 +34,31 @@ def _variant(w):
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
+    if w.limits[LINEAR]:
+        gather(w)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
-    call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
+    if w.limits[LINEAR]:
+        powers(w, w.y, w.c)
+    else:
+        call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
 def probe(w):
     """Compute the first coefficients in the mode on trial."""
-    call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+    if w.limits[LINEAR]:
+        powers(w, w.y, w.probe)
+    else:
+        call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)
 def probe_trial(w):
-    """Compute the first coefficients at the end of the step on trial, in the present mode."""
+    """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
     call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
@@ -214,7 +223,7 @@ def _doubt(w, i):
         return ROUNDING
     pull, size = w.gauge[2, i] * natural_time(w), w.span[1, i]
     ratio = size / pull if pull > 0.0 else 0.0
-    return max(ROUNDING, min(MOST_DOUBT, w.clock[TOLERANCE] * (1.0 + ratio)))
+    return max(ROUNDING, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
 
 
 @njit(nogil=True, _nrt=False, forceinline=True)

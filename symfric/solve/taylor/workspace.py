@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from symfric.lower.automaton import Automaton
+from symfric.solve.compiled import Row
 from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
 from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
@@ -14,23 +15,28 @@ from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 # entries of `counts`
 STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED = range(11)
 # entries of `clock`
-T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE = range(6)
+T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE, DOUBT = range(7)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER = range(8)
+MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR = range(9)
 
 
 class Workspace(NamedTuple):
     """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients."""
 
     # addresses of gauge and reach, then of prelude, series and probe; if one contact alone can stick (named by the
-    # limit STICKER) these are for its slipping, and three more are for its sticking
+    # limit STICKER) these are for its slipping, and three more are for its sticking; with the limit LINEAR, the prelude
+    # computes the matrices of the equations, and that is all
     code: np.ndarray
     y: np.ndarray  # state and time, (n_x + 1,)
     p: np.ndarray  # parameters, then start, value and slope of every input
     m: np.ndarray  # stick flags, directions, switch signs
     aux: np.ndarray  # what the prelude computes
+    newest: np.ndarray  # coefficients of one order and of the next, (2, n_r)
+    begin: np.ndarray  # where the entries of a row of the matrices begin, (n_r + 1,)
+    column: np.ndarray  # of every entry that is not zero
+    entry: np.ndarray
     c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
     probe: np.ndarray  # the first of them, (n_r, PROBED + 1)
     gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
@@ -52,7 +58,7 @@ class Workspace(NamedTuple):
     hit: np.ndarray  # guards that have just reached zero, (n_g,)
     fresh: np.ndarray  # guards that start their mode at zero, (n_g,)
     slack: np.ndarray  # what is added to a guard so that it starts its mode at zero, (n_g,)
-    kind: np.ndarray  # RANGE or INTEGRAL of every wanted row, (n_e,)
+    kind: np.ndarray  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
     total: np.ndarray  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
     step: np.ndarray  # length of the step on trial, (1,)
     reach: np.ndarray  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
@@ -71,10 +77,11 @@ class Workspace(NamedTuple):
     path_t: np.ndarray  # start and length of every step kept
     path_c: np.ndarray  # its state coefficients, (n, n_x, order + 1)
     path_m: np.ndarray  # its modes, (n, n_c)
+    then: np.ndarray  # time of every row of which one value is wanted, (n_e,)
 
 
 def make_workspace(
-    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], kinds: list[int], segments
+    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], rows: Sequence[Row], segments
 ) -> Workspace:
     """Allocate the arrays of a program.
 
@@ -85,23 +92,27 @@ def make_workspace(
         One for all modes, or two, as described at `Workspace.code`.
     addresses : dict of str to int
         By function name.
-    kinds : list of int
-        RANGE or INTEGRAL of every wanted row.
+    rows : sequence of Row
+        What is wanted.
     segments : tuple of arrays
         Times at which inputs change their slope, and what they are from there on.
     """
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
-    n_e, order, n_q = len(kinds), variants[0].order, automaton.n_q
+    n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
     n_r = n_x + n_g + n_e
-    functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe))]
+    functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
-        code=np.array([addresses[name] for name in functions], dtype=np.int64),
+        code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
         y=room(n_x + 1),
         p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),
         aux=room(max(v.prelude.nnz_out(0) for v in variants)),
+        newest=room(2, n_r),
+        begin=flags(n_r + 1),
+        column=flags(n_r * n_x),
+        entry=room(n_r * n_x),
         c=room(n_r, order + 1),
         probe=room(n_r, PROBED + 1),
         gauge=room(5 + n_c + n_q, n_c),
@@ -122,7 +133,7 @@ def make_workspace(
         hit=flags(n_g),
         fresh=flags(n_g),
         slack=room(n_g),
-        kind=np.array(kinds, dtype=np.int64),
+        kind=np.array([r.kind for r in rows], dtype=np.int64),
         total=room(n_e, 4),
         step=room(1),
         reach=room(n_x + n_g),
@@ -134,13 +145,14 @@ def make_workspace(
         segment_t=segments[0],
         segment_p=segments[1],
         counts=np.zeros(11, dtype=np.int64),
-        clock=room(6),
-        limits=np.zeros(8, dtype=np.int64),
+        clock=room(7),
+        limits=np.zeros(9, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),
         path_c=room(64, n_x, order + 1),
         path_m=np.zeros((64, n_c), dtype=np.int64),
+        then=np.array([r.time for r in rows], dtype=float),
     )
 
 
@@ -153,43 +165,48 @@ def at_addresses(table):
         reals(table, 2),  # p
         reals(table, 3),  # m
         reals(table, 4),  # aux
-        matrix(table, 5),  # c
-        matrix(table, 6),  # probe
-        matrix(table, 7),  # gauge
-        matrix(table, 8),  # span
-        matrix(table, 9),  # share
-        reals(table, 10),  # impulse
-        reals(table, 11),  # scale
-        reals(table, 12),  # trial
-        matrix(table, 13),  # base
-        reals(table, 14),  # start
-        integers(table, 15),  # sticks
-        integers(table, 16),  # anchor
-        reals(table, 17),  # factor
-        integers(table, 18),  # parallel
-        integers(table, 19),  # old
-        integers(table, 20),  # zero
-        integers(table, 21),  # turns
-        integers(table, 22),  # hit
-        integers(table, 23),  # fresh
-        reals(table, 24),  # slack
-        integers(table, 25),  # kind
-        matrix(table, 26),  # total
-        reals(table, 27),  # step
-        reals(table, 28),  # reach
-        reals(table, 29),  # poly
-        reals(table, 30),  # slope
-        reals(table, 31),  # found
-        matrix(table, 32),  # stack
-        cube(table, 33),  # table
-        reals(table, 34),  # segment_t
-        matrix(table, 35),  # segment_p
-        integers(table, 36),  # counts
-        reals(table, 37),  # clock
-        integers(table, 38),  # limits
-        reals(table, 39),  # event_t
-        integer_matrix(table, 40),  # event_i
-        matrix(table, 41),  # path_t
-        cube(table, 42),  # path_c
-        integer_matrix(table, 43),  # path_m
+        matrix(table, 5),  # newest
+        integers(table, 6),  # begin
+        integers(table, 7),  # column
+        reals(table, 8),  # entry
+        matrix(table, 9),  # c
+        matrix(table, 10),  # probe
+        matrix(table, 11),  # gauge
+        matrix(table, 12),  # span
+        matrix(table, 13),  # share
+        reals(table, 14),  # impulse
+        reals(table, 15),  # scale
+        reals(table, 16),  # trial
+        matrix(table, 17),  # base
+        reals(table, 18),  # start
+        integers(table, 19),  # sticks
+        integers(table, 20),  # anchor
+        reals(table, 21),  # factor
+        integers(table, 22),  # parallel
+        integers(table, 23),  # old
+        integers(table, 24),  # zero
+        integers(table, 25),  # turns
+        integers(table, 26),  # hit
+        integers(table, 27),  # fresh
+        reals(table, 28),  # slack
+        integers(table, 29),  # kind
+        matrix(table, 30),  # total
+        reals(table, 31),  # step
+        reals(table, 32),  # reach
+        reals(table, 33),  # poly
+        reals(table, 34),  # slope
+        reals(table, 35),  # found
+        matrix(table, 36),  # stack
+        cube(table, 37),  # table
+        reals(table, 38),  # segment_t
+        matrix(table, 39),  # segment_p
+        integers(table, 40),  # counts
+        reals(table, 41),  # clock
+        integers(table, 42),  # limits
+        reals(table, 43),  # event_t
+        integer_matrix(table, 44),  # event_i
+        matrix(table, 45),  # path_t
+        cube(table, 46),  # path_c
+        integer_matrix(table, 47),  # path_m
+        reals(table, 48),  # then
     )

@@ -96,8 +96,9 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
 
     Notes
     -----
-    ``a Omega <= v_b < v_m sqrt(1 - (a Omega/v_m)^2/2 - 2 beta/eta)``, Thomsen (55), with <= at the lower end, because
-    only the slope on its left is infinite. Without excitation this is (0, v_b1).
+    ``a Omega < v_b < v_m sqrt(1 - (a Omega/v_m)^2/2 - 2 beta/eta)``. Thomsen (55) has <= at the lower end, where small
+    vibrations die out: the slope of the effective friction on its left is infinite. Without excitation this is (0,
+    v_b1).
     """
     high = v_m * sp.sqrt(1 - (Q / v_m) ** 2 / 2 - 2 * beta / ETA)
     if symbolic:

@@ -1,5 +1,12 @@
 """One slide drawn by a drive, two slides in friction: closed forms of Guida, Nilvetti and Pappalardo."""
 
+from symfric.theory.drive.grazing import (
+    SlidesCycle,
+    two_slides_cycle,
+    two_slides_onset,
+    two_slides_threshold,
+    two_slides_thresholds,
+)
 from symfric.theory.drive.slides import (
     SYMBOLS,
     SlopeLimits,
@@ -21,6 +28,7 @@ from symfric.theory.drive.stop import (
 __all__ = [
     "SYMBOLS",
     "PositioningError",
+    "SlidesCycle",
     "SlopeLimits",
     "damping_matrix",
     "definite_condition",
@@ -31,5 +39,9 @@ __all__ = [
     "slope_limits",
     "steep_error",
     "threshold",
+    "two_slides_cycle",
+    "two_slides_onset",
+    "two_slides_threshold",
+    "two_slides_thresholds",
     "type_limit",
 ]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.library.slides import READINGS
 from symfric.model.names import finite
 
 
@@ -80,7 +81,7 @@ def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     Notes
     -----
     ``B11 + B22``, ``k B11 + B22`` and ``(B11 + B22)(k B11 + B22) D + (1 - k)^2 B11 B22`` with k = 1/zeta^2 and D of
-    `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.py.
+    `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.
     """
     return FIRST + SECOND, STIFF, HURWITZ
 
@@ -107,18 +108,23 @@ def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = 
     -----
     Largest negative zeros of `definite_condition` and of any of `hurwitz_conditions`; all are positive at mu = 0.
     """
+    values = ratios(r, zeta, s1, s2, damping)
+    point = {symbol: sp.Rational(value) for symbol, value in zip(SYMBOLS, values, strict=False)}
+    definite, *zeros = (_first_zero(e.subs(point)) for e in (DEFINITE, *hurwitz_conditions()))
+    return SlopeLimits(definite, max(zeros))
+
+
+def ratios(r, zeta, s1, s2, damping: str) -> tuple[float, float, float, float]:
+    """Return r, zeta, s1 and d2 of one reading of s2, checked."""
     given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
     for name, value in given.items():
         given[name] = finite(value, name)
         if not given[name] > 0:
             raise SceneError(f"{name} is {given[name]:g}; it must be positive")
-    if damping not in ("omega1", "omega2"):
+    if damping not in READINGS:
         raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     d2 = given["s2"] / (given["zeta"] if damping == "omega2" else 1.0)
-    values = given["r"], given["zeta"], given["s1"], d2
-    point = {symbol: sp.Rational(value) for symbol, value in zip(SYMBOLS, values, strict=False)}
-    definite, *zeros = (_first_zero(e.subs(point)) for e in (DEFINITE, *hurwitz_conditions()))
-    return SlopeLimits(definite, max(zeros))
+    return given["r"], given["zeta"], given["s1"], d2
 
 
 def _first_zero(condition: sp.Expr) -> float:

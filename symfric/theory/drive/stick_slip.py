@@ -7,7 +7,7 @@ from symfric.model.names import finite
 from symfric.theory.drive.excursion import excursion, slope
 
 
-def threshold(mu1: float, mu2: float, p_star: float) -> float:
+def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> float:
     """Return the friction difference eps_crit above which a drawn slide keeps sticking and slipping.
 
     Parameters
@@ -18,12 +18,14 @@ def threshold(mu1: float, mu2: float, p_star: float) -> float:
         size; the source has mu1 < 0 < mu2.
     p_star : float
         ``v*/v - 1`` > -1, the corner's place for the drive's speed v; negative where v > v*.
+    scaling : {"v*", "v"}
+        With "v*" the answer is ``eps = (F_as - F_ac)/(m omega_n v*)``, the abscissa of the source's maps; with "v" it
+        is ``eps1 = f_1s - f_1c = (F_as - F_ac)/(m omega_n v) = eps (1 + p*)``, the jump in the source's (2).
 
     Returns
     -------
     float
-        In the v*-scaling, ``eps = (F_as - F_ac)/(m omega_n v*)``, the abscissa of the source's maps. In the v-scaling
-        it is ``eps1 = f_1s - f_1c = eps (1 + p*)``. Zero if the slide sticks again after every release. Infinite if
+        Zero if the slide sticks again after every release. Infinite if
         it never does, as with p* <= 0 and mu2 >= 1, and where the value exceeds the largest float (mu2 > 0.99999).
 
     Raises
@@ -37,13 +39,15 @@ def threshold(mu1: float, mu2: float, p_star: float) -> float:
     The slide sticks again if that orbit comes back to w = -1. The outermost orbit that does not is the one that grazes
     (-1, 0); followed backwards it leaves w = -1 at ``w' = eps1_crit``, unless it turns first. With mu2 >= 1 and the
     equilibrium w = 0 above the corner no orbit comes down from there. The kinetic friction drops out. Proved in
-    derivations/guida.py. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
+    derivations/guida. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
     for mu2 < 1 is 0.
     """
     mu1, mu2, p_star = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(p_star, "p_star")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
+    if scaling not in ("v*", "v"):
+        raise SceneError(f"scaling is {scaling!r}; forces are taken over m omega_n times 'v*' or 'v'")
     if p_star <= 0 and mu2 >= 1:
         return math.inf
     eps1, _ = excursion(-1.0, 0.0, p_star, -mu1, -mu2)
-    return eps1 / (1 + p_star)
+    return eps1 if scaling == "v" else eps1 / (1 + p_star)

@@ -80,7 +80,7 @@ def positioning_error(
     -----
     Guida (15), (20). With w = x' the motion is ``w'' + 2 mu(w) w' + w = 0`` from (w, w') = (0, lambda), and ends at
     w = 0 with ``w' = -Delta S_lambda``; ``Delta S = lambda + Delta S_lambda``. A slide at rest holds exactly if
-    ``lambda <= eps``. The source's (19b) is the limit `steep_error`. Proved in derivations/guida.py.
+    ``lambda <= eps``. The source's (19b) is the limit `steep_error`. Proved in derivations/guida.
     """
     mu1, mu2, lam, epsilon = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(lam, "lam"), finite(epsilon, "epsilon")
     if epsilon < 0:

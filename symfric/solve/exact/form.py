@@ -1,0 +1,88 @@
+"""In which form the route `exact` takes a scene: one oscillator in closed form, or matrices for every mode."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import sympy as sp
+
+from symfric.errors import NoRoute
+from symfric.lower.automaton import Automaton, lower
+from symfric.lower.linear import Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.model.scene import Scene
+from symfric.solve.compiled import RANGE, wanted_of
+from symfric.solve.exact.record_rows import Recorded, recorded_in
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a scene that is linear between events was found to be.
+
+    Attributes
+    ----------
+    scene : Scene
+        With states for the functions of time.
+    parameters : tuple of Symbol
+    closed : Oscillator or None
+    record : Recorded or None
+        One mass under a sampled input.
+    automaton : Automaton or None
+    matrices : casadi.Function or None
+        See `symfric.lower.linear.matrices`.
+    cheapest : bool
+        Whether the other routes take longer. The matrices of several contacts are compiled ten times as fast as the
+        series of their forces, and run as fast; harmonics as states make every step longer.
+    words : str
+        For `explain`.
+    """
+
+    scene: Scene
+    parameters: tuple[sp.Symbol, ...]
+    closed: Oscillator | None
+    record: Recorded | None
+    automaton: Automaton | None
+    matrices: ca.Function | None
+    cheapest: bool
+    words: str
+
+
+def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
+    """Find the form of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    varied : frozenset of str
+        Parameters that will change although they are exactly zero.
+
+    Raises
+    ------
+    NoRoute
+        If it is not linear between events; the message says what is not.
+    """
+    if scene.inputs:
+        recorded = recorded_in(scene, varied)
+        words = "one mass on the floor under a sampled input, from sample to sample in closed form"
+        return Form(scene, recorded.problem.parameters, None, recorded, None, None, True, words)
+    for contact in scene.contacts:
+        lines_of(contact.law)
+    try:
+        closed = _closed(scene, varied)
+    except NoRoute as reason:
+        why = str(reason)
+    else:
+        words = "one mass, linear between events, in closed form"
+        return Form(scene, closed.parameters, closed, None, None, None, True, words)
+    timeless = without_harmonics(scene)
+    automaton = lower(timeless, [r.expr for r in wanted_of(timeless).rows], varied)
+    slopes = matrices(automaton)
+    many = max(len(scene.system.q), len(scene.contacts)) > 1
+    cheapest = many and timeless is scene
+    words = f"linear between events, by powers of its matrices (no closed form: {why})"
+    return Form(timeless, automaton.parameters, None, None, automaton, slopes, cheapest, words)
+
+
+def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:
+    rows = wanted_of(scene).rows
+    if any(r.kind != RANGE for r in rows):
+        raise NoRoute("an integral or a value at a time is wanted")
+    return oscillator(scene, [r.expr for r in rows], varied)

@@ -1,0 +1,393 @@
+"""Stick-slip of two slides: the smallest static friction with a limit cycle, and the cycles above it.
+
+With a smaller static friction the slides break loose more gently, and the slip that follows comes back to w = 0 less
+deep. The cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import finite
+from symfric.theory.drive.pair import (
+    Orbit,
+    Pair,
+    W,
+    closed,
+    difference,
+    multipliers,
+    passes,
+    path,
+    released,
+    slope,
+    turns,
+)
+from symfric.theory.drive.slides import ratios
+
+DIPS = 6  # of the slip after a long stick that are tried as the one that grazes
+LOOK = 2**15  # samples of that slip
+LARGEST = 1e6  # delta that is looked for
+REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of the stick's memory, where Newton's method needs help
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlidesCycle:
+    """Limit cycle of two slides with one stick in each period.
+
+    Attributes
+    ----------
+    fs1 : float
+        Static friction over ``m1 omega1 v``.
+    slip_time, stick_time : float
+        In units of 1/omega1.
+    ranges : tuple of two floats
+        Largest less smallest eta1, and eta2.
+    landing, release : ndarray, shape (4,)
+        (eta1, eta2, eta1', eta2') where the stick begins and ends.
+    multipliers : ndarray of complex, shape (2,)
+        Floquet multipliers, largest first; the others are zero.
+    end : {"", "grazing", "longer slip", "fold", "inner grazing"}
+        At the smallest fs1, why this cycle does not exist below. "grazing": the end of the slip only touches w = 0, and
+        a slip that misses it dies out; "longer slip": it comes back later, and cycles of several slips go on below;
+        "fold": the cycle meets an unstable one; "inner grazing": an earlier part of the slip touches w = 0.
+    """
+
+    fs1: float
+    slip_time: float
+    stick_time: float
+    ranges: tuple[float, float]
+    landing: np.ndarray
+    release: np.ndarray
+    multipliers: np.ndarray
+    end: str = ""
+
+    @property
+    def period(self) -> float:
+        """Duration of one slip and one stick."""
+        return self.slip_time + self.stick_time
+
+    @property
+    def stick_fraction(self) -> float:
+        """Part of the period in which the slides stick."""
+        return self.stick_time / self.period
+
+    @property
+    def stable(self) -> bool:
+        """Whether both multipliers are below 1 in size."""
+        return bool(np.all(np.abs(self.multipliers) < 1))
+
+    def __repr__(self) -> str:
+        end = f", {self.end}" if self.end else ""
+        return f"SlidesCycle(fs1 {self.fs1:.10g}, period {self.period:.10g}, sticking {self.stick_fraction:.6g}{end})"
+
+    def to_dict(self) -> dict:
+        """Return plain Python values."""
+        return {
+            "fs1": self.fs1,
+            "period": self.period,
+            "stick_fraction": self.stick_fraction,
+            "ranges": list(self.ranges),
+            "landing": self.landing.tolist(),
+            "release": self.release.tolist(),
+            "multipliers": [[v.real, v.imag] for v in self.multipliers.astype(complex).tolist()],
+            "stable": self.stable,
+            "end": self.end,
+        }
+
+
+def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> float:
+    """Return the smallest static friction fs1 with which two slides have a limit cycle of one slip and one stick.
+
+    Parameters
+    ----------
+    r, zeta, s1, s2, damping
+        As in `slope_limits`.
+    fc1 : float
+        Kinetic friction over ``m1 omega1 v`` >= 0.
+
+    Returns
+    -------
+    float
+        ``fc1`` more than a number that does not depend on it; infinite if the slip after a long stick does not come
+        back to w = 0, however strong the friction was (up to 1e6).
+
+    Raises
+    ------
+    NotFound
+        If it does come back, but no cycle of one slip and one stick is found.
+    SceneError
+        If a parameter is bad.
+
+    Notes
+    -----
+    See `two_slides_onset`. With little damping cycles of several slips may go on below; its `end` tells.
+    """
+    pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
+    return fc1 + difference(pair, _onset(pair, fc1)[0]) if _dips(pair) else float("inf")
+
+
+def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> SlidesCycle:
+    """Return the limit cycle of two slides with the smallest static friction.
+
+    Parameters
+    ----------
+    r, zeta, s1, s2, fc1, damping
+        As in `two_slides_threshold`.
+
+    Raises
+    ------
+    NotFound
+        If there is no cycle of one slip and one stick.
+    SceneError
+        If a parameter is bad.
+
+    Notes
+    -----
+    Guida, before figure 15: a phase trajectory tangent to ``eta1' - eta2' = -1``. Solves for the periodic orbit of
+    closed-form slip and stick whose slip ends with w = w' = 0. The first guess is the slip after a long stick, which
+    starts at ``a + b delta``: of all times t the least ``delta(t)`` with w(t) = 0. Where delta falls from the grazing
+    orbit on, into the family, its least value is a fold. Derived in derivations/guida.
+    """
+    pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
+    return _cycle(pair, fc1, *_onset(pair, fc1))
+
+
+def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") -> SlidesCycle:
+    """Return the limit cycle of two slides in closed form: linear flows, joined by Newton's method.
+
+    Parameters
+    ----------
+    r, zeta, s1, s2, fc1, damping
+        As in `two_slides_threshold`.
+    fs1 : float
+        Static friction over ``m1 omega1 v``.
+
+    Raises
+    ------
+    NotFound
+        If there is no cycle of one slip and one stick.
+    SceneError
+        If a parameter is bad.
+    """
+    pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
+    delta = finite(fs1, "fs1") - fc1
+    least, end = _onset(pair, fc1)
+    smallest = difference(pair, least)
+    if delta < smallest:
+        raise NotFound(f"fs1 is {fs1:g}: two slides of these values cycle from {fc1 + smallest:.12g} on")
+    orbit = _followed(pair, fc1, least, delta) or _after_a_long_stick(pair, fc1, delta)
+    if orbit is None:
+        raise NotFound(f"no cycle of one slip and one stick found for fs1 = {fs1:g}")
+    return _cycle(pair, fc1, orbit, end if delta == smallest else "")
+
+
+def two_slides_thresholds(
+    parameter: str, values: Sequence[float], *, r=None, zeta=None, s1=None, s2=None, fc1=1.0, damping: str = "omega1"
+) -> np.ndarray:
+    """Return the smallest fs1 with a limit cycle for many values of one parameter, each from the one before.
+
+    Parameters
+    ----------
+    parameter : {"r", "zeta", "s1", "s2"}
+        Given by `values`; the others by themselves.
+    values : sequence of float
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        As `two_slides_threshold`.
+    """
+    given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
+    if parameter not in given:
+        raise SceneError(f"no parameter {parameter!r} to vary; there are {', '.join(given)}")
+    if given[parameter] is not None:
+        raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
+    fc1, orbit, found = _kinetic(fc1), None, []
+    for value in values:
+        pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))
+        orbit, end = _again(pair, fc1, orbit) or (_onset(pair, fc1) if _dips(pair) else (None, ""))
+        found.append(np.inf if orbit is None else fc1 + difference(pair, orbit))
+        orbit = orbit if end in ("grazing", "longer slip") else None
+    return np.array(found)
+
+
+def _kinetic(fc1) -> float:
+    fc1 = finite(fc1, "fc1")
+    if fc1 < 0:
+        raise SceneError(f"fc1 is {fc1:g}; friction is not negative")
+    return fc1
+
+
+def _onset(pair: Pair, fc1: float) -> tuple[Orbit, str]:
+    """Return the orbit of the smallest delta and how its family ends; raise `NotFound` if there is none."""
+    dips = _dips(pair)
+    if not dips:
+        raise NotFound("two slides of these values do not cycle: the slip after a long stick does not come back")
+    found = []
+    for t, delta, y in dips[:DIPS]:
+        orbit = _remembering(pair, _stuck(pair, y, t, delta), landing=0.0)
+        if orbit is not None and passes(pair, orbit, fc1) and W @ pair.slip @ pair.slip @ orbit.y > 0:
+            found.append(orbit)
+    found.sort(key=lambda orbit: difference(pair, orbit))
+    onset = (_least(pair, fc1, found[0]) if found else None) or _from_above(pair, fc1, dips[0][1])
+    if onset is None:
+        raise NotFound("no cycle of one slip and one stick found for two slides of these values")
+    return onset
+
+
+def _dips(pair: Pair) -> list[tuple[float, float, np.ndarray]]:
+    """Return time, delta and state where a slip after a long stick would graze w = 0, the smallest delta first."""
+    a, b = pair.ramp()
+    t, fundamental = _long_slip(pair)
+    rise, fall = 1 + fundamental @ a @ W, fundamental @ b @ W
+    with np.errstate(divide="ignore", invalid="ignore"):
+        delta = np.where((fall < 0) & (rise > 0), -rise / fall, np.inf)
+    least = np.flatnonzero((delta[1:-1] < delta[:-2]) & (delta[1:-1] <= delta[2:])) + 1
+    order = [k for k in least[np.argsort(delta[least])] if delta[k] < LARGEST]
+    return [(float(t[k]), float(delta[k]), fundamental[k] @ (a + b * delta[k])) for k in order]
+
+
+def _again(pair: Pair, fc1: float, before: Orbit | None) -> tuple[Orbit, str] | None:
+    """Return the onset next to the grazing orbit of a neighbouring pair, None if it has gone."""
+    orbit = None if before is None else closed(pair, before, landing=0.0)
+    return _least(pair, fc1, orbit) if orbit is not None and passes(pair, orbit, fc1) else None
+
+
+def _long_slip(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (n,) and fundamental matrices (n, 4, 4) of slip until it has died out or gone round often."""
+    rates = np.abs(np.linalg.eigvals(pair.slip).real)
+    turns = 2 * np.pi * max(1.0, pair.zeta)
+    end = min(40 / np.min(rates), 40 * turns)
+    columns = [path(pair.slipping, e, end, LOOK) for e in np.eye(4)]
+    return columns[0][0], np.stack([states.T for _, states in columns], axis=2)
+
+
+def _stuck(pair: Pair, y: np.ndarray, slip: float, delta: float) -> Orbit:
+    """Return a guess: the stick from y lasts until the load is delta."""
+    longest = 2 * (delta + abs(pair.load @ y)) * (1 + pair.r * pair.zeta**2) + 20 * max(1.0, pair.zeta)
+    t, states = path(pair.sticking, y, longest)
+    return Orbit(y, float(slip), float(t[max(1, int(np.argmax(pair.load @ states >= delta)))]))
+
+
+def _remembering(pair: Pair, guess: Orbit, **load) -> Orbit | None:
+    """Close an orbit at once, or let the stick remember the slip before it more and more."""
+    orbit = closed(pair, guess, **load)
+    if orbit is not None:
+        return orbit
+    orbit = guess
+    for share in REMEMBER:
+        orbit = closed(pair, orbit, share=share, **load)
+        if orbit is None:
+            return None
+    return orbit
+
+
+def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
+    """Return the orbit of the smallest delta of the family that a grazing orbit begins, and how it ends."""
+    delta = difference(pair, graze)
+    before = graze
+    for k in range(40):
+        orbit = closed(pair, before, landing=-1e-4 * delta * 1.5**k)
+        if orbit is None:
+            return None
+        if slope(pair, orbit) < 0:
+            return (graze, _touch(pair, graze)) if k == 0 else _fold(pair, fc1, before, orbit)
+        before = orbit
+    return None
+
+
+def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, str] | None:
+    """Return the orbit between two where delta has its least value."""
+    from scipy.optimize import brentq
+
+    loads = [float(pair.load @ orbit.y) for orbit in (first, second)]
+    load = brentq(lambda e: slope(pair, closed(pair, second, landing=e)), *loads, xtol=1e-14 * abs(loads[1]))
+    fold = closed(pair, second, landing=load)
+    return (fold, "fold") if passes(pair, fold, fc1) else None
+
+
+def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | None:
+    """Return the end of the family of cycles that strong friction has, followed towards weaker friction."""
+    orbit = next((o for k in range(12) if (o := _after_a_long_stick(pair, fc1, delta * 2**k)) is not None), None)
+    if orbit is None:
+        return None
+    low, size = float(pair.load @ orbit.y), 0.02
+    start = low
+    while size > 1e-15:
+        high = min(low - size * start, 0.0)
+        ahead = closed(pair, orbit, landing=high)
+        if ahead is None or not passes(pair, ahead, fc1):
+            size /= 2  # an earlier part of the slip touches w = 0 in between, or the family turns
+            continue
+        if slope(pair, ahead) > 0 and high < 0:
+            return _fold(pair, fc1, orbit, ahead)
+        orbit, low = ahead, high
+        if high == 0:
+            break
+    return orbit, _touch(pair, orbit) if low == 0 else "inner grazing"
+
+
+def _touch(pair: Pair, orbit: Orbit) -> str:
+    """Return what becomes of a slip that goes on after it has touched w = 0."""
+    t, fundamental = _long_slip(pair)
+    later = 1 + fundamental[t > 1e-3 * orbit.slip] @ orbit.y @ W
+    return "grazing" if np.all(later > 0) else "longer slip"
+
+
+def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | None:
+    """Return the orbit of a delta by following the family from its least; None if it does not reach that far."""
+    from scipy.optimize import brentq
+
+    start = pair.load @ least.y
+    smallest = difference(pair, least)
+    if delta <= smallest:
+        return least
+    orbit, low, size = least, start, 1e-3 * smallest
+    for _ in range(80):
+        high = low - size
+        ahead = closed(pair, orbit, landing=high)
+        if ahead is None or not passes(pair, ahead, fc1):
+            return None
+        if difference(pair, ahead) >= delta:
+            break
+        orbit, low, size = ahead, high, 1.5 * size
+    else:
+        return None
+    load = brentq(
+        lambda e: difference(pair, closed(pair, ahead, landing=e)) - delta, high, low, xtol=1e-300, rtol=1e-14
+    )
+    orbit = closed(pair, ahead, landing=load)
+    return orbit if passes(pair, orbit, fc1) else None
+
+
+def _after_a_long_stick(pair: Pair, fc1: float, delta: float) -> Orbit | None:
+    """Return the orbit of a delta from the slip after a long stick."""
+    a, b = pair.ramp()
+    t, fundamental = _long_slip(pair)
+    w = 1 + fundamental @ (a + b * delta) @ W
+    back = np.flatnonzero((w[1:-1] > 0) & (w[2:] <= 0))
+    if not back.size:
+        return None
+    k = int(back[0]) + 1
+    orbit = _remembering(pair, _stuck(pair, fundamental[k] @ (a + b * delta), t[k], delta), release=delta)
+    return orbit if orbit is not None and passes(pair, orbit, fc1) else None
+
+
+def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
+    """Return an orbit in the source's coordinates, with what a user asks of it."""
+    out = released(pair, orbit)
+    rest = np.array([-fc1, pair.r * pair.zeta**2 * fc1, 0.0, 0.0])
+    phases = ((pair.slipping, out, orbit.slip), (pair.sticking, orbit.y, orbit.stick))
+    ranges = tuple(float(np.ptp(np.concatenate([turns(*phase, row) for phase in phases]))) for row in (0, 1))
+    return SlidesCycle(
+        float(fc1 + pair.load @ out),
+        orbit.slip,
+        orbit.stick,
+        ranges,
+        orbit.y + rest,
+        out + rest,
+        multipliers(pair, orbit),
+        end,
+    )

@@ -1,0 +1,156 @@
+"""Eigenvalues of steady sliding against a parameter, and a damper as the gain of a feedback loop."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.model.names import Key, finite
+from symfric.model.scene import Scene
+from symfric.theory.equilibrium import solve
+from symfric.theory.sliding import field_of
+from symfric.theory.stability import linearise
+
+ROUNDING = 1e-10  # of a change of the state matrix, relative to the change
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RootLocus:
+    """Eigenvalues of steady sliding along a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray, shape (n,)
+    poles : ndarray of complex, shape (n_x, n)
+        A row follows one eigenvalue from value to value.
+    """
+
+    parameter: str
+    values: np.ndarray
+    poles: np.ndarray
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether every eigenvalue has a negative real part, shape (n,)."""
+        return np.max(self.poles.real, axis=0) < 0
+
+    def __repr__(self) -> str:
+        ends = f"{self.values[0]:g} to {self.values[-1]:g}"
+        return f"RootLocus({self.parameter} {ends}: {len(self.poles)} poles, stable at {np.sum(self.stable)} values)"
+
+    def to_dict(self) -> dict:
+        """Return plain Python numbers."""
+        poles = [[[v.real, v.imag] for v in row] for row in self.poles.tolist()]
+        return {"parameter": self.parameter, "values": self.values.tolist(), "poles": poles}
+
+    def to_xarray(self):
+        """Return an `xarray.Dataset` of the poles over the parameter."""
+        import xarray as xr
+
+        return xr.Dataset({"poles": (("mode", self.parameter), self.poles)}, {self.parameter: self.values})
+
+    def plot(self, ax=None):
+        """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes."""
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.subplots()[1]
+        ax.axvline(0.0, color="0.6", linewidth=0.8)
+        for row in self.poles:
+            (line,) = ax.plot(row.real, row.imag)
+            ax.plot(row[0].real, row[0].imag, "o", color=line.get_color(), fillstyle="none")
+        ax.set_xlabel("real part")
+        ax.set_ylabel("imaginary part")
+        return ax
+
+
+def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLocus:
+    """Follow the eigenvalues of steady sliding along a parameter, a damper for example.
+
+    Parameters
+    ----------
+    scene : Scene
+        As `stability` takes it.
+    parameter : Symbol or str
+        The value to vary; the one stored in the scene is ignored.
+    values : sequence of float
+        Close enough for eigenvalues to be told apart from one to the next.
+
+    Raises
+    ------
+    SceneError, NotFound
+        As `equilibrium` does.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    symbol = scene.parameter(parameter)
+    values = np.array([finite(v, f"a value of {symbol.name}") for v in values])
+    if not values.size:
+        raise SceneError(f"no values of {symbol.name} to follow the eigenvalues along")
+    rows = []
+    for matrix in _state_matrices(scene, symbol, values):
+        found = np.linalg.eigvals(matrix).astype(complex)
+        found = found[np.lexsort((-found.imag, -found.real))]
+        if rows:
+            ahead = rows[-1] if len(rows) < 2 else 2 * rows[-1] - rows[-2]
+            found = found[linear_sum_assignment(np.abs(ahead[:, None] - found[None, :]))[1]]
+        rows.append(found)
+    return RootLocus(symbol.name, values, np.array(rows).T)
+
+
+def damper_loop(scene: Scene, parameter: Key):
+    """Return the linearised scene with a damper cut out, so that closing the loop with a gain puts it in.
+
+    Parameters
+    ----------
+    scene : Scene
+        As `stability` takes it.
+    parameter : Symbol or str
+        The damper; steady sliding must not depend on it, and its force be one force times one speed.
+
+    Returns
+    -------
+    control.StateSpace
+        One input, the damper's force, and one output, the speed it works on, with the damper at zero. Negative
+        feedback with the gain k is the scene with the damper k: so `control.root_locus_map` and `control.rlocus` draw
+        its root locus, and the margins of the loop are those of the damper.
+
+    Raises
+    ------
+    SceneError
+        If the parameter enters otherwise.
+    """
+    import control
+
+    symbol = scene.parameter(parameter)
+    here = scene.values[symbol] or 0.0
+    matrix, one, two = _state_matrices(scene, symbol, (here, here + 1, here + 2))
+    change = matrix - one
+    _, sizes, right = np.linalg.svd(change)
+    linear = np.max(np.abs(matrix - two - 2 * change)) <= ROUNDING * np.max(np.abs(change))
+    if sizes[0] == 0 or not linear or (len(sizes) > 1 and sizes[1] > ROUNDING * sizes[0]):
+        raise SceneError(
+            f"{symbol.name} is no damper: the state matrix does not change by a multiple of one force times one speed"
+        )
+    names = [s.name for s in scene.system.states]
+    speed = right[0] / right[0][np.argmax(np.abs(right[0]))]
+    push = change @ speed / (speed @ speed)
+    output, force = f"speed_of_{symbol.name}", f"force_of_{symbol.name}"
+    none = matrix + here * change
+    none[np.abs(none) < 1e-14 * np.max(np.abs(matrix))] = 0.0
+    return control.ss(none, push[:, None], speed[None, :], 0.0, states=names, inputs=[force], outputs=[output])
+
+
+def _state_matrices(scene: Scene, symbol, values) -> list[np.ndarray]:
+    """Return the state matrix at each value of a parameter; steady sliding is followed."""
+    field = field_of(scene, vary=(symbol,))
+    numbers = scene.where({symbol: 1.0}).numbers()
+    x = np.array([numbers[s] for s in field.states])
+    found = []
+    for value in values:
+        p = field.vector({**scene.values, symbol: float(value)})
+        x = solve(field, p, x)
+        found.append(linearise(field, p, x)[3])
+    return found
