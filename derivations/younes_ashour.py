@@ -227,6 +227,18 @@ def _(claim):
     return series - sum(EVEN.subs(j, n) * z ** (2 * n) + ODD.subs(j, n) * z ** (2 * n + 1) for n in range(TERMS))
 
 
+@LEDGER.verified(
+    "averaged law: literal",
+    "F with (3) as printed: the mean of both directions, 1 + (pi/2) L_1(a)",
+    transient.mean_friction(literal=True, symbolic=True),
+    numbers=f"the first {2 * TERMS} coefficients, exactly",
+)
+def _(claim):
+    # e^{-x'/v_c} is e^{-|x'|/v_c} forward and e^{|x'|/v_c} backward, so the mean is (F(a) + F(-a))/2: the even part
+    series = sp.series(claim.subs(A, z * v_c / omega), z, 0, 2 * TERMS).removeO()
+    return series - sum(EVEN.subs(j, n) * z ** (2 * n) for n in range(TERMS))
+
+
 @cache
 def _mean_power():
     """Mean power, carried out on the law of friction, term by term in |x'|/v_c."""

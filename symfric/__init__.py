@@ -7,6 +7,7 @@ from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
 from symfric.model import library as scenes
 from symfric.model.laws import Law
+from symfric.model.library.isolator import patched_floor
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import (
     At,
@@ -84,6 +85,7 @@ __all__ = [
     "laws",
     "mechanics",
     "motions",
+    "patched_floor",
     "prepare",
     "scenes",
     "separate",

@@ -10,7 +10,7 @@ import numpy as np
 from symfric.ensemble.motion import Motion
 from symfric.ensemble.motions import scaled_set
 from symfric.errors import SceneError
-from symfric.model.library import patched_floor, rolling_isolator
+from symfric.model.library.isolator import patched_floor, rolling_isolator
 from symfric.solve.exact.record_program import Marcher
 from symfric.theory.scaling import Factors, factors, returned_ratio
 

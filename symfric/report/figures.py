@@ -28,7 +28,8 @@ def new_axes():
 
 def tidy(ax):
     """Set ticks, grid and spines as all pictures have them; return the Axes."""
-    ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
+    if ax.get_xscale() == ax.get_yscale() == "linear":
+        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     for side in ("top", "right"):

@@ -4,6 +4,7 @@ import itertools
 import math
 import numbers
 from fractions import Fraction
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,11 @@ from symfric.model import library
 from symfric.model.names import finite
 from symfric.model.numeric import gauss_legendre
 from symfric.model.scene import Scene
+from symfric.theory.decay import Decisions as Decisions
+from symfric.theory.decay import EnergyBalance as EnergyBalance
+from symfric.theory.decay import damper_numbers
+from symfric.theory.decay import decisions as decisions
+from symfric.theory.decay import energy_balance as energy_balance
 
 
 class Symbols(NamedTuple):
@@ -117,13 +123,15 @@ def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = Fal
     return float(_half_cycles(exact) * sp.pi / exact.omega_n)
 
 
-def mean_friction(a=None, *, symbolic: bool = False) -> float | np.ndarray | sp.Expr:
+def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> float | np.ndarray | sp.Expr:
     r"""Return the mean braking of exponential friction under a harmonic motion, over that of Coulomb friction.
 
     Parameters
     ----------
     a : float or array_like
         Velocity amplitude over the speed v_c of the law, >= 0.
+    literal : bool
+        Of the law as printed, which grows in one direction: the mean of F(a) and F(-a), ``1 + (pi/2) L_1(a)``.
     symbolic : bool
         Return the formula in ``A``, ``omega_n`` and ``v_c`` of `DAMPER`.
 
@@ -135,8 +143,13 @@ def mean_friction(a=None, *, symbolic: bool = False) -> float | np.ndarray | sp.
     integral, up to where the integrand is below e^-45, by Gauss-Legendre quadrature: 14 digits for every a.
     """
     if symbolic:
-        return _mean_friction(DAMPER.A * DAMPER.omega_n / DAMPER.v_c)
+        return _mean_friction(DAMPER.A * DAMPER.omega_n / DAMPER.v_c, literal)
     a = np.asarray(a, dtype=float)
+    if literal:
+        from scipy import special
+
+        result = 1 + np.pi / 2 * special.modstruve(1, a)
+        return result if result.ndim else float(result)
     end = np.arcsin(np.minimum(1.0, _SIGNIFICANT / np.maximum(a, _SIGNIFICANT)))[..., np.newaxis]
     nodes, weights = gauss_legendre()
     sine = np.sin(end * nodes)
@@ -163,8 +176,8 @@ def averaged_decay_time(
 
     Parameters
     ----------
-    f_n : float
-        Natural frequency, Hz.
+    f_n : float or Scene
+        Natural frequency, Hz; or `symfric.scenes.contact_damper`, whose values and start are then taken.
     mu_m : float
         Coefficient of friction at rest.
     zeta, r : float
@@ -193,6 +206,18 @@ def averaged_decay_time(
     if symbolic:
         d = DAMPER
         return sp.Integral(-1 / amplitude_rate(), (d.A, 0, sp.sqrt(d.x0**2 + (d.v0 / d.omega_n) ** 2)))
+    given = {"mu_m": mu_m, "zeta": zeta, "r": r, "x0": x0, "v0": v0, "g": g, "v_c": v_c}
+    if not isinstance(f_n, Scene):
+        return _averaged(mean_friction, f_n=f_n, **given)
+    if given != {"mu_m": None, "zeta": 0.0, "r": 1.0, "x0": 0.01, "v0": 0.0, "g": 9.81, "v_c": 1.0}:
+        raise SceneError("mu_m, zeta, x0, ... are those of the scene; change them with scene.where({...})")
+    numbers, literal = damper_numbers(f_n)
+    mean = partial(mean_friction, literal=literal)
+    return _averaged(mean, **{k: numbers[k] for k in ("f_n", *given)})
+
+
+def _averaged(mean, *, f_n, mu_m, zeta, r, x0, v0, g, v_c) -> float:
+    """Return the time of the averaged decay with the mean braking `mean(a)`."""
     omega = 2 * np.pi * _positive(f_n, "f_n")
     v_c = _positive(v_c, "v_c")
     friction = _positive(mu_m, "mu_m", zero=True) * _positive(r, "r", zero=True) * _positive(g, "g", zero=True)
@@ -203,7 +228,7 @@ def averaged_decay_time(
     if friction == 0:
         raise NotFound("without friction the amplitude never falls to zero; give mu_m, r and g above 0")
     braking = 2 / np.pi * friction / v_c
-    return _decay_time(lambda a: 1 / (viscous * a + braking * mean_friction(a)), start)
+    return _decay_time(lambda a: 1 / (viscous * a + braking * mean(a)), start)
 
 
 def _decay_time(integrand, start: float) -> float:
@@ -216,10 +241,10 @@ def _decay_time(integrand, start: float) -> float:
     return sum(integrate.quad(integrand, *piece, epsabs=0.0, epsrel=1e-12, limit=200)[0] for piece in pieces)
 
 
-def _mean_friction(a: sp.Expr) -> sp.Expr:
+def _mean_friction(a: sp.Expr, literal: bool) -> sp.Expr:
     half = sp.Rational(1, 2)
     struve = 2 * a**2 / (3 * sp.pi) * sp.hyper([1], [3 * half, 5 * half], a**2 / 4)
-    return 1 + sp.pi / 2 * (struve - sp.besseli(1, a))
+    return 1 + sp.pi / 2 * (struve if literal else struve - sp.besseli(1, a))
 
 
 def _count(o: Symbols) -> sp.Expr:

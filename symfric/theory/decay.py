@@ -1,0 +1,185 @@
+"""A decay that was computed: where its energy went, and how close each turning point was to sticking."""
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.model import library
+from symfric.model.names import TIME
+from symfric.model.numeric import numeric
+from symfric.model.scene import Scene
+
+ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene that the balance takes
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Where the energy of a contact damper went, J.
+
+    Attributes
+    ----------
+    input : float
+        Of the start: in the spring and of motion.
+    viscous, contact : float
+        Taken by the damper, by the contact.
+    elastic, kinetic : float
+        Left at the end: in the spring, because the rod sticks beside its middle, and of motion, 0 once it rests.
+    """
+
+    input: float
+    viscous: float
+    contact: float
+    elastic: float
+    kinetic: float
+
+    @property
+    def ratio(self) -> float:
+        """``R = E_viscous/E_contact``, Younes and Ashour (6)."""
+        return self.viscous / self.contact if self.contact else math.inf if self.viscous else math.nan
+
+    @property
+    def gap(self) -> float:
+        """What the balance lacks, over the input; about the tolerance of the run."""
+        return self._lacking(self.viscous + self.contact + self.elastic + self.kinetic)
+
+    @property
+    def printed_gap(self) -> float:
+        """What the balance (5) as printed lacks, over the input: it has no place for what stays in the spring."""
+        return self._lacking(self.viscous + self.contact)
+
+    def _lacking(self, found: float) -> float:
+        return (self.input - found) / self.input if self.input else 0.0
+
+    def to_dict(self) -> dict[str, float]:
+        """Return plain numbers."""
+        return {**asdict(self), "ratio": self.ratio, "gap": self.gap, "printed_gap": self.printed_gap}
+
+
+@dataclass(frozen=True, eq=False)
+class Decisions:
+    """Times at which a mass came to rest on its contact, and whether it stuck there.
+
+    Attributes
+    ----------
+    t, x : ndarray, shape (n,)
+        Time and position; the start is the first one if the mass starts at rest.
+    margin : ndarray, shape (n,)
+        Force on the mass over what friction can bear, less one: the mass sticks where it is 0 or negative.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    margin: np.ndarray
+
+    @property
+    def closest(self) -> float:
+        """The margin nearest to 0; near 0, a small change of the numbers makes a half cycle more or less."""
+        return float(self.margin[np.argmin(np.abs(self.margin))]) if self.margin.size else math.nan
+
+    @property
+    def last(self) -> float:
+        """The margin of the last decision."""
+        return float(self.margin[-1]) if self.margin.size else math.nan
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "t": self.t.tolist(),
+            "x": self.x.tolist(),
+            "margin": self.margin.tolist(),
+            "closest": self.closest,
+            "last": self.last,
+        }
+
+    def __repr__(self) -> str:
+        return f"Decisions({self.t.size} times at rest, closest {self.closest:+.3g}, last {self.last:+.3g})"
+
+
+def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
+    """Return the numbers of a contact damper, its start as x0 and v0, and whether its law is the literal one.
+
+    Raises
+    ------
+    SceneError
+        If the scene is not `symfric.scenes.contact_damper`.
+    """
+    for literal in (False, True):
+        model = library.contact_damper(f_n=1.0, mu_m=0.1, literal=literal)
+        if (scene.system, scene.contacts) == (model.system, model.contacts):
+            x, u = scene.system.states
+            numbers = scene.numbers()
+            named = {s.name: v for s, v in numbers.items()}
+            return {**named, "x0": numbers[x], "v0": numbers[u]}, literal
+    raise SceneError(
+        "this holds for sf.scenes.contact_damper; this scene has other equations (sf.simulate with sf.StopTime() and "
+        "sf.Integral(...) takes any)"
+    )
+
+
+def energy_balance(run) -> EnergyBalance:
+    r"""Return where the energy of a contact damper went.
+
+    Parameters
+    ----------
+    run : Run
+        Of `symfric.scenes.contact_damper` with its outputs E_viscous and E_contact.
+
+    Raises
+    ------
+    SceneError
+        If the scene is another one or the outputs are not wanted.
+
+    Notes
+    -----
+    ``m v0^2/2 + k x0^2/2 = int 2 zeta omega m x'^2 dt + int mu N |x'| dt + k x_f^2/2``, Younes and Ashour (4), (5),
+    with the corrections of derivations/younes_ashour.py. Both sides are computed apart: the integrals along the run,
+    the rest from its two ends.
+    """
+    missing = next((name for name in ENERGIES if name not in run.base.outputs), None)
+    if missing:
+        raise SceneError(f"the balance needs the output {missing}; keep those of sf.scenes.contact_damper")
+    numbers, _ = damper_numbers(run.scene)
+    m, stiffness = numbers["m"], numbers["m"] * (2 * np.pi * numbers["f_n"]) ** 2
+    x, u = (float(v) for v in run.final)
+    given = 0.5 * (stiffness * numbers["x0"] ** 2 + m * numbers["v0"] ** 2)
+    taken = (float(run.outputs[name]) for name in ENERGIES)
+    return EnergyBalance(given, *taken, 0.5 * stiffness * x**2, 0.5 * m * u**2)
+
+
+def decisions(run) -> Decisions:
+    """Return how close a mass was to the stick limit whenever its contact stopped sliding.
+
+    The time of a decay jumps with the parameters where a turning point just reaches the limit; `Decisions.closest` says
+    how far that is.
+
+    Parameters
+    ----------
+    run : Run
+        Of one mass with one contact whose slip is its velocity less a constant, with its trajectory.
+
+    Raises
+    ------
+    SceneError
+        If the scene has another shape, or the run kept no trajectory.
+    """
+    scene = run.scene
+    system = scene.system
+    if len(system.states) != 2 or len(scene.contacts) != 1 or scene.inputs:
+        raise SceneError("decisions are those of one mass with one contact and no sampled input")
+    (contact,), (u,) = scene.contacts, system.u
+    if contact.slip.free_symbols & {*system.q, TIME}:
+        raise SceneError(f"the slip of contact {contact.name!r} is {contact.slip}; it may be u less a constant only")
+    arrivals = [e.t for e in run.events if e.before]
+    numbers = scene.numbers()
+    at_rest = float(contact.slip.subs(numbers)) == 0 and numbers[system.q[0]] != 0
+    times = np.array([0.0, *arrivals] if at_rest else arrivals)
+    states = run(times)
+    bound = contact.slip.diff(u) * contact.normal * contact.profile * contact.law.stick
+    symbols = (*system.states, *scene.parameters, TIME)
+    values = (numbers[s] for s in scene.parameters)
+    force, largest = numeric(symbols, (system.force[0], bound))(*states, *values, times)
+    with np.errstate(divide="ignore"):
+        margin = np.abs(force) / np.abs(largest) - 1
+    return Decisions(times, states[0], margin)
