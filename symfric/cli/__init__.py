@@ -12,6 +12,7 @@ COMMANDS = {  # name: module and attribute, imported when asked for
     "explain": "symfric.cli.commands:explain",
     "sweep": "symfric.cli.sweep:sweep",
     "scenes": "symfric.cli.commands:scenes",
+    "reproduce": "symfric.cli.reproduce:reproduce",
     "bench": "symfric.bench.command:bench",
 }
 

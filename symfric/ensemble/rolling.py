@@ -62,10 +62,11 @@ def models(scales: Sequence[float] = SCALES) -> tuple[Model, ...]:
     return tuple(found)
 
 
-def frictions(seed: int = 19, cells: int = 80) -> dict[str, object]:
+def frictions(seed: int = 19, cells: int = 81) -> dict[str, object]:
     """Return the eight friction profiles: cases 1 to 3 of an even floor, and five concave ones.
 
-    Cases 2 and 3 are drawn, because the source gives range, mean and deviation only; the floor is 4 m long.
+    Cases 2 and 3 are drawn, because the source gives range, mean and deviation only; the floor is 4 m long,
+    and u = 0 lies in the middle of a cell.
     """
     even: dict[str, object] = {
         "case 1": 0.005,

@@ -1,0 +1,86 @@
+"""The command ``reproduce``."""
+
+import json
+import time
+from pathlib import Path
+
+import click
+
+from symfric.cli.console import common_options, print_json, progress_on_stderr, writable_folder
+from symfric.errors import SceneError
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("names", nargs=-1, metavar="[FIGURE]...")
+@click.option("-o", "--out", type=FILE, default=Path("reproduction"), show_default=True, help="Folder for the results.")
+@click.option("--list", "listing", is_flag=True, help="Print the names, one a line.")
+@click.option("--records", type=FILE, help="Folder of AT2 records for the figures that take ground motions.")
+@common_options
+def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | None, as_json: bool, quiet: bool):
+    """Compute and draw figures and tables of the sources again; all of them unless some are named.
+
+    \b
+    Example: symfric reproduce guida-5 rolling-table-3 --records records/ -o out/
+    """
+    from symfric.report.reproduction import chosen
+
+    wanted = chosen(names)
+    if listing:
+        _list(wanted, as_json)
+        return
+    motions = None if records is None else _read(records)
+    folder = writable_folder(out)
+    results = {}
+    with progress_on_stderr(quiet) as progress:
+        for k, (name, entry) in enumerate(wanted.items()):
+            begin, share = time.monotonic(), 1 / len(wanted)
+            progress(name, k * share)
+            made = entry.make(motions, lambda part, name=name, k=k, share=share: progress(name, (k + part) * share))
+            files = _write(folder, name, made)
+            results[name] = {"files": files, "seconds": round(time.monotonic() - begin, 2), "data": made.data}
+            if made.text and not (as_json or quiet):
+                click.echo(made.text, nl=False)
+    if as_json:
+        print_json(results)
+    elif not quiet:
+        for name, result in results.items():
+            click.echo(f"{name}: {', '.join(result['files'])} ({result['seconds']:.1f} s)")
+
+
+def _list(wanted: dict, as_json: bool) -> None:
+    if as_json:
+        print_json({name: entry.caption for name, entry in wanted.items()})
+        return
+    for name, entry in wanted.items():
+        click.echo(f"{name}: {entry.caption}")
+
+
+def _read(folder: Path) -> list:
+    """Read every record of a folder, in the order of the names."""
+    from symfric.ensemble.motions import read_at2
+
+    if not folder.is_dir():
+        raise SceneError(f"{folder} is no folder of records; give one that holds AT2 files")
+    files = sorted(f for f in folder.iterdir() if f.suffix.lower() == ".at2")
+    if not files:
+        raise SceneError(f"{folder} holds no AT2 file")
+    return [read_at2(f) for f in files]
+
+
+def _write(folder: Path, name: str, made) -> list[str]:
+    """Write what was made; return the names of the files."""
+    parts = {}
+    if made.figure is not None:
+        parts[f"{name}.png"] = lambda path: made.figure.savefig(path, dpi=120)
+    if made.text:
+        parts[f"{name}.txt"] = lambda path: path.write_text(made.text, encoding="utf-8")
+    if made.data is not None:
+        parts[f"{name}.json"] = lambda path: path.write_text(json.dumps(made.data, indent=2), encoding="utf-8")
+    for file, write in parts.items():
+        try:
+            write(folder / file)
+        except OSError as error:
+            raise SceneError(f"cannot write {folder / file} ({error.strerror}); name another folder") from None
+    return [str(folder / file) for file in parts]
