@@ -79,8 +79,8 @@ def run_case(program: Program | str, task: Task, numbers: list[float], halt: Cal
             found: list[float] = []
             for value, width in zip(run.outputs.values(), task.width, strict=True):
                 if width == 1:
-                    found.append(float(value) if np.ndim(value) == 0 else float(value[0]))
-                else:
+                    found.append(value)
+                else:  # the final state, of two numbers at least
                     found += value.tolist()
             return 0, found
         except (SceneError, NoRoute, RunFailed):

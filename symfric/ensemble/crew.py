@@ -15,7 +15,7 @@ from symfric.ensemble.store import Store
 from symfric.errors import RunFailed
 
 CHUNK_SECONDS = 0.5  # of work in one chunk for an executor
-LARGEST_BLOCK, LARGEST_CHUNK = 64, 10_000  # cases that a thread, or a worker of an executor, takes at once
+LARGEST_BLOCK, LARGEST_CHUNK = 32, 10_000  # cases that a thread, or a worker of an executor, takes at once
 
 
 class Board:
@@ -45,12 +45,17 @@ class Board:
             store.open()
 
     def write(self, case: int, status: int, values: list[float]) -> None:
-        """Take the result of a case; it counts as done once it is in the store."""
+        """Keep the result of a case in the store, if there is one."""
         if self._store is not None:
             self._store.append(case, status, values)
-        self.status[case], self.values[case] = status, values
-        with self._counting:
-            self.done += 1
+
+    def count(self, cases: np.ndarray, status: list[int], values: list[list[float]]) -> None:
+        """Take the results of cases that were written; only now they count as done."""
+        if status:
+            cases = cases[: len(status)]
+            self.status[cases], self.values[cases] = status, values
+            with self._counting:
+                self.done += len(status)
 
     def close(self) -> None:
         """Close the store's file."""
@@ -96,6 +101,19 @@ def run_on_threads(
         if halt.is_set():
             raise Halted
 
+    def run_block(program, task: Task, cases: np.ndarray) -> None:
+        codes, rows = [], []
+        try:
+            for case, numbers in zip(cases.tolist(), grid.numbers(cases).tolist(), strict=True):
+                if halt.is_set():
+                    return
+                status, values = run_case(program, task, numbers, stop_if_halted)
+                board.write(case, status, values)
+                codes.append(status)
+                rows.append(values)
+        finally:
+            board.count(cases, codes, rows)
+
     def work() -> None:
         try:
             present = program = task = None
@@ -104,10 +122,7 @@ def run_on_threads(
                 if scene != present:
                     present, task = scene, task_of(scene)
                     program = ready.pop(scene, None) or program_or_reason(task)
-                for case, numbers in zip(cases.tolist(), grid.numbers(cases).tolist(), strict=True):
-                    if halt.is_set():
-                        return
-                    board.write(case, *run_case(program, task, numbers, stop_if_halted))
+                run_block(program, task, cases)
         except Halted:
             return
         except BaseException as failure:
@@ -156,8 +171,10 @@ def run_on_executor(
         for future in finished:
             cases = running[future]
             status, values, seconds = future.result()
-            for row in zip(cases.tolist(), status.tolist(), values.tolist(), strict=True):
+            codes, rows = status.tolist(), values.tolist()
+            for row in zip(cases.tolist(), codes, rows, strict=True):
                 board.write(*row)
+            board.count(cases, codes, rows)
             del running[future]  # only now: what is interrupted here is collected once more
             quick = CHUNK_SECONDS * cases.size / max(seconds, 1e-9)
             size = int(min(max(1.0, quick), 4.0 * size + 4, LARGEST_CHUNK))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -141,7 +141,6 @@ def synthetic(
         Target: periods in s, increasing, and pseudo-accelerations in `unit`; Eurocode 8 on ground B with acceleration
         `pga` at period 0 unless given.
     seed : int
-        The same seed gives the same motion, another one an independent one.
     pga : float
         Of the default target, in `unit`; without effect with a target.
     unit : str
@@ -172,17 +171,17 @@ def synthetic(
     elif periods is None or values is None:
         raise SceneError("a target has periods and values; give both, or neither")
     periods, values = _target(periods, values)
-    values = values * scale
     dt, duration = finite(dt, "dt"), finite(duration, "duration")
     _check_synthesis(periods, dt, duration, rise, decay, iterations)
-    best = _synthesis(periods, values, seed, damping, round(duration / dt) + 1, dt, (rise, decay), iterations)
+    n = round(duration / dt) + 1
+    best = _synthesis(periods, scale * values, seed, damping, n, dt, (rise, decay), iterations)
     found = Motion(best, dt, name=f"synthetic {seed}")
-    off = misfit(found, periods, values, damping)
-    note = (
-        f"within {100 * off.largest:.1f} % of its target at {periods.size} periods from {periods[0]:g} to "
-        f"{periods[-1]:g} s, {100 * off.mean:.1f} % on average"
-    )
-    return Motion(best, dt, name=found.name, note=note)
+    return replace(found, note=_nearness(misfit(found, periods, scale * values, damping), periods))
+
+
+def _nearness(off: Misfit, periods: np.ndarray) -> str:
+    span = f"{periods.size} periods from {periods[0]:g} to {periods[-1]:g} s"
+    return f"within {100 * off.largest:.1f} % of its target at {span}, {100 * off.mean:.1f} % on average"
 
 
 def _target(periods, values) -> tuple[np.ndarray, np.ndarray]:

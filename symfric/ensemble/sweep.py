@@ -73,43 +73,51 @@ def sweep(
     """
     cases = make_grid(scene, grid)
     tolerance = check_tolerance(tolerance)
-    workers = _workers(jobs)
-    if executor is not None and not isinstance(executor, Executor):
-        raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
-    if progress not in (True, False, None) and not callable(progress):
-        raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
+    workers = _checked(jobs, executor, progress)
     width = sum(cases.width.values())
     kept = None if store is None else _open_store(store, cases, tolerance, route, width)
     if kept is not None and kept.complete:
         return _stored(kept, cases, tolerance)
-    board = Board(cases.size, width) if kept is None else Board(cases.size, width, kept)
-    shown = bar() if progress is True else nullcontext(progress or None)
-    if board.left.size:
-        task = lambda k: Task(cases.scenes[k], tolerance, route, cases.names, tuple(cases.width.values()))  # noqa: E731
-        first = int(cases.scene_of[board.left[0]])
-        program = make_program(task(first))  # raises here, not in every case
-        with shown as report:
-            meter = Meter(report, cases.size - board.left.size, cases.size)
-            try:
-                if executor is None:
-                    run_on_threads(cases, task, board, workers, meter, {first: program})
-                else:
-                    run_on_executor(cases, task, board, executor, max(workers, _processors()), meter)
-            finally:
-                board.close()
+    board = Board(cases.size, width, kept)
+    try:
+        if board.left.size:
+            _run(cases, board, tolerance, route, workers, executor, progress)
+    finally:
+        board.close()
     result = _dataset(cases, board.status, board.values, tolerance)
     if kept is not None:
         kept.finish(result)
     return result
 
 
+def _run(cases: Grid, board: Board, tolerance: float, route, workers: int, executor, progress) -> None:
+    """Run what is left."""
+
+    def task_of(scene: int) -> Task:
+        return Task(cases.scenes[scene], tolerance, route, cases.names, tuple(cases.width.values()))
+
+    first = int(cases.scene_of[board.left[0]])
+    program = make_program(task_of(first))  # what is wrong with the scene is raised here, not in every case
+    with bar() if progress is True else nullcontext(progress or None) as report:
+        meter = Meter(report, board.done, cases.size)
+        if executor is None:
+            run_on_threads(cases, task_of, board, workers, meter, {first: program})
+        else:
+            run_on_executor(cases, task_of, board, executor, max(workers, _processors()), meter)
+
+
 def _processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _workers(jobs: int) -> int:
+def _checked(jobs: int, executor, progress) -> int:
+    """Return the number of threads; raise if one of the arguments is none."""
     if isinstance(jobs, bool) or not isinstance(jobs, int | np.integer) or jobs < -1 or jobs == 0:
         raise SceneError(f"jobs is {jobs!r}; give a positive number of threads, or -1 for all processors")
+    if executor is not None and not isinstance(executor, Executor):
+        raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
+    if progress not in (True, False, None) and not callable(progress):
+        raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
     return _processors() if jobs == -1 else int(jobs)
 
 
