@@ -35,32 +35,30 @@ def sweep(
     Parameters
     ----------
     scene : Scene or mapping of str to Scene
-        Several scenes with the same outputs make a first axis ``scene``. Their trajectories and events are not kept.
+        Several scenes with the same outputs make a first axis ``scene``. Trajectories and events are not kept.
     grid : mapping of symbol or name to values
-        For a parameter a row of numbers; for an input a list of motions (or a mapping of labels to signals), which
-        take its place one by one. The horizon and the times in outputs stay those of the scene.
+        For a parameter a row of numbers; for an input a list of motions, or a mapping of labels to signals, which take
+        its place one by one. Horizon and times in outputs stay those of the scene.
     jobs : int
-        Threads on this machine, each with a program of its own; -1 for as many as there are processors. With an
-        executor, how many chunks it computes at a time, if that is more than the processors of this machine.
+        Threads, each with a program of its own; -1 for as many as there are processors. With an executor, how many
+        chunks it computes at a time, if more than the processors here.
     executor : concurrent.futures.Executor, optional
-        Takes chunks of cases in place of threads: a pool of processes, or ``dask.distributed.Client.get_executor()``.
-        Each process prepares a scene once and keeps the program.
+        In place of threads: a pool of processes, or ``dask.distributed.Client.get_executor()``.
     progress : bool or callable, optional
-        True draws a bar on stderr if it takes longer than a second; a function is called with a `Progress` at most ten
-        times a second.
+        True draws a bar on stderr after a second; a function gets a `Progress`, at most ten times a second.
     store : str or Path, optional
-        A folder that keeps finished cases. The same sweep over it again continues, whatever ended the first: nothing
-        that is there is computed again, and the result is the same bit for bit. With threads a case is there as soon
-        as it is finished, with an executor when its chunk comes back (about half a second of work).
+        A folder of finished cases. The same sweep over it goes on where it was, whatever ended the first, and ends in
+        the same bits. A thread's case is there as soon as it is finished, an executor's when its chunk comes back
+        (half a second of work).
     tolerance, route
         See `symfric.solve.choose.prepare`.
 
     Returns
     -------
     xarray.Dataset
-        One variable for each scalar output, NaN where the run failed; `End` has a further dimension ``state``.
-        ``status`` holds the codes of `Status`, -1 for values that the scene refuses, -2 for an error; its attributes
-        name them. The numbers are those of ``prepare(scene).run(values)``, whatever `jobs` and `executor` are.
+        The scalar outputs, NaN where a run failed; `End` has a further dimension ``state``. ``status`` holds codes of
+        `Status`, -1 for values that the scene refuses, -2 for an error; its attributes name them. The numbers are those
+        of ``prepare(scene).run(values)``, whoever computes them.
 
     Raises
     ------

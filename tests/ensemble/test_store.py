@@ -22,7 +22,7 @@ import numpy as np
 from small_sweep import X, small_scene
 import symfric as sf
 from symfric.ensemble.grid import fingerprint
-scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=200.0).wanting({"half": sf.HalfRange(X), "end": sf.End()})
+scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=120.0).wanting({"half": sf.HalfRange(X), "end": sf.End()})
 grid = {"v_b": np.linspace(0.05, 0.45, 30), "beta": np.linspace(0.0, 0.06, 10)}
 store, random = sys.argv[2], random.Random(20261121)
 begin = time.perf_counter()
