@@ -127,11 +127,15 @@ def _(*claim):
 # move as one until the friction between them is fs1. Unknown are the state at the touch, the two times, and fs1.
 PAIR = {"r": 0.5, "zeta": 2.0, "s1": 0.2, "s2": 0.3, "fc1": 1.0}
 READINGS = ({}, {"damping": "omega2"}, {"s2": 1.3})
+CYCLE = drive.two_slides_cycle(**PAIR, fs1=7.8)
 
 
 @cache
-def touching_cycle(second, start):
-    """Return fs1 of the cycle whose slip touches w = 0, with 20 digits, by the equations of motion as (24) has them."""
+def cycle(second, start, fs1=None):
+    """Return fs1, slip and stick time of a cycle with 20 digits, by the equations of motion as (24) has them.
+
+    It has the given fs1, or is the one whose slip touches w = 0.
+    """
     with mpmath.workdps(25):
         r, zeta, s1, d2, fc1 = (mpmath.mpf(e) for e in (".5", "2", ".2", second, "1"))
         rows = mpmath.matrix([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 0, -2 * s1, 0], [0, -1 / zeta**2, 0, -2 * d2]])
@@ -147,10 +151,10 @@ def touching_cycle(second, start):
             y = mpmath.matrix([e1, e2, u1, u2])
             out = mpmath.expm(stuck * stick) * y
             back = rest + mpmath.expm(rows * slip) * (out - rest)
-            return *(back - y), u1 - u2 + 1, friction(y) - fc1
+            return *(back - y), u1 - u2 + 1, friction(y) - fc1 if fs1 is None else friction(out) - mpmath.mpf(fs1)
 
         found = mpmath.findroot(left, start, tol=1e-40, maxsteps=20)
-        return friction(mpmath.expm(stuck * found[5]) * found[:4, 0])
+        return friction(mpmath.expm(stuck * found[5]) * found[:4, 0]), found[4], found[5]
 
 
 @PART.verified(
@@ -165,8 +169,23 @@ def _(*claim):
     for reading, second, c in zip(READINGS, (".3", ".15", "1.3"), claim, strict=True):
         onset = drive.two_slides_onset(**{**PAIR, **reading})
         start = (*onset.landing, onset.slip_time, onset.stick_time)
-        residuals.append(agree(touching_cycle(second, start), c))
+        residuals.append(agree(cycle(second, start)[0], c))
     return residuals
+
+
+@PART.verified(
+    "Fig 15, cycle",
+    "period and time of sticking at fs1 = 7.8; least fs1 along a curve over s2, at s2 = 1.3",
+    sp.Float(CYCLE.slip_time + CYCLE.stick_time),
+    sp.Float(CYCLE.stick_time),
+    sp.Float(drive.two_slides_thresholds("s2", (0.3, 0.8, 1.3), r=0.5, zeta=2.0, s1=0.2)[-1]),
+    numbers="12 digits",
+)
+def _(period, sticking, least):
+    _, slip, stick = cycle(".3", (*CYCLE.landing, CYCLE.slip_time, CYCLE.stick_time), "7.8")
+    onset = drive.two_slides_onset(**{**PAIR, "s2": 1.3})
+    touch = cycle("1.3", (*onset.landing, onset.slip_time, onset.stick_time))[0]
+    return agree(slip + stick, period), agree(stick, sticking), agree(touch, least)
 
 
 @PART.verified(

@@ -31,7 +31,7 @@ CLOSED_FORMS = [
     ),
 ]
 METHODS = ["average", "separate", "hopf", "expansion", "routh_hurwitz", "characteristic_coefficients", "arc_mean"]
-CLASSES = {"SlopeLimits", "PositioningError"}  # what slope_limits and positioning_error return
+CLASSES = {"SlopeLimits", "PositioningError", "SlidesCycle"}  # what functions return
 
 
 @pytest.mark.parametrize("name", [*CLOSED_FORMS, *METHODS])
