@@ -8,7 +8,7 @@ from symfric.model.names import Key, nearest
 from symfric.model.scene import Scene
 from symfric.solve.exact.form import form_of
 from symfric.solve.exact.program import Exact, ExactProgram
-from symfric.solve.facts import Facts, facts_of
+from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
 from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Run
@@ -136,6 +136,8 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")
     scene.numbers()
+    if names := redundant(scene):
+        warn_of_redundance(names)
     settings = Exact() if route is None else _settings(route)
     if isinstance(settings, Exact):
         try:

@@ -1,6 +1,11 @@
 """What the routes look at when they decide whether they take a scene."""
 
+import logging
 from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import sympy as sp
 
 from symfric.lower.automaton import Automaton, averaged_over, lower, vanishing
 from symfric.model.outputs import Events, ScalarOfExpression, Trajectory
@@ -23,6 +28,9 @@ class Facts:
         Parameters that are exactly zero and are left out of the equations.
     averaged_over : tuple of str
         Parameters inside a law's mean over fast vibration, which is made for their present values.
+    redundant : tuple of str
+        Contacts whose slip is a combination of those of the contacts before them: when all stick, their forces are not
+        determined.
     path, events, scalars : bool
         Whether a trajectory, the events, or scalar outputs are wanted.
     """
@@ -35,6 +43,7 @@ class Facts:
     sampled: bool
     dropped: tuple[str, ...]
     averaged_over: tuple[str, ...]
+    redundant: tuple[str, ...]
     path: bool
     events: bool
     scalars: bool
@@ -53,7 +62,36 @@ def facts_of(scene: Scene) -> Facts:
         sampled=bool(automaton.inputs),
         dropped=tuple(sorted(s.name for s in vanishing(scene))),
         averaged_over=tuple(sorted(s.name for s in averaged_over(scene))),
+        redundant=redundant(scene),
         path=any(isinstance(o, Trajectory) for o in wanted),
         events=any(isinstance(o, Events | Trajectory) for o in wanted),
         scalars=any(isinstance(o, ScalarOfExpression) for o in wanted),
+    )
+
+
+def redundant(scene: Scene) -> tuple[str, ...]:
+    """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start."""
+    sticking = [c for c in scene.contacts if not c.law.smooth]
+    if len(sticking) < 2:
+        return ()
+    numbers = scene.numbers()
+    slopes = sp.Matrix([c.slip for c in sticking]).jacobian(scene.system.u).xreplace(numbers)
+    if slopes.free_symbols:
+        return ()
+    rows, found, rank = np.array(slopes.tolist(), dtype=float), [], 0
+    for k, contact in enumerate(sticking):
+        now = int(np.linalg.matrix_rank(rows[: k + 1]))
+        if now == rank:
+            found.append(contact.name)
+        rank = now
+    return tuple(found)
+
+
+@cache
+def warn_of_redundance(names: tuple[str, ...]) -> None:
+    """Say once, through `logging`, that contacts share what none of them carries alone."""
+    logging.getLogger("symfric").warning(
+        "redundant contacts: the slip of %s follows from that of others; the motion is unique, but how sticking contacts "
+        "share their force is not: parallel ones share it in proportion to their bounds, any other carries nothing",
+        ", ".join(names),
     )

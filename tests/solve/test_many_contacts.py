@@ -79,3 +79,16 @@ def test_a_stack_that_sticks_as_a_whole_releases_where_its_weakest_face_gives_wa
     assert [(e.contact, e.kind) for e in run.events] == [("high", "slip")]
     assert run.events[0].t == pytest.approx(3 * 0.5 * 0.8, rel=1e-12)  # acceleration t/3, force on the highest t/3
     assert run.mode[:, -1].tolist() == [0, -1]
+
+
+def test_redundant_contacts_are_named_once(caplog):
+    x, u = sp.symbols("x u", real=True)
+    law = sf.laws.coulomb(0.3)
+    contacts = [sf.Contact("front", u, 1.0, law), sf.Contact("twin of front", 2 * u, 1.0, law)]
+    scene = sf.Scene(sf.System([x], [u], [[1]], [-x]), contacts, initial={x: 1.0, u: 0.0}, horizon=5.0)
+    for _ in range(2):
+        sf.simulate(scene)
+    said = [r.message for r in caplog.records if "twin of front" in r.message]
+    assert len(said) == 1
+    assert "the motion is unique" in said[0]
+    assert sf.explain(scene).facts.redundant == ("twin of front",)
