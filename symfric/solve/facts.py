@@ -91,7 +91,7 @@ def redundant(scene: Scene) -> tuple[str, ...]:
 def warn_of_redundance(names: tuple[str, ...]) -> None:
     """Say once, through `logging`, that contacts share what none of them carries alone."""
     logging.getLogger("symfric").warning(
-        "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces of those that "
-        "stick are not: parallel ones share in proportion to their bounds, any other carries nothing",
+        "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces while they "
+        "stick are not: parallel ones share them in proportion to their bounds, any other carries nothing",
         ", ".join(names),
     )
