@@ -6,28 +6,27 @@ from symfric.solve.taylor.polynomials import FUSED
 
 
 @njit(nogil=True, _nrt=False)
-def gather(w):
+def gather(aux, n_x, begin, column, entry):
     """Collect the entries of the matrices that are not zero, row by row; few are not."""
-    n_x, n_r = w.y.size - 1, w.c.shape[0]
-    count = 0
+    n_r, count = begin.size - 1, 0
     for r in range(n_r):
-        w.begin[r] = count
+        begin[r] = count
         for j in range(n_x):
-            if w.aux[j * n_r + r] != 0.0:
-                w.entry[count], w.column[count] = w.aux[j * n_r + r], j
+            if aux[j * n_r + r] != 0.0:
+                entry[count], column[count] = aux[j * n_r + r], j
                 count += 1
-    w.begin[n_r] = count
+    begin[n_r] = count
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
-def powers(w, y, c):
+def powers(aux, begin, column, entry, newest, y, c):
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
-    With ``w.aux`` from `symfric.lower.linear.matrices`: ``x' = A x + a t + b``, the other rows likewise.
+    With `aux` from `symfric.lower.linear.matrices`: ``x' = A x + a t + b``, the other rows likewise.
     """
     n_x, n_r = y.size - 1, c.shape[0]
-    slope, rest = w.aux[n_x * n_r :], w.aux[(n_x + 1) * n_r :]
-    now, new = w.newest[0], w.newest[1]
+    slope, rest = aux[n_x * n_r :], aux[(n_x + 1) * n_r :]
+    now, new = newest[0], newest[1]
     for i in range(n_x):
         now[i] = y[i]
     for k in range(c.shape[1]):
@@ -38,8 +37,8 @@ def powers(w, y, c):
                 total = slope[r] * y[n_x] + rest[r]
             elif k == 1:
                 total = slope[r]
-            for e in range(w.begin[r], w.begin[r + 1]):
-                total += w.entry[e] * now[w.column[e]]
+            for e in range(begin[r], begin[r + 1]):
+                total += entry[e] * now[column[e]]
             if r < n_x:
                 c[r, k] = now[r]
                 new[r] = total * inverse
