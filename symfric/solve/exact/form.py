@@ -59,19 +59,12 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
     NoRoute
         If it is not linear between events; the message says what is not.
     """
-    if scene.inputs:
-        recorded = recorded_in(scene, varied)
-        words = "one mass on the floor under a sampled input, from sample to sample in closed form"
-        return Form(scene, recorded.problem.parameters, None, recorded, None, None, True, words)
     for contact in scene.contacts:
         lines_of(contact.law)
     try:
-        closed = _closed(scene, varied)
+        return _in_closed_form(scene, varied)
     except NoRoute as reason:
         why = str(reason)
-    else:
-        words = "one mass, linear between events, in closed form"
-        return Form(scene, closed.parameters, closed, None, None, None, True, words)
     timeless = without_harmonics(scene)
     automaton = lower(timeless, [r.expr for r in wanted_of(timeless).rows], varied)
     slopes = matrices(automaton)
@@ -79,6 +72,17 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
     cheapest = many and timeless is scene
     words = f"linear between events, by powers of its matrices (no closed form: {why})"
     return Form(timeless, automaton.parameters, None, None, automaton, slopes, cheapest, words)
+
+
+def _in_closed_form(scene: Scene, varied: frozenset[str]) -> Form:
+    """Return the form of one mass that needs no matrices."""
+    if scene.inputs:
+        recorded = recorded_in(scene, varied)
+        words = "one mass on the floor under a sampled input, from sample to sample in closed form"
+        return Form(scene, recorded.problem.parameters, None, recorded, None, None, True, words)
+    closed = _closed(scene, varied)
+    words = "one mass, linear between events, in closed form"
+    return Form(scene, closed.parameters, closed, None, None, None, True, words)
 
 
 def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:
