@@ -1,7 +1,16 @@
-"""The event loops are compiled before the workers start: once, side by side, and not in every worker."""
+"""What the processes of a test run share.
 
+The event loops are compiled before the workers start: once, side by side, and not in every worker. Linear algebra gets
+one thread: on a machine with as many workers as processors more of them wait for each other, for a hundred times as long
+as a small matrix takes.
+"""
+
+import os
 import subprocess
 import sys
+
+for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
 
 BELT = "sf.simulate(sf.scenes.mass_on_belt(v_b=0.2))"
 OTHERS = (
