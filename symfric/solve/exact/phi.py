@@ -7,6 +7,9 @@ there is no case of its own for critical damping, or for none.
 import numpy as np
 from numba import njit
 
+from symfric.solve.taylor.defect import slope
+from symfric.solve.taylor.polynomials import value as horner
+
 ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
 EPS = 2.0**-52
 # entries of a transition: u and w from u, from w, from the force at the beginning, and from its slope
@@ -37,20 +40,8 @@ def series(u, w, f0, f1, lam, kappa, cu, cw):
 
 @njit(nogil=True, _nrt=False)
 def value(c, t):
-    """Evaluate a polynomial."""
-    total = c[c.size - 1]
-    for k in range(c.size - 2, -1, -1):
-        total = total * t + c[k]
-    return total
-
-
-@njit(nogil=True, _nrt=False)
-def slope(c, t):
-    """Evaluate the derivative of a polynomial."""
-    total = 0.0
-    for k in range(c.size - 1, 0, -1):
-        total = total * t + k * c[k]
-    return total
+    """Evaluate a polynomial, all of its coefficients."""
+    return horner(c, c.size - 1, t)
 
 
 @njit(nogil=True, _nrt=False)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, PATH_FULL
-from symfric.solve.exact.phi import EPS, KAPPA, UF, UG, UU, UW, WF, WG, WU, WW, order_for, root, series, slope, value
+from symfric.solve.exact.phi import EPS, KAPPA, UF, UG, UU, UW, WF, WG, WU, WW, order_for, root, series, value
 from symfric.solve.exact.rows import (
     CONSTANT,
     GAIN,
@@ -34,6 +34,7 @@ from symfric.solve.exact.rows import (
 )
 from symfric.solve.memory import call_code
 from symfric.solve.status import Status
+from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import (
     EVENTS,
     KEEP_EVENTS,

@@ -6,7 +6,8 @@ A row is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the ma
 import numpy as np
 from numba import njit
 
-from symfric.solve.exact.phi import ORDER, root, slope, value
+from symfric.solve.exact.phi import ORDER, root, value
+from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import EVENTS, KEEP_EVENTS, KEEP_PATH, KEPT_EVENTS, KEPT_STEPS
 
 # entries of `force`: damping, stiffness, input, constant force, kinetic and static friction, all over the mass

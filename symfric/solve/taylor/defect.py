@@ -40,7 +40,7 @@ def is_sound(w, n_x, tau):
             falling, begin = slip[1] < 0.0, 0.0
             for k in range(1, _LOOKS + 1):
                 end = tau * k / _LOOKS
-                falls = _slope(slip, end) < 0.0
+                falls = slope(slip, end) < 0.0
                 if falling and not falls and not _obeys(w, n_x, _turn(slip, begin, end)):
                     return False
                 falling, begin = falls, end
@@ -70,7 +70,7 @@ def _obeys(w, n_x, t):
     for i in range(w.sticks.size):
         floor = max(floor, 1e-13 * w.gauge[2, i])
     for r in range(w.limits[N_Q], n_x):
-        rate, start, truth = _slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
+        rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
         w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
         scale = max(w.scale[r], start * t, abs(truth) * t)
         allowed = 50.0 * w.clock[TOLERANCE] * scale + t * (floor + 1e-12 * (start + abs(truth)))
@@ -80,7 +80,8 @@ def _obeys(w, n_x, t):
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
-def _slope(c, t):
+def slope(c, t):
+    """Evaluate the derivative of a polynomial."""
     rate = 0.0
     for k in range(c.size - 1, 0, -1):
         rate = rate * t + k * c[k]
@@ -92,7 +93,7 @@ def _turn(c, low, high):
     """Return about where a polynomial that falls at low and no longer at high turns."""
     for _ in range(16):
         middle = 0.5 * (low + high)
-        if _slope(c, middle) < 0.0:
+        if slope(c, middle) < 0.0:
             low = middle
         else:
             high = middle

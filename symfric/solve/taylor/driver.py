@@ -6,7 +6,7 @@ from numba import njit
 from symfric.solve.compiled import EVENTS_FULL, INTEGRAL, PATH_FULL, PAUSED, THEN
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
-from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
+from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
 from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_size
@@ -226,14 +226,6 @@ def _advance(w, n_x, n_c, tau):
             w.fresh[g] = 0
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
-def _value(c, t):
-    total = 0.0
-    for k in range(c.size - 1, -1, -1):
-        total = total * t + c[k]
-    return total
-
-
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
@@ -252,7 +244,7 @@ def _accumulate(w, first, tau):
         if w.kind[e] == THEN:
             since = (w.then[e] - w.y[w.y.size - 1]) - w.clock[T_LOW]
             if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
-                w.total[e, 2] = _value(c, since)
+                w.total[e, 2] = value(c, order, since)
             continue
         power = 1.0
         for k in range(order + 1):
