@@ -26,6 +26,7 @@ from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
 from symfric.solve.choose import Explanation, explain, prepare, simulate
 from symfric.solve.exact.program import Exact
+from symfric.solve.function import as_function
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Event, Run
 from symfric.solve.status import Status
@@ -76,6 +77,7 @@ __all__ = [
     "System",
     "Taylor",
     "Trajectory",
+    "as_function",
     "average",
     "design",
     "equilibrium",

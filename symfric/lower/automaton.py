@@ -300,7 +300,7 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
     S = ca.diag(s)
     system = ca.sparsify(ca.SX.eye(len(sticking)) - S + S @ A @ S)
-    held = _hold(system, -S @ (Jk @ free + drift), tested)
+    held = hold(system, -S @ (Jk @ free + drift), tested)
     friction, rate = ca.SX(slipping), ca.densify(free + pull @ held)
     for k, i in enumerate(sticking):
         friction[i] = slipping[i] + held[k]
@@ -310,7 +310,7 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
     return rate, friction
 
 
-def _hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
+def hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
     """Solve A x = b by Cholesky's method without roots; if `tested`, a pivot that vanishes makes its unknown zero."""
     n = b.numel()
     rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal

@@ -13,9 +13,10 @@ from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Run
 from symfric.solve.taylor.program import Taylor, TaylorProgram
+from symfric.solve.taylor.sensitive import SensitiveProgram, directions_of
 
 Settings = Exact | Taylor | Integrators
-Program = ExactProgram | TaylorProgram | IntegratorsProgram
+Program = ExactProgram | TaylorProgram | SensitiveProgram | IntegratorsProgram
 _DEFAULTS: dict[str, Settings] = {"exact": Exact(), "taylor": Taylor(), "integrators": Integrators()}
 ROUTES: tuple[str, ...] = tuple(_DEFAULTS)  # the cheapest first
 
@@ -109,7 +110,12 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None = None) -> Program:
+def prepare(
+    scene: Scene,
+    tolerance: float = 1e-9,
+    route: str | Settings | None = None,
+    sensitivities: Sequence[Key] = (),
+) -> Program:
     """Compile a scene once, to run it many times.
 
     Parameters
@@ -120,6 +126,8 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     route : str or settings, optional
         'exact', 'taylor', 'integrators', or the settings of one of them (`sf.Exact`, `sf.Taylor`, `sf.Integrators`);
         the cheapest one that takes the scene unless given.
+    sensitivities : sequence of symbol or name
+        Parameters to differentiate by, and states whose starting values are meant; only the route 'taylor' does that.
 
     Returns
     -------
@@ -138,6 +146,8 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     scene.numbers()
     if names := redundant(scene):
         warn_of_redundance(names)
+    if sensitivities:
+        return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities))
     settings = Exact() if route is None else _settings(route)
     if isinstance(settings, Exact):
         try:
@@ -151,6 +161,13 @@ def prepare(scene: Scene, tolerance: float = 1e-9, route: str | Settings | None 
     if isinstance(settings, Taylor):
         return TaylorProgram(scene, tolerance, settings)
     return IntegratorsProgram(scene, tolerance, settings)
+
+
+def _with_derivatives(scene: Scene, tolerance: float, route: str | Settings | None, names: tuple[str, ...]) -> Program:
+    settings = Taylor() if route is None else _settings(route)
+    if not isinstance(settings, Taylor):
+        raise NoRoute("only the route 'taylor' computes derivatives; leave route=None")
+    return SensitiveProgram(scene, tolerance, settings, names)
 
 
 def _settings(route: str | Settings) -> Settings:
@@ -175,7 +192,7 @@ def simulate(
     scene, tolerance, route
         See `prepare`.
     sensitivities : sequence of symbol or name
-        Parameters to differentiate by; none of the present routes does that, so anything but () is refused.
+        Parameters to differentiate by, and states whose starting values are meant: ``run.sensitivities``.
     progress : callable, optional
         Called now and then with the fraction of the horizon that is done.
 
@@ -184,6 +201,4 @@ def simulate(
     Run
         Look at ``run.status``, or call ``run.checked()``.
     """
-    if sensitivities:
-        raise SceneError("no route computes sensitivities; leave sensitivities=() and difference two runs")
-    return prepare(scene, tolerance, route).run(progress=progress)
+    return prepare(scene, tolerance, route, sensitivities).run(progress=progress)

@@ -22,7 +22,8 @@ from symfric.solve.status import Status
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
 PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
-RANGE, INTEGRAL, THEN = range(3)  # kinds of wanted rows
+RANGE, INTEGRAL, THEN, TURN, FOLLOW = range(5)  # kinds of wanted rows; TURN: the least value where
+# a row turns upward; FOLLOW: the derivative of a RANGE or TURN
 _NOTHING = np.zeros(0)
 _STATUS = tuple(Status)
 
@@ -36,7 +37,7 @@ def check_tolerance(tolerance: float) -> float:
 
 
 class Row(NamedTuple):
-    """An expression and what of it is wanted: RANGE, INTEGRAL, or THEN, its value at a time."""
+    """An expression and what of it is wanted; THEN is its value at a time."""
 
     kind: int
     expr: sp.Expr

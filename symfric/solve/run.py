@@ -73,6 +73,20 @@ class Path:
         return np.moveaxis(x, -1, 0)
 
 
+class Derivatives(NamedTuple):
+    """Derivatives of a run, by the name of the parameter or of the state whose start is meant.
+
+    Attributes
+    ----------
+    final : dict of str to ndarray, shape (n_x,)
+    outputs : dict of str to dict of str to float
+        Of every scalar output, by its name.
+    """
+
+    final: dict[str, np.ndarray]
+    outputs: dict[str, dict[str, float]]
+
+
 class Raw(NamedTuple):
     """What a route hands over before it is made readable; a tuple, because it is made at every call.
 
@@ -85,6 +99,7 @@ class Raw(NamedTuple):
     path : Path or None
     events : tuple of arrays (n,), (n, 3), or None
         Times; contact, mode before, mode after.
+    derivatives : Derivatives or None
     """
 
     ranges: dict[str, tuple[float, float]]
@@ -92,6 +107,7 @@ class Raw(NamedTuple):
     rest: float
     path: Path | None
     events: tuple[np.ndarray, np.ndarray] | None
+    derivatives: Derivatives | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +246,23 @@ class Run:
         if name in self.names:
             return self.x[self.names.index(name)]
         raise SceneError(f"{name!r} is neither an output nor a state{nearest(name, [*self.base.outputs, *self.names])}")
+
+    @property
+    def sensitivities(self) -> dict[str, np.ndarray]:
+        """Derivatives of the final state, shape (n_x,), by parameter or by state whose start is meant."""
+        return self._derivatives().final
+
+    @cached_property
+    def output_sensitivities(self) -> dict[str, dict[str, float]]:
+        """Derivatives of the scalar outputs, to be read either way: ``[output][name]`` or ``[name][output]``."""
+        rows = self._derivatives().outputs
+        columns = {name: {o: row[name] for o, row in rows.items()} for name in self.sensitivities}
+        return {**columns, **rows}
+
+    def _derivatives(self) -> Derivatives:
+        if self.raw.derivatives is None:
+            raise SceneError("no derivatives were computed; ask for them with simulate(..., sensitivities=['name'])")
+        return self.raw.derivatives
 
     def energy_residual(self) -> float:
         """Return how well the energies balance, dimensionless; see `symfric.solve.energy`."""

@@ -3,10 +3,11 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.compiled import EVENTS_FULL, INTEGRAL, PATH_FULL, PAUSED, THEN
+from symfric.solve.compiled import EVENTS_FULL, FOLLOW, INTEGRAL, PATH_FULL, PAUSED, THEN, TURN
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
+from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_size
@@ -15,6 +16,7 @@ from symfric.solve.taylor.workspace import (
     EVENTS,
     EXPAND,
     FLAGGED,
+    FOLLOWED,
     GO,
     GRAZES,
     H_LAST,
@@ -36,6 +38,7 @@ from symfric.solve.taylor.workspace import (
     T_END,
     T_LOW,
     TOLERANCE,
+    VARIED,
 )
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
@@ -68,6 +71,9 @@ def reset(w, y, p):
     for e in range(w.kind.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, 0.0
         w.total[e, 2] = np.nan if w.kind[e] == THEN else 0.0
+        w.rise[e, 0], w.rise[e, 1] = 0.0, 0.0
+    w.tau[:] = 0.0
+    w.rest[:] = 0.0
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
@@ -224,6 +230,8 @@ def _advance(w, n_x, n_c, tau):
         w.counts[STALL] = 0
         for g in range(w.fresh.size):
             w.fresh[g] = 0
+        for s in range(w.limits[VARIED]):
+            w.tau[s] = 0.0
 
 
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
@@ -246,22 +254,34 @@ def _accumulate(w, first, tau):
             if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
                 w.total[e, 2] = value(c, order, since)
             continue
+        if w.kind[e] == FOLLOW:
+            follow(w, e, c, tau)
+            continue
         power = 1.0
         for k in range(order + 1):
             w.poly[k] = c[k] * power
             power *= tau
-        low, high = w.total[e, 0], w.total[e, 1]
-        low, high = extend_range(w.poly, order, low, high, w.table, w.stack, w.found, w.slope)
+        if w.kind[e] == TURN:
+            turn_lowest(w, e)
+            continue
+        old_low, old_high = w.total[e, 0], w.total[e, 1]
+        low, high = extend_range(w.poly, order, old_low, old_high, w.table, w.stack, w.found, w.slope)
         w.total[e, 0], w.total[e, 1] = low, high
+        if e < w.limits[FOLLOWED]:
+            note_places(w, e, tau, old_low, old_high)
 
 
 @njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
+    if w.limits[VARIED]:
+        remember(w)
     status = settle(w)
     if status != _OK:
         return status
     starting = w.clock[H_LAST] == 0.0 and w.counts[STEPS] == 0
+    if w.limits[VARIED]:
+        jump(w, n_x, n_c, starting)
     changed, at_rest = 0, n_c > 0
     for i in range(n_c):
         mode = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
@@ -281,6 +301,8 @@ def _switch(w, n_x, n_c):
         w.clock[REST] = np.nan
     elif not w.clock[REST] >= 0.0:
         w.clock[REST] = w.y[n_x] + w.clock[T_LOW]
+        for s in range(w.limits[VARIED]):
+            w.rest[s] = w.tau[s]
     w.counts[EVENTS] += changed
     w.counts[GRAZES] += changed == 0 and not starting
     w.counts[STALL] += 1

@@ -8,6 +8,7 @@ import casadi as ca
 
 from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, constants, lower
+from symfric.lower.variations import Variations
 from symfric.model.names import Key
 from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, Wanted, check_tolerance, wanted_of
@@ -66,7 +67,7 @@ class TaylorProgram:
         self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
         self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states))
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
-        variants = _variants(self.automaton, order, sticker)
+        variants = variants_of(self.automaton, order, sticker)
         budgets = settings.max_steps, settings.max_events
         fine = MARGIN * self.tolerance
         self._code, self._loop = series_loop(scene, self.automaton, variants, wanted, budgets, (fine, fine))
@@ -130,6 +131,7 @@ def series_loop(
     wanted: Wanted,
     budgets: tuple[int, int],
     tolerances: tuple[float, float],
+    variations: Variations | None = None,
 ) -> tuple[MachineCode, Loop]:
     """Compile what the event loop needs of a scene.
 
@@ -144,24 +146,29 @@ def series_loop(
         Most steps and events.
     tolerances : (float, float)
         Of a step, and the part of an acceleration by which errors may falsify a decision to stick.
+    variations : Variations, optional
+        From which the automaton was taken, if its states hold derivatives.
     """
     linear = variants[0].series is None
     functions = [f for v in variants for f in (v.prelude, v.series, v.probe) if f]
     if not linear:
         functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
+    jump = variations.jump if variations else None
+    functions += [jump] if jump else []
     code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
-    work = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces)
+    work = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
     work.clock[4:] = scene.horizon, *tolerances
     room = PATH_BYTES // work.path_c[0].nbytes if wanted.path else budgets[0]
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     smooth = all(v.entire for v in variants)
     limits = min(budgets[0], room), budgets[1], 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
-    work.limits[:] = (*limits, sticker, linear)
+    derivatives = (len(variations.directions), variations.followed) if variations else (0, 0)
+    work.limits[:] = (*limits, sticker, linear, *derivatives)
     return code, Loop(launch, work, wanted, scene.horizon)
 
 
-def _variants(automaton: Automaton, order: int, sticker: int) -> list[Series]:
+def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
     """Return one series for all modes; if one contact alone can stick, one for its slipping and one for its sticking.
 
     Two that choose nothing are faster than one in which the mode is data (by a quarter for one mass on a belt), but

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 from numba import njit
 
@@ -13,13 +14,14 @@ from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 
 # entries of `counts`
-STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED = range(11)
+STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
 # entries of `clock`
 T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE, DOUBT = range(7)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR = range(9)
+MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED = range(11)
+JUMP = 8  # entry of `code`
 
 
 class Workspace(NamedTuple):
@@ -27,7 +29,8 @@ class Workspace(NamedTuple):
 
     # addresses of gauge and reach, then of prelude, series and probe; if one contact alone can stick (named by the
     # limit STICKER) these are for its slipping, and three more are for its sticking; with the limit LINEAR, the prelude
-    # computes the matrices of the equations, and that is all
+    # computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as many
+    # directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
     code: np.ndarray
     y: np.ndarray  # state and time, (n_x + 1,)
     p: np.ndarray  # parameters, then start, value and slope of every input
@@ -77,11 +80,21 @@ class Workspace(NamedTuple):
     path_t: np.ndarray  # start and length of every step kept
     path_c: np.ndarray  # its state coefficients, (n, n_x, order + 1)
     path_m: np.ndarray  # its modes, (n, n_c)
-    then: np.ndarray  # time of every row of which one value is wanted, (n_e,)
+    then: np.ndarray  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
+    before: np.ndarray  # parameters, the modes before and after an event, and the guards hit: what the jump takes
+    after: np.ndarray  # what it gives; see `symfric.lower.variations`
+    tau: np.ndarray  # derivatives of the time of the event at which this step begins, (n_s,)
+    rest: np.ndarray  # and of the last event, (n_s,)
+    rise: np.ndarray  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
 
 
 def make_workspace(
-    automaton: Automaton, variants: Sequence[Series], addresses: dict[str, int], rows: Sequence[Row], segments
+    automaton: Automaton,
+    variants: Sequence[Series],
+    addresses: dict[str, int],
+    rows: Sequence[Row],
+    segments,
+    jump: ca.Function | None = None,
 ) -> Workspace:
     """Allocate the arrays of a program.
 
@@ -96,11 +109,14 @@ def make_workspace(
         What is wanted.
     segments : tuple of arrays
         Times at which inputs change their slope, and what they are from there on.
+    jump : casadi.Function, optional
+        Of the derivatives at events.
     """
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
     n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
     n_r = n_x + n_g + n_e
     functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
+    functions += [""] * (JUMP - len(functions)) + ["jump"]
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
@@ -144,15 +160,20 @@ def make_workspace(
         table=bernstein_table(order),
         segment_t=segments[0],
         segment_p=segments[1],
-        counts=np.zeros(11, dtype=np.int64),
+        counts=np.zeros(12, dtype=np.int64),
         clock=room(7),
-        limits=np.zeros(9, dtype=np.int64),
+        limits=np.zeros(11, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),
         path_c=room(64, n_x, order + 1),
         path_m=np.zeros((64, n_c), dtype=np.int64),
         then=np.array([r.time for r in rows], dtype=float),
+        before=room(jump.nnz_in(1) if jump else 0),
+        after=room(jump.nnz_out(0) if jump else 0),
+        tau=room(n_x),
+        rest=room(n_x),
+        rise=room(n_e, 2),
     )
 
 
@@ -209,4 +230,9 @@ def at_addresses(table):
         cube(table, 46),  # path_c
         integer_matrix(table, 47),  # path_m
         reals(table, 48),  # then
+        reals(table, 49),  # before
+        reals(table, 50),  # after
+        reals(table, 51),  # tau
+        reals(table, 52),  # rest
+        matrix(table, 53),  # rise
     )

@@ -1,0 +1,46 @@
+"""An automaton whose guards can be lifted: motions beyond a touch, as if it did not end a mode.
+
+At the edge of sticking, or of anything else that a touch of a guard decides, a periodic motion changes its kind and the
+map over a period has a corner. The motion that ignores the touch goes on smoothly; where the least value of its guard
+is zero is the edge.
+"""
+
+from dataclasses import replace
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.automaton import Automaton
+
+_FAR = 1e30  # value of a row that is not defined in a mode
+GAPS = 3  # rows for each contact: slip while it slips, and what is left to either bound while it sticks
+
+
+def lifted(automaton: Automaton) -> Automaton:
+    """Return the automaton with two more parameters for each contact and its guards as its first rows.
+
+    The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks. Rows
+    3 i to 3 i + 2 are the guards without them: the slip in its direction, and what is left to both bounds of sticking;
+    where they do not apply they are constant and large.
+    """
+    field, n_c = automaton.field, len(automaton.contacts)
+    y, t, m = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("m", field.nnz_in(3))
+    p, lift = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("lift", 2 * n_c)
+    rate, guards, rows = field(y, t, p, m)
+    gaps, raised = [], ca.SX(guards)
+    for i in range(n_c):
+        sticks, left, right = m[i] > 0.5, guards[2 * i], guards[2 * i + 1]
+        raised[2 * i] = left + ca.if_else(sticks, lift[2 * i + 1], lift[2 * i])
+        raised[2 * i + 1] = right + ca.if_else(sticks, lift[2 * i + 1], 0)
+        carries = ca.logic_and(sticks, m[i] != 2)
+        gaps += [ca.if_else(sticks, _FAR, left), ca.if_else(carries, left, _FAR), ca.if_else(carries, right, _FAR)]
+    wide = ca.vertcat(p, lift)
+    out = [rate, ca.densify(raised), ca.densify(ca.vertcat(*gaps, rows))]
+    gauge = automaton.gauge
+    names = [sp.Symbol(f"lift of {c} while it {how}") for c in automaton.contacts for how in ("slips", "sticks")]
+    return replace(
+        automaton,
+        field=ca.Function("field", [y, t, wide, m], out, field.name_in(), field.name_out()),
+        gauge=ca.Function("gauge", [y, t, wide], list(gauge(y, t, p)), gauge.name_in(), gauge.name_out()),
+        parameters=(*automaton.parameters, *names),
+    )

@@ -1,0 +1,149 @@
+"""The variational equations of an automaton, and what an event does to their solutions.
+
+With ``V = dy/ds`` for every direction s, a parameter or the start of a state,
+
+    V' = df/dy V + df/ds,   V(0) = dy_0/ds.
+
+At an event of the guard g its time moves by ``tau = -(dg/dy V + dg/ds)/g'`` and the states by ``(f_- - f_+) tau``: the
+saltation of Aizerman and Gantmacher (1958), see Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+Systems, section 7.5. A contact that sticks from there on holds its slip at zero, whatever brought it there:
+``J V_u + dw/dq V_q + dw/ds = 0`` is enforced by the impulses that do it, which is what the saltation amounts to.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.automaton import Automaton, hold
+from symfric.lower.printer import Printer, Switches
+from symfric.model.scene import Scene
+
+
+@dataclass(frozen=True)
+class Variations:
+    """An automaton together with its derivatives in some directions.
+
+    Attributes
+    ----------
+    automaton : Automaton
+        Its states are ``[y; V_1; V_2; ...]``, its rows those of the original and then the derivatives, at a fixed time,
+        of the first ones that are followed, row by row, one for each direction.
+    jump : casadi.Function
+        ``([y; V; t], [p; m_before; m_after; hit]) -> (V, tau, rows, slope, mismatch, slip)`` with the flags of the
+        guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of the
+        integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how much
+        (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c, n_s),
+        row by row.
+    start : casadi.Function
+        ``p -> V(0)``, all columns.
+    directions : tuple of str
+    followed : int
+    """
+
+    automaton: Automaton
+    jump: ca.Function
+    start: ca.Function
+    directions: tuple[str, ...]
+    followed: int
+
+
+def varied(automaton: Automaton, scene: Scene, directions: Sequence[str], followed: int) -> Variations:
+    """Append the variational equations of an automaton.
+
+    Parameters
+    ----------
+    automaton : Automaton
+    scene : Scene
+        From which the automaton was made.
+    directions : sequence of str
+        Names of parameters in ``automaton.parameters``, or of states, whose starting values are meant.
+    followed : int
+        How many of the rows have derivatives.
+    """
+    field, n_s = automaton.field, len(directions)
+    n_x, n_p = field.nnz_in(0), field.nnz_in(2)
+    y, V, t = ca.SX.sym("y", n_x), ca.SX.sym("V", n_x, n_s), ca.SX.sym("t")
+    p, m = ca.SX.sym("p", n_p), ca.SX.sym("m", field.nnz_in(3))
+    names = [s.name for s in automaton.parameters]
+    chosen = ca.SX(n_p, n_s)
+    for k, name in enumerate(directions):
+        if name in names:
+            chosen[names.index(name), k] = 1
+    along = lambda e: ca.jacobian(e, y) @ V + ca.jacobian(e, p) @ chosen  # noqa: E731
+    rate, guards, rows = field(y, t, p, m)
+    flat = lambda e: ca.vec(ca.densify(e).T)  # noqa: E731, row by row
+    state = ca.vertcat(y, ca.vec(V))
+    out = [ca.vertcat(rate, ca.vec(ca.densify(along(rate)))), guards, ca.vertcat(rows, flat(along(rows[:followed])))]
+    wide = ca.Function("field", [state, t, p, m], out, field.name_in(), field.name_out())
+    gauge = automaton.gauge(y, t, p)
+    names_out = automaton.gauge.name_out()
+    return Variations(
+        automaton=replace(
+            automaton,
+            field=wide,
+            gauge=ca.Function("gauge", [state, t, p], list(gauge), ["y", "t", "p"], names_out),
+            states=(*automaton.states, *(f"d{x}/d{s}" for s in directions for x in automaton.states)),
+        ),
+        jump=_jump(automaton, y, V, t, p, along, flat, followed),
+        start=_start(automaton, scene, directions),
+        directions=tuple(directions),
+        followed=followed,
+    )
+
+
+def _jump(automaton: Automaton, y: ca.SX, V: ca.SX, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
+    n_m, n_g, n_c = automaton.n_mode, automaton.n_guards, len(automaton.contacts)
+    before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
+    rate, guards, rows = automaton.field(y, t, p, before)
+    next_rate, _, next_rows = automaton.field(y, t, p, after)
+    slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
+    gain = ca.densify(along(guards))
+    first, any_before = [], ca.SX(0)
+    for g in range(n_g):
+        first.append(ca.if_else(any_before > 0.5, 0, hit[g]))
+        any_before = ca.fmax(any_before, hit[g])
+    first = ca.vertcat(*first) if first else ca.SX(0, 1)
+    divisor = ca.dot(first, slope) if n_g else ca.SX(0)
+    tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
+    moved = V + (rate - next_rate) @ tau
+    jumps = (rows - next_rows)[:followed] @ tau
+    both = slope @ tau
+    apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
+    mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
+    w, _, _, _, _, coupling, spread = automaton.gauge(y, t, p)
+    slips = ca.substitute(ca.densify(along(w)), V, moved) if n_c else ca.SX(0, V.shape[1])
+    if n_c:
+        S = ca.diag(after[:n_c] == 1)
+        A = ca.reshape(coupling, n_c, n_c).T
+        system = ca.sparsify(ca.SX.eye(n_c) - S + S @ A @ S)
+        n_u = spread.numel() // n_c
+        back = ca.reshape(spread, n_c, n_u).T
+        held = ca.horzcat(*(hold(system, S @ slips[:, k], tested=False) for k in range(V.shape[1])))
+        u = slice(automaton.n_q, automaton.n_q + n_u)
+        moved[u, :] -= back @ held
+    state = ca.vertcat(y, ca.vec(V), t)
+    data = ca.vertcat(p, before, after, hit)
+    out = ca.vertcat(ca.vec(moved), tau.T, flat(jumps), slope, mismatch, flat(slips))
+    return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
+
+
+def _start(automaton: Automaton, scene: Scene, directions: Sequence[str]) -> ca.Function:
+    """Return how the start depends on the directions."""
+    p = ca.SX.sym("p", len(automaton.parameters))
+    symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
+    of = {s.name: s for s in scene.values}
+    show = Printer(symbols, set(), Switches())
+    fixed = {s: v for s, v in scene.values.items() if s not in symbols}
+    columns = []
+    for name in directions:
+        if name in automaton.states:
+            columns.append(ca.SX([float(s.name == name) for s in scene.system.states]))
+        else:
+            columns.append(ca.vertcat(*(show(_slope(e, of[name], fixed)) for e in scene.initial.values())))
+    return ca.Function("start", [p], [ca.densify(ca.vertcat(*columns))])
+
+
+def _slope(e, symbol: sp.Symbol, fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
+    return sp.sympify(e).diff(symbol).xreplace({s: sp.Float(v) for s, v in fixed.items()})

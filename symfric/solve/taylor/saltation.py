@@ -1,0 +1,154 @@
+"""Derivatives across an event: those of the states, of the integrals, and of the extremes that lie on it.
+
+The functions do nothing to runs without derivatives, and are not called by them.
+"""
+
+from numba import njit
+
+from symfric.solve.compiled import INTEGRAL, RANGE
+from symfric.solve.memory import call_code
+from symfric.solve.taylor.polynomials import roots, value
+from symfric.solve.taylor.settle import natural_time
+from symfric.solve.taylor.workspace import DOUBTS, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
+
+APART = 1e-6  # relative difference of the times of events that are meant to be one
+
+
+@njit(nogil=True, _nrt=False)
+def remember(w):
+    """Note the mode before an event, and what was hit."""
+    n_m, first = w.m.size, w.p.size
+    for k in range(first):
+        w.before[k] = w.p[k]
+    for k in range(n_m):
+        w.before[first + k] = w.m[k]
+    for g in range(w.hit.size):
+        w.before[first + 2 * n_m + g] = w.hit[g]
+
+
+@njit(nogil=True, _nrt=False)
+def jump(w, n_x, n_c, starting):
+    """Apply the saltation to all derivatives; count the events at which there are none."""
+    n_s, n_m, n_g, n_f = w.limits[VARIED], w.m.size, w.hit.size, w.limits[FOLLOWED]
+    n_y, first = n_x // (1 + n_s), w.kind.size - n_f * n_s
+    for k in range(n_m):
+        w.before[w.p.size + n_m + k] = w.m[k]
+    call_code(w.code[JUMP], w.y.ctypes.data, w.before.ctypes.data, w.after.ctypes.data)
+    shifted = n_s * n_y
+    gains = shifted + n_s
+    slopes = gains + n_f * n_s
+    slips = slopes + 2 * n_g
+    if starting:
+        _doubt_start(w, n_c, n_s, slips)
+    else:
+        _doubt(w, n_x, n_c, slopes)
+    for k in range(n_s * n_y):
+        w.y[n_y + k] = w.after[k]
+    for s in range(n_s):
+        w.tau[s] = w.after[shifted + s]
+    for e in range(n_f):
+        for s in range(n_s):
+            f = first + e * n_s + s
+            if w.kind[e] == INTEGRAL:
+                w.total[f, 2] += w.after[gains + e * n_s + s]
+            elif w.kind[e] == RANGE:
+                w.total[f, 0] += w.rise[e, 0] * w.tau[s]
+                w.total[f, 1] += w.rise[e, 1] * w.tau[s]
+
+
+@njit(nogil=True, _nrt=False)
+def _doubt(w, n_x, n_c, slopes):
+    """Count an event that grazes, that is two events at one time, or that follows another at once."""
+    n_m, n_g, first = w.m.size, w.hit.size, w.p.size
+    changed = False
+    for i in range(n_c):
+        a, b = w.before[first + i], w.m[i]
+        changed = changed or (a > 0.5) != (b > 0.5) or (b < 0.5 and w.before[first + n_c + i] != w.m[n_c + i])
+    for g in range(2 * n_c):
+        if w.before[first + 2 * n_m + g] == 0.0:
+            continue
+        slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock[TOLERANCE]) ** 0.5 * w.scale[n_x + g]
+        if slow or w.after[slopes + n_g + g] > APART:
+            w.counts[DOUBTS] += 1
+    if changed and w.counts[STALL] > 0:
+        w.counts[DOUBTS] += 1
+
+
+@njit(nogil=True, _nrt=False)
+def _doubt_start(w, n_c, n_s, slips):
+    """Count the contacts that slip from zero slip although a direction moves their start to either side."""
+    for i in range(n_c):
+        if w.zero[i] and w.m[i] < 0.5:
+            for s in range(n_s):
+                w.counts[DOUBTS] += w.after[slips + i * n_s + s] != 0.0
+
+
+@njit(nogil=True, _nrt=False)
+def note_places(w, e, tau, low, high):
+    """Note where in the step (0 to 1) row e took new extremes, -1 where it did not, and its slope if at the end.
+
+    ``w.poly`` holds the row over the step, scaled to [0, 1]; `low` and `high` are the extremes before it.
+    """
+    order = w.c.shape[1] - 1
+    for side in range(2):
+        new, old = w.total[e, side], low if side == 0 else high
+        w.rise[e, side] = 0.0
+        margin = 1e-14 * max(abs(new), w.scale[w.c.shape[0] - w.kind.size + e])
+        w.total[e, 2 + side] = _place(w, order, new) if abs(new - old) > margin else -1.0
+        if w.total[e, 2 + side] == 1.0:
+            for k in range(order, 0, -1):
+                w.rise[e, side] += k * w.poly[k] / tau
+
+
+@njit(nogil=True, _nrt=False)
+def _place(w, order, target):
+    """Return where in [0, 1] the polynomial ``w.poly`` takes an extreme value."""
+    if w.poly[0] == target:
+        return 0.0
+    if value(w.poly, order, 1.0) == target:
+        return 1.0
+    for k in range(order):
+        w.slope[k] = (k + 1) * w.poly[k + 1]
+    best, where = abs(w.poly[0] - target), 0.0
+    for j in range(roots(w.slope, order - 1, order, w.table, w.stack, w.found)):
+        gap = abs(value(w.poly, order, w.found[j]) - target)
+        if gap < best:
+            best, where = gap, w.found[j]
+    return where
+
+
+@njit(nogil=True, _nrt=False)
+def turn_lowest(w, e):
+    """Extend the least value that row e took where it turned upward; ``w.poly`` holds it, scaled to [0, 1]."""
+    order = w.c.shape[1] - 1
+    w.total[e, 2], w.total[e, 3] = -1.0, -1.0
+    change, bend = 0.0, 0.0
+    for k in range(1, order + 1):
+        change += abs(w.poly[k])
+        w.slope[k - 1] = k * w.poly[k]
+    for k in range(1, order):
+        bend += abs(w.slope[k])
+    if abs(w.slope[0]) > bend or w.poly[0] - change >= w.total[e, 0]:
+        return
+    for j in range(roots(w.slope, order - 1, order, w.table, w.stack, w.found)):
+        curve, at = 0.0, w.found[j]
+        for k in range(order - 1, 0, -1):
+            curve = curve * at + k * w.slope[k]
+        here = value(w.poly, order, at)
+        if curve > 0.0 and here < w.total[e, 0]:
+            w.total[e, 0], w.total[e, 2] = here, at
+
+
+@njit(nogil=True, _nrt=False)
+def follow(w, f, c, tau):
+    """Evaluate derivative row f where the row it follows took its extremes in this step."""
+    e = int(w.then[f])
+    s = (f - w.kind.size) % w.limits[VARIED]
+    parent = w.c[w.c.shape[0] - w.kind.size + e]
+    for side in range(2):
+        place = w.total[e, 2 + side]
+        if place < 0.0:
+            continue
+        w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau)
+        if place == 0.0:  # a row that jumped at the event where this step begins
+            w.total[f, side] += parent[1] * w.tau[s]

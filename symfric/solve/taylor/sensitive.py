@@ -1,0 +1,179 @@
+"""Runs with derivatives: the variational equations beside the motion, with the exact jump at every event."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from symfric.errors import NoRoute, SceneError
+from symfric.lower.automaton import constants, lower
+from symfric.lower.linear import matrices
+from symfric.lower.variations import Variations, varied
+from symfric.model.names import Key, name_of, nearest
+from symfric.model.outputs import HalfRange, Min, StopTime
+from symfric.model.scene import Scene
+from symfric.solve.compiled import FOLLOW, RANGE, TURN, Loop, Numbers, Row, Wanted, check_tolerance, wanted_of
+from symfric.solve.run import Derivatives, Run
+from symfric.solve.status import Status
+from symfric.solve.taylor.jit import MachineCode
+from symfric.solve.taylor.linear_series import linear_series
+from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
+from symfric.solve.taylor.workspace import DOUBTS
+from symfric.solve.widened import widened
+
+LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
+
+
+class SensitiveProgram:
+    """A scene compiled together with its derivatives. Not to be shared between threads.
+
+    Parameters
+    ----------
+    scene : Scene
+    tolerance : float
+        Of the motion and of its derivatives.
+    settings : Taylor
+    directions : sequence of str
+        From `directions_of`.
+    general : frozenset of str
+        Parameters that will change although they could be built in.
+    """
+
+    route = "taylor"
+
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float,
+        settings: Taylor,
+        directions: Sequence[str],
+        general: frozenset[str] = frozenset(),
+    ):
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
+        self.directions = tuple(directions)
+        self._states = tuple(s.name for s in scene.system.states)
+        self.varied = general | {name for name in self.directions if name not in self._states}
+        self._wanted = wanted_of(scene)
+        automaton = lower(scene, [r.expr for r in self._wanted.rows], self.varied)
+        variations = varied(automaton, scene, self.directions, len(self._wanted.rows))
+        self._start = variations.start
+        self._code, self._loop = sensitive_loop(scene, variations, self._wanted, self.tolerance, settings)
+        self.general: SensitiveProgram | None = None
+        self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
+        self._numbers = Numbers(scene, automaton.parameters, self.built_in)
+        self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
+        self._first = self._start_derivatives(self._numbers.start[1], {})
+
+    def __reduce__(self):
+        """Pickle as what it was prepared from."""
+        return SensitiveProgram, (self.scene, self.tolerance, self.settings, self.directions, self.varied)
+
+    def remade(self, names: frozenset[str]) -> "SensitiveProgram":
+        """Return the program in which the parameters `names` may be anything."""
+        return SensitiveProgram(self.scene, self.tolerance, self.settings, self.directions, names)
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start; see `TaylorProgram.run`."""
+        values, initial = values or {}, initial or {}
+        general = widened(self, values)
+        if general is not None:
+            return general.run(values, initial, progress)
+        y, p = self._numbers.changed(values, initial)
+        first = self._start_derivatives(p, initial) if self._moving_start else self._first
+        status = self._loop.drive(np.concatenate([y, first]), p, progress)
+        final, t_final, stats, raw = self._loop.collect(len(self._states))
+        if status == Status.OK and self._loop.work.counts[DOUBTS]:
+            status = Status.NO_DERIVATIVE
+        raw = raw._replace(derivatives=self._derivatives(status))
+        return Run(
+            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+        )
+
+    def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
+        """Return the derivatives of the start; a number that replaces a formula depends on nothing."""
+        n_x = len(self._states)
+        first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(self.directions), n_x)
+        for name in map(name_of, initial):
+            for k, direction in enumerate(self.directions):
+                first[k, self._states.index(name)] = float(direction == name)
+        return first.ravel()
+
+    def _derivatives(self, status: Status) -> Derivatives:
+        """Read the derivatives of the last run; NaN where there are none."""
+        w, n_s, n_x = self._loop.work, len(self.directions), len(self._states)
+        factor = math.nan if status == Status.NO_DERIVATIVE else 1.0
+        final = factor * w.y[n_x : n_x * (1 + n_s)].reshape(n_s, n_x)
+        n_e = len(self._wanted.rows)
+        tables = factor * w.total[n_e:].reshape(n_e, n_s, 4)
+        outputs = {
+            name: dict(zip(self.directions, self._of(name, row, tables[row]).tolist(), strict=True))
+            for name, row in self._wanted.row.items()
+        }
+        for name in (n for n, o in self.scene.outputs.items() if isinstance(o, StopTime)):
+            known = factor if w.clock[2] >= 0 else math.nan
+            outputs[name] = dict(zip(self.directions, (known * w.rest[:n_s]).tolist(), strict=True))
+        return Derivatives(dict(zip(self.directions, final, strict=True)), outputs)
+
+    def _of(self, name: str, k: int, table: np.ndarray) -> np.ndarray:
+        """Return the derivatives of a scalar output from those of its row, shape (n_s,)."""
+        row = self._wanted.rows[k]
+        if row.kind != RANGE:
+            return table[:, 2]
+        low, high = self._loop.work.total[k, :2]
+        d_low, d_high = table[:, 0], table[:, 1]
+        if row.magnitude:
+            d_low, d_high = (
+                d_low if low > 0 else -d_high if high < 0 else np.zeros_like(d_low),
+                -d_low if -low > high else d_high,
+            )
+        output = self.scene.outputs[name]
+        if isinstance(output, HalfRange):
+            return 0.5 * (d_high - d_low)
+        return d_low if isinstance(output, Min) else d_high
+
+
+def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
+    """Return the names as strings, checked.
+
+    Raises
+    ------
+    SceneError
+        If a name is neither a parameter nor a state, or occurs twice.
+    """
+    if isinstance(names, str):
+        raise SceneError(f"sensitivities is {names!r}; give a sequence of names, such as [{names!r}]")
+    found = tuple(name_of(n) for n in names)
+    known = [*(s.name for s in scene.parameters), *(s.name for s in scene.system.states)]
+    for name in found:
+        if name not in known:
+            raise SceneError(f"{name} is neither a parameter nor a state{nearest(name, known)}")
+        if found.count(name) > 1:
+            raise SceneError(f"{name} occurs twice in sensitivities")
+    return found
+
+
+def sensitive_loop(
+    scene: Scene, variations: Variations, wanted: Wanted, tolerance: float, settings: Taylor
+) -> tuple[MachineCode, Loop]:
+    """Compile the motion and its derivatives; linear equations of several bodies as powers of their matrices."""
+    rows = list(wanted.rows)
+    for e, row in enumerate(wanted.rows[: variations.followed]):
+        follows = Row(FOLLOW, row.expr, float(e)) if row.kind in (RANGE, TURN) else row
+        rows += [follows] * len(variations.directions)
+    wide = Wanted(tuple(rows), wanted.row, wanted.path, wanted.events)
+    automaton, budgets, fine = variations.automaton, (settings.max_steps, settings.max_events), MARGIN * tolerance
+    try:
+        if max(len(scene.system.q), len(scene.contacts)) == 1:
+            raise NoRoute("one mass: its series are as cheap")
+        variants = [linear_series(automaton, matrices(automaton), LINEAR_ORDER)]
+        tolerances = LINEAR_TOLERANCE, fine
+    except NoRoute:
+        sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
+        order = settings.order or order_for(tolerance, len(scene.system.states))
+        variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
+    return series_loop(scene, automaton, variants, wide, budgets, tolerances, variations)
