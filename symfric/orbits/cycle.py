@@ -1,0 +1,238 @@
+"""Limit cycles, stable and unstable, through stick and slip: where they are and whether they last."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.outputs import Trajectory
+from symfric.model.scene import Scene
+from symfric.orbits.flow import Flow, Passage, flow_of
+from symfric.orbits.guess import Guess, settled
+from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.solve.choose import prepare
+from symfric.solve.run import Event, Run
+
+_VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
+_ZERO = 1e-11  # of the largest multiplier: what a contact that sticks leaves of a direction
+_PATIENCE = (1, 4, 16)  # horizons of the scene that its motion is given to settle
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A periodic motion.
+
+    Attributes
+    ----------
+    period : float
+    start : ndarray, shape (n_x,)
+        A state on it; of a forced scene the one at t = 0.
+    half_range, x_max, x_min : ndarray, shape (n_x,)
+        Of every state, in the order of `names`.
+    stick_time : float
+        Time in one period during which at least one contact sticks.
+    stick_fraction : float
+        The same over the period.
+    multipliers : ndarray, shape (n_x,)
+        Floquet multipliers, the trivial one of an autonomous scene first, the others by falling magnitude; a complex
+        array if any is. Those that sticking makes zero are exactly zero.
+    trivial : int or None
+        Index of the multiplier that belongs to a shift of time; None if the scene is forced.
+    stable : bool
+        Whether all others lie within the unit circle.
+    events : tuple of Event
+        Within one period from `start`.
+    names : tuple of str
+    differentiable : bool
+        Whether the multipliers exist: not at a graze, nor where two events come at one time.
+    """
+
+    period: float
+    start: np.ndarray
+    half_range: np.ndarray
+    x_max: np.ndarray
+    x_min: np.ndarray
+    stick_time: float
+    stick_fraction: float
+    multipliers: np.ndarray
+    trivial: int | None
+    stable: bool
+    events: tuple[Event, ...]
+    names: tuple[str, ...]
+    differentiable: bool
+    base: Scene = field(repr=False)
+    values: dict[str, float] = field(repr=False)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene with the values, the start and the period of the orbit as its own."""
+        states = dict(zip(self.base.system.states, self.start.tolist(), strict=True))
+        return self.base.where(self.values).starting(states).until(self.period)
+
+    @cached_property
+    def run(self) -> Run:
+        """The motion over one period, with its trajectory."""
+        return prepare(self.scene.wanting({"path": Trajectory()}), 1e-12).run()
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        by_state = {n: getattr(self, n).tolist() for n in ("start", "half_range", "x_max", "x_min")}
+        return {
+            "names": list(self.names),
+            "period": self.period,
+            **by_state,
+            "stick_time": self.stick_time,
+            "stick_fraction": self.stick_fraction,
+            "multipliers": [[m.real, m.imag] for m in self.multipliers.astype(complex).tolist()],
+            "stable": self.stable,
+            "events": [[e.t, e.contact, e.before, e.after] for e in self.events],
+        }
+
+    def to_xarray(self):
+        """Return the motion over one period; see `Run.to_xarray`."""
+        return self.run.to_xarray()
+
+    def plot(self, ax=None):
+        """Draw the first coordinate's phase plane; return the Axes."""
+        from symfric.orbits.drawing import plot_orbit
+
+        return plot_orbit(self, ax)
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        return (
+            f"Orbit({kind}, period={self.period:.12g}, half_range={self.half_range[0]:.9g}, "
+            f"stick_fraction={self.stick_fraction:.6g})"
+        )
+
+
+def limit_cycle(
+    scene: Scene, guess: Orbit | tuple[Sequence[float], float] | None = None, tolerance: float = 1e-13
+) -> Orbit:
+    """Find a periodic motion of a scene by Newton's method on the map over a period.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, or excited by sines and cosines of time with a common period. Its start and horizon matter only
+        without a guess: then its motion is followed until it repeats itself.
+    guess : Orbit, or (state, period), optional
+        Something near the cycle, which may be unstable. Of forced scenes the state is that at t = 0, and the period is
+        rounded to a multiple of that of the excitation.
+    tolerance : float
+        Of the motion.
+
+    Returns
+    -------
+    Orbit
+
+    Raises
+    ------
+    NotFound
+        If the motion settles to rest or steady sliding, or no cycle is found near the guess.
+    SceneError
+        If the excitation has no period, or an input is sampled.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    flow = flow_of(scene, (), tolerance)
+    values = values_of(scene)
+    forcing = flow.period(values) if flow.period else None
+    if guess is not None:
+        return _near(scene, flow, values, read_guess(guess, flow, forcing))
+    reason = None
+    for patience in _PATIENCE:
+        try:
+            return _near(scene, flow, values, settled(scene, flow, forcing, patience))
+        except NotFound as failure:
+            reason = failure
+            if "settles" in str(failure):
+                break
+    raise NotFound(str(reason)) from None
+
+
+def values_of(scene: Scene) -> dict[str, float]:
+    """Return the values of a scene by name; raise if one is missing."""
+    scene.numbers()
+    return {s.name: v for s, v in scene.values.items()}
+
+
+def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
+    """Return what the user gave as state, period, and multiple of the excitation's period."""
+    if isinstance(guess, Orbit):
+        state, period = guess.start, guess.period
+    else:
+        try:
+            state, period = guess
+            state, period = np.array(state, dtype=float), float(period)
+        except (TypeError, ValueError):
+            raise SceneError("guess is neither an Orbit nor a pair (state, period)") from None
+    if state.shape != (len(flow.states),):
+        raise SceneError(f"the state of the guess has shape {state.shape}; the scene has {len(flow.states)} states")
+    if not period > 0:
+        raise SceneError(f"the period of the guess is {period}; it must be positive")
+    return Guess(state, period, max(1, round(period / forcing)) if forcing else 0)
+
+
+def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> Orbit:
+    system = System(flow, values, guess.multiple)
+    z = system.pack(guess.start, guess.period, values)
+    before = system.follow(z)
+    found = solve(system, z)
+    if np.all(ranges(found.passage) <= _VANISHED * np.max(ranges(before))) and system.free:
+        raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
+    return orbit_of(scene, system, found)
+
+
+def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:
+    """Read the properties of a closed orbit."""
+    flow, passage = system.flow, point.passage
+    start, period, values = system.unpack(point.z)
+    multipliers, trivial = multipliers_of(passage, system.free)
+    others = np.delete(multipliers, trivial) if trivial is not None else multipliers
+    stick = stick_time(passage, period)
+    return Orbit(
+        period=period,
+        start=start.copy(),
+        half_range=0.5 * (passage.high - passage.low),
+        x_max=passage.high,
+        x_min=passage.low,
+        stick_time=stick,
+        stick_fraction=stick / period,
+        multipliers=multipliers,
+        trivial=trivial,
+        stable=bool(np.all(np.abs(others) < 1)),
+        events=tuple(Event(t, flow.contacts[i], a, b) for t, i, a, b in passage.events),
+        names=flow.states,
+        differentiable=not passage.doubtful,
+        base=scene,
+        values={n: values[n] for n in flow.parameters},
+    )
+
+
+def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None]:
+    """Return the eigenvalues of the monodromy matrix in order, and where the trivial one stands."""
+    found = np.linalg.eigvals(passage.by_start)
+    found = np.where(np.abs(found) <= _ZERO * max(1.0, np.max(np.abs(found))), 0.0, found)
+    found = found[np.argsort(-np.abs(found), kind="stable")]
+    if free:
+        shift = passage.by_start @ passage.rate - passage.rate  # zero: the motion itself is carried along
+        k = int(np.argmin(np.abs(found - 1.0)))
+        if np.linalg.norm(shift) <= 1e-3 * np.linalg.norm(passage.rate):
+            found = np.concatenate([found[k : k + 1], np.delete(found, k)])
+    found = found.real if np.all(np.abs(found.imag) == 0) else found
+    return found, 0 if free else None
+
+
+def stick_time(passage: Passage, period: float) -> float:
+    """Return the time during which at least one contact sticks."""
+    modes = list(passage.modes)
+    for _, i, before, _ in reversed(passage.events):
+        modes[i] = before
+    total, last = 0.0, 0.0
+    for t, i, _, after in passage.events:
+        total += (t - last) * (0 in modes)
+        modes[i], last = after, t
+    return total + (period - last) * (0 in modes)

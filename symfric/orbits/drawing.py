@@ -1,0 +1,45 @@
+"""Pictures of orbits and branches."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+_MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
+_POINTS = 600  # of an orbit
+
+
+def plot_orbit(orbit, ax=None):
+    """Draw coordinate against velocity over one period; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    x = orbit.run(np.linspace(0, orbit.period, _POINTS))
+    n = len(orbit.base.system.q)
+    ax.plot(x[0], x[n], linestyle="-" if orbit.stable else "--")
+    ax.set_xlabel(orbit.names[0])
+    ax.set_ylabel(orbit.names[n])
+    return ax
+
+
+def plot_branch(branch, ax=None):
+    """Draw the half range of the first coordinate, stable parts full and unstable ones dashed; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    size = np.array([o.half_range[0] for o in branch.orbits])
+    stable = np.array([o.stable for o in branch.orbits])
+    for kind, style, label in ((True, "-", "stable"), (False, "--", "unstable")):
+        drawn = np.where(_with_neighbours(stable == kind), size, np.nan)
+        if np.any(np.isfinite(drawn)):
+            ax.plot(branch.values, drawn, style, color="C0" if kind else "C3", label=label)
+    for kind in dict.fromkeys(s.kind for s in branch.special):
+        there = [s for s in branch.special if s.kind == kind]
+        height = [0.0 if kind == "hopf" else s.orbit.half_range[0] for s in there]
+        ax.plot([s.value for s in there], height, _MARKS[kind], color="k", fillstyle="none", label=kind)
+    ax.set_xlabel(branch.parameter)
+    ax.set_ylabel(f"half range of {branch.orbits[0].names[0]}")
+    ax.set_ylim(bottom=0)
+    ax.legend()
+    return ax
+
+
+def _with_neighbours(mask: np.ndarray) -> np.ndarray:
+    """Return the mask widened by one point, so that parts of a line meet."""
+    wide = mask.copy()
+    wide[1:] |= mask[:-1]
+    return wide

@@ -1,0 +1,215 @@
+"""The flow of a scene over a time that varies from call to call, with its derivatives: what every orbit is made of."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound, SceneError
+from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.lift import GAPS, lifted
+from symfric.lower.variations import varied
+from symfric.model.names import TIME
+from symfric.model.outputs import End, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.choose import Program, prepare
+from symfric.solve.compiled import RANGE, TURN, Numbers, Row, Wanted
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+from symfric.solve.taylor.program import Taylor
+from symfric.solve.taylor.sensitive import sensitive_loop
+from symfric.solve.taylor.workspace import DOUBTS, T_END
+
+BUDGETS = Taylor(max_steps=2_000_000, max_events=100_000)
+_ROUGH = 1e-8  # tolerance of a motion that serves as a guess
+_MOST_FLOWS = 16
+_FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations
+
+
+class Passage(NamedTuple):
+    """One passage of the flow.
+
+    Attributes
+    ----------
+    end : ndarray, shape (n_x,)
+    by_start : ndarray, shape (n_x, n_x)
+        Derivatives of the end by the start: the monodromy matrix if the passage is a period.
+    by_value : ndarray, shape (n_x, n_p)
+        By the parameters of the flow.
+    rate : ndarray, shape (n_x,)
+        State derivative at the end.
+    events : tuple of (float, int, int, int)
+        Time, contact, mode before and after.
+    modes : tuple of int
+        Of the contacts at the end.
+    gaps : ndarray, shape (3 n_c,)
+        Least value of each guard where it turns, infinite if it does not: the slip, what is left to either bound.
+    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
+    low, high : ndarray, shape (n_x,)
+        Extremes of the states.
+    doubtful : bool
+        Whether the derivatives do not exist.
+    """
+
+    end: np.ndarray
+    by_start: np.ndarray
+    by_value: np.ndarray
+    rate: np.ndarray
+    events: tuple[tuple[float, int, int, int], ...]
+    modes: tuple[int, ...]
+    gaps: np.ndarray
+    gaps_by_start: np.ndarray
+    gaps_by_value: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    doubtful: bool
+
+
+class Flow:
+    """The compiled flow of a scene. Not to be shared between threads.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without sampled inputs; its horizon, start and outputs play no part.
+    parameters : sequence of str
+        By which derivatives are wanted.
+    tolerance : float
+
+    Attributes
+    ----------
+    period : callable or None
+        From parameter values by name to the period of the excitation; None if nothing depends on time.
+    period_by : callable or None
+        The same for its derivatives by the parameters of the flow, (n_p,).
+    """
+
+    def __init__(self, scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13):
+        if scene.inputs:
+            raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
+        self.scene = scene.wanting({"end": End()})
+        self.parameters = tuple(parameters)
+        self.states = tuple(s.name for s in scene.system.states)
+        self.contacts = tuple(c.name for c in scene.contacts)
+        self.tolerance = tolerance
+        rows = [Row(RANGE, s) for s in scene.system.states]
+        self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
+        n_gaps = GAPS * len(self.contacts)
+        variations = varied(self._automaton, self.scene, (*self.states, *self.parameters), n_gaps)
+        wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
+        self._code, self._loop = sensitive_loop(self.scene, variations, wanted, tolerance, BUDGETS)
+        own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
+        self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
+        self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
+        self._motions: dict[float, Program] = {}
+        autonomous = self._automaton.autonomous
+        self.period, self.period_by = (None, None) if autonomous else _period(self.scene, self.parameters)
+
+    def motion(self, scene: Scene, horizon: float) -> Run:
+        """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
+        if horizon not in self._motions:
+            self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
+        numbers = scene.numbers()
+        initial = {s.name: numbers[s] for s in scene.system.states}
+        return self._motions[horizon].run({s.name: v for s, v in scene.values.items()}, initial)
+
+    def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
+        """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
+        _, p = self._numbers.changed(values, {})
+        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(2 * len(self.contacts))))[0]).ravel()
+
+    def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
+        """Follow the flow from state y for a time.
+
+        Parameters
+        ----------
+        y : ndarray, shape (n_x,)
+        values : dict
+            Changes of the scene's values.
+        time : float
+        lift : ndarray, shape (2 n_c,), optional
+            Added to the guards of every contact while it slips and while it sticks; see `symfric.lower.lift`.
+
+        Raises
+        ------
+        NotFound
+            If the motion ends before; with the advice of its status.
+        """
+        n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
+        _, p = self._numbers.changed(values, {})
+        w = self._loop.work
+        w.clock[T_END] = time
+        raised = np.zeros(2 * n_c) if lift is None else lift
+        status = self._loop.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
+        if status != Status.OK:
+            raise NotFound(f"the motion from this start ends early: {status.name}")
+        w = self._loop.work
+        n_e, n_s, n_g = n_x + GAPS * n_c, n_x + n_p, GAPS * n_c
+        V = w.y[n_x:-1].reshape(n_s, n_x).T
+        follow = w.total[n_e:, 0].reshape(n_g, n_s)
+        kept = w.counts[5]
+        events = tuple(zip(w.event_t[:kept].tolist(), *w.event_i[:kept].T.tolist(), strict=True))
+        modes = np.where(w.m[:n_c] > 0.5, 0, w.m[n_c : 2 * n_c])
+        rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
+        return Passage(
+            end=w.y[:n_x].copy(),
+            by_start=V[:, :n_x].copy(),
+            by_value=V[:, n_x:].copy(),
+            rate=np.array(rate).ravel(),
+            events=events,
+            modes=tuple(int(k) for k in modes),
+            gaps=w.total[:n_g, 0].copy(),
+            gaps_by_start=follow[:, :n_x].copy(),
+            gaps_by_value=follow[:, n_x:].copy(),
+            low=w.total[n_g:n_e, 0].copy(),
+            high=w.total[n_g:n_e, 1].copy(),
+            doubtful=bool(w.counts[DOUBTS]),
+        )
+
+
+def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:
+    """Return the compiled flow of a scene; that of the same equations with other numbers is kept in memory.
+
+    Its own numbers may be those of another scene: give all values to `Flow.run`.
+    """
+    dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
+    integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
+    key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance
+    if scene.inputs or integrals:
+        return Flow(scene, parameters, tolerance)
+    if key not in _FLOWS:
+        while len(_FLOWS) >= _MOST_FLOWS:
+            _FLOWS.pop(next(iter(_FLOWS)))
+        _FLOWS[key] = Flow(scene, parameters, tolerance)
+    return _FLOWS[key]
+
+
+def _period(scene: Scene, parameters: Sequence[str]) -> tuple[Callable, Callable]:
+    """Return the period of the excitation, and its derivatives, as functions of parameter values by name.
+
+    Raises
+    ------
+    SceneError
+        If time appears otherwise than in sines and cosines whose frequencies have rational ratios.
+    """
+    frequencies, phase = [], sp.Dummy("phase", real=True)
+    parts = [*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile))]
+    for e in (sp.sympify(p) for p in parts if TIME in sp.sympify(p).free_symbols):
+        waves = [w for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols]
+        if TIME in e.xreplace(dict.fromkeys(waves, phase)).free_symbols:
+            raise SceneError(f"time appears outside sines and cosines in {e}: the excitation has no period")
+        frequencies += [sp.simplify(sp.diff(w.args[0], TIME)) for w in waves]
+    first = frequencies[0]
+    ratios = [sp.nsimplify(sp.simplify(f / first)) for f in frequencies]
+    if any(TIME in f.free_symbols for f in frequencies) or not all(r.is_Rational for r in ratios):
+        raise SceneError(f"the frequencies {sorted(set(map(str, frequencies)))} have no common period")
+    base = first * sp.Rational(math.gcd(*(r.p for r in ratios)), math.lcm(*(r.q for r in ratios)))
+    symbols = sorted(base.free_symbols, key=str)
+    of = {s.name: s for s in symbols}
+    slopes = [sp.diff(base, of[n]) / base if n in of else sp.S.Zero for n in parameters]
+    number, relative = sp.lambdify(symbols, 2 * sp.pi / sp.Abs(base)), sp.lambdify(symbols, slopes)
+    at = lambda values: [values[s.name] for s in symbols]  # noqa: E731
+    period = lambda values: float(number(*at(values)))  # noqa: E731
+    return period, lambda values: -period(values) * np.array(relative(*at(values)), dtype=float)

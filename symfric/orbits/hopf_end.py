@@ -1,0 +1,52 @@
+"""Where a branch of limit cycles shrinks to steady sliding, and how it grows from there."""
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.scene import Scene
+from symfric.orbits.shooting import Point, System, solve
+from symfric.theory import equilibrium
+from symfric.theory.hopf import HopfPoint, hopf
+
+_SHARE = 0.02  # of the slips at the equilibrium that the first cycle uses up
+_REACH = 3.0  # half width of the bracket of a Hopf point, in distances to it
+
+
+def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarray]:
+    """Return a small cycle near a Hopf point, and the direction in which the cycles grow, (n_z,).
+
+    The eigenvector comes from the flow over a quarter of the period: there its multiplier is i.
+    """
+    if not system.free:
+        raise SceneError("a scene whose forces depend on time has no Hopf point; start from one of its orbits")
+    flow, period = system.flow, 2 * np.pi / at.omega
+    x = np.array(equilibrium(scene.where({at.parameter: at.value})).x)
+    values = {**system.values, at.parameter: at.value}
+    multipliers, vectors = np.linalg.eig(flow.run(x, values, 0.25 * period).by_start)
+    mode = vectors[:, int(np.argmin(np.abs(multipliers - 1j)))]
+    mode = mode / np.max(np.abs(mode))
+    slips, unit = flow.slips(x, values), 1e-3 * max(1.0, np.max(np.abs(x)))
+    swing = np.max([np.abs(flow.slips(x + way, values) - slips) for way in (mode.real, mode.imag)], axis=0)
+    size = np.min(_SHARE * np.abs(slips) / np.maximum(swing, 1e-300), initial=unit)
+    direction = np.concatenate([mode.real, np.zeros(2)])
+    guess = np.concatenate([x + size * mode.real, [period, at.value]])
+    return solve(system, guess, direction / np.linalg.norm(direction)), direction
+
+
+def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.ndarray) -> HopfPoint | None:
+    """Return the Hopf point at which a branch ends, or None if it does not end at one.
+
+    Parameters
+    ----------
+    scene : Scene
+    parameter : str
+    values, sizes : ndarray, shape (2,)
+        Of the last two cycles; the square of the size is nearly linear in the parameter.
+    """
+    squares = sizes**2
+    guess = values[1] - squares[1] * (values[1] - values[0]) / (squares[1] - squares[0])
+    reach = _REACH * max(abs(guess - values[1]), 1e-6 * abs(guess))
+    try:
+        return hopf(scene, parameter, (guess - reach, guess + reach))
+    except (NotFound, SceneError):
+        return None

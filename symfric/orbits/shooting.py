@@ -1,0 +1,203 @@
+"""Closed orbits as the zeros of a system of equations: Newton's method on the map over a period.
+
+Unknowns are the start y, the period T of an autonomous scene, and parameters that are free to move. The equations are
+
+    y(T) - y = 0,    n . (y - y_ref) = 0,    and perhaps one more that singles out a point of a branch,
+
+the second for autonomous scenes only: the start moves at right angles to the motion through a reference. Derivatives
+are those of the variational equations with the jumps at the events.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from symfric.errors import NotFound
+from symfric.orbits.flow import Flow, Passage
+
+MOST_STEPS = 25
+CLOSED = 1e-12  # of the range of a state: gap between end and start of a closed orbit
+_HALVINGS = 6  # of a step that makes things worse
+_STUCK = "Newton's method on the map over a period does not converge from this guess"
+
+
+class Point(NamedTuple):
+    """A solution, or a trial: the unknowns, the passage over the period, equations and their derivatives.
+
+    Attributes
+    ----------
+    z : ndarray, shape (n_z,)
+        ``[y; T; parameters]``, without T if the scene is forced.
+    passage : Passage
+    rest : ndarray, shape (n_e,)
+    slopes : ndarray, shape (n_e, n_z)
+    phase : ndarray, shape (n_x,)
+        Unit vector to which the start is kept at right angles.
+    """
+
+    z: np.ndarray
+    passage: Passage
+    rest: np.ndarray
+    slopes: np.ndarray
+    phase: np.ndarray
+
+
+@dataclass(frozen=True)
+class Test:
+    """One more equation.
+
+    Attributes
+    ----------
+    value : callable
+        ``Passage -> float``, of the order of one away from the solution.
+    slopes : callable or None
+        ``Passage -> (by start (n_x,), by parameters (n_p,))``; differences over all unknowns if None.
+    """
+
+    value: Callable[[Passage], float]
+    slopes: Callable[[Passage], tuple[np.ndarray, np.ndarray]] | None = None
+
+
+@dataclass(frozen=True)
+class System:
+    """The equations of closed orbits of one scene.
+
+    Attributes
+    ----------
+    flow : Flow
+        With derivatives by the parameters that are free.
+    values : dict
+        Of all parameters, by name.
+    multiple : int
+        Periods of the excitation in one of the orbit; 0 if the scene is autonomous.
+    test : Test or None
+    lift : ndarray or None
+        See `Flow.run`.
+    """
+
+    flow: Flow
+    values: dict[str, float]
+    multiple: int = 0
+    test: Test | None = None
+    lift: np.ndarray | None = None
+
+    @property
+    def free(self) -> bool:
+        """Whether the period is unknown."""
+        return self.multiple == 0
+
+    def pack(self, start: np.ndarray, period: float, values: dict[str, float]) -> np.ndarray:
+        """Return the unknowns as one vector."""
+        moving = [values[n] for n in self.flow.parameters]
+        return np.concatenate([start, [period] if self.free else [], moving])
+
+    def unpack(self, z: np.ndarray) -> tuple[np.ndarray, float, dict[str, float]]:
+        """Return start, period, and all values."""
+        n = len(self.flow.states)
+        values = {**self.values, **dict(zip(self.flow.parameters, z[n + self.free :].tolist(), strict=True))}
+        period = float(z[n]) if self.free else self.multiple * self.flow.period(values)
+        return z[:n], period, values
+
+    def follow(self, z: np.ndarray) -> Passage:
+        """Return the passage over the period."""
+        start, period, values = self.unpack(z)
+        if not period > 0:
+            raise NotFound(_STUCK)
+        return self.flow.run(start, values, period, self.lift)
+
+    def at(self, z: np.ndarray, phase: np.ndarray | None, reference: np.ndarray) -> Point:
+        """Return equations and derivatives; the start is kept at right angles to `phase`, the motion's own if None."""
+        passage = self.follow(z)
+        if phase is None:
+            phase = passage.rate / max(np.linalg.norm(passage.rate), 1e-300)
+        y, _, values = self.unpack(z)
+        n = y.size
+        by_value = passage.by_value
+        if not self.free and self.flow.parameters:
+            by_value = by_value + self.multiple * np.outer(passage.rate, self.flow.period_by(values))
+        columns = [passage.by_start - np.eye(n), *([passage.rate[:, None]] if self.free else []), by_value]
+        rest, slopes = passage.end - y, np.hstack(columns)
+        if self.free:
+            row = np.concatenate([phase, np.zeros(z.size - n)])
+            rest, slopes = np.append(rest, phase @ (y - reference)), np.vstack([slopes, row])
+        if self.test:
+            rest, slopes = np.append(rest, self.test.value(passage)), np.vstack([slopes, self._slopes(z, passage)])
+        return Point(z, passage, rest, slopes, phase)
+
+    def _slopes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
+        if self.test.slopes:
+            by_start, by_value = self.test.slopes(passage)
+            return np.concatenate([by_start, np.zeros(int(self.free)), by_value])
+        size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
+        found = []
+        for step in 1e-6 * np.diag(size):
+            ahead, behind = (self.test.value(self.follow(z + way * step)) for way in (1, -1))
+            found.append((ahead - behind) / (2 * np.max(step)))
+        return np.array(found)
+
+
+def solve(system: System, z: np.ndarray, normal: np.ndarray | None = None, most: int = MOST_STEPS) -> Point:
+    """Find the solution near a guess.
+
+    Parameters
+    ----------
+    system : System
+    z : ndarray, shape (n_z,)
+    normal : ndarray, shape (n_z,), optional
+        If there is one unknown more than equations, the solution is sought at right angles to this.
+    most : int
+        Steps of Newton's method.
+
+    Raises
+    ------
+    NotFound
+        If Newton's method does not converge.
+    """
+    now = system.at(z, None, z[: len(system.flow.states)])
+    size = misfit(now, system.free)
+    for _ in range(most):
+        now, size, share = _improved(system, now, size, normal, z)
+        if size <= CLOSED and share == 1.0:
+            return now
+    raise NotFound(_STUCK)
+
+
+def _improved(system: System, now: Point, size: float, normal, guess: np.ndarray) -> tuple[Point, float, float]:
+    """Take one step of Newton's method, shorter if it makes things worse."""
+    n = len(system.flow.states)
+    A, rest = now.slopes, -now.rest
+    if normal is not None:
+        A, rest = np.vstack([A, normal]), np.append(rest, -normal @ (now.z - guess))
+    try:
+        step = np.linalg.solve(A, rest)
+    except np.linalg.LinAlgError:
+        step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    for halving in range(_HALVINGS + 1):
+        share = 0.5**halving
+        try:
+            then = system.at(now.z + share * step, now.phase, guess[:n])
+        except NotFound:
+            continue
+        worse = misfit(then, system.free)
+        if worse < max(2.0 * size, 100 * CLOSED):
+            return then, worse, share
+    raise NotFound(_STUCK)
+
+
+def ranges(passage: Passage) -> np.ndarray:
+    """Return the largest minus the smallest value of every state; at least a little of the largest of them."""
+    size = passage.high - passage.low
+    return np.maximum(size, 1e-9 * max(np.max(size), 1e-300))
+
+
+def misfit(point: Point, free: bool) -> float:
+    """Return by how much the equations are violated, relative to the ranges of the states; what is not finite, much."""
+    size = ranges(point.passage)
+    scale = np.ones(point.rest.size)
+    scale[: size.size] = size
+    if free:
+        scale[size.size] = np.max(size)
+    worst = float(np.max(np.abs(point.rest) / scale))
+    return worst if np.isfinite(worst) else np.inf
