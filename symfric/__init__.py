@@ -24,6 +24,9 @@ from symfric.model.outputs import (
 )
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
+from symfric.orbits.branch import Branch, Special, continue_cycle
+from symfric.orbits.curve import Curve, continue_special
+from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.solve.choose import Explanation, explain, prepare, simulate
 from symfric.solve.exact.program import Exact
 from symfric.solve.function import as_function
@@ -49,7 +52,9 @@ __all__ = [
     "SPEED",
     "TIME",
     "At",
+    "Branch",
     "Contact",
+    "Curve",
     "End",
     "Equilibrium",
     "Event",
@@ -65,12 +70,14 @@ __all__ = [
     "Min",
     "NoRoute",
     "NotFound",
+    "Orbit",
     "Run",
     "RunFailed",
     "Scene",
     "SceneError",
     "Signal",
     "SlowFlow",
+    "Special",
     "Stability",
     "Status",
     "StopTime",
@@ -79,12 +86,15 @@ __all__ = [
     "Trajectory",
     "as_function",
     "average",
+    "continue_cycle",
+    "continue_special",
     "design",
     "equilibrium",
     "explain",
     "friction_force",
     "hopf",
     "laws",
+    "limit_cycle",
     "mechanics",
     "motions",
     "patched_floor",

@@ -12,7 +12,7 @@ import sympy as sp
 
 from symfric.lower.automaton import Automaton
 
-_FAR = 1e30  # value of a row that is not defined in a mode
+FAR = 1e29  # a row that is not defined in a mode is larger
 GAPS = 3  # rows for each contact: slip while it slips, and what is left to either bound while it sticks
 
 
@@ -33,7 +33,11 @@ def lifted(automaton: Automaton) -> Automaton:
         raised[2 * i] = left + ca.if_else(sticks, lift[2 * i + 1], lift[2 * i])
         raised[2 * i + 1] = right + ca.if_else(sticks, lift[2 * i + 1], 0)
         carries = ca.logic_and(sticks, m[i] != 2)
-        gaps += [ca.if_else(sticks, _FAR, left), ca.if_else(carries, left, _FAR), ca.if_else(carries, right, _FAR)]
+        gaps += [
+            ca.if_else(sticks, 10 * FAR, left),
+            ca.if_else(carries, left, 10 * FAR),
+            ca.if_else(carries, right, 10 * FAR),
+        ]
     wide = ca.vertcat(p, lift)
     out = [rate, ca.densify(raised), ca.densify(ca.vertcat(*gaps, rows))]
     gauge = automaton.gauge

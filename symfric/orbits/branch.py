@@ -1,7 +1,7 @@
 """Branches of limit cycles: pseudo-arclength continuation through folds and across the onset of sticking."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, value
 from symfric.orbits.flow import flow_of
 from symfric.orbits.hopf_end import birth
 from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.special import Condition
 from symfric.orbits.walk import Found, Walk
 from symfric.theory.hopf import HopfPoint
 
@@ -30,11 +31,14 @@ class Special:
         Of the parameter.
     orbit : Orbit
         There; at a Hopf point the smallest one found.
+    condition : Condition
+        What holds there, for `continue_special`.
     """
 
     kind: str
     value: float
     orbit: Orbit
+    condition: Condition = field(repr=False)
 
     def __repr__(self) -> str:
         return f"Special({self.kind}, value={self.value:.14g})"
@@ -53,7 +57,8 @@ class Branch:
     special : tuple of Special
         In the order of the branch.
     ends : (str, str)
-        Why it ends on either side: "span", "hopf", "closed", "budget", or "lost" if no orbit was found further on.
+        Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "closed", "budget",
+        or "lost" if no orbit was found further on.
     """
 
     parameter: str
@@ -179,7 +184,7 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
     system = _system(scene, name, None, tolerance)
     first, grows = birth(scene, system, start)
     walk = Walk(scene, system, span, most)
-    begin = Found(special=[("hopf", first, start.value)], end="hopf")
+    begin = Found(special=[(Condition("hopf"), first, start.value)], end="hopf")
     return _joined(scene, system, first, begin, walk.go(first, grows))
 
 
@@ -191,6 +196,6 @@ def _joined(scene: Scene, system: System, first: Point, back: Found, there: Foun
         parameter=system.flow.parameters[0],
         values=np.array([p.z[-1] for p in points]),
         orbits=tuple(orbit_of(scene, system, p) for p in points),
-        special=tuple(Special(kind, value, orbit_of(scene, system, p)) for kind, p, value in special),
+        special=tuple(Special(c.kind, value, orbit_of(scene, system, p), c) for c, p, value in special),
         ends=(back.end, there.end),
     )

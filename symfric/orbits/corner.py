@@ -1,4 +1,4 @@
-"""Corners of a branch: orbits that touch a guard, beyond which the branch goes on with another sequence of events."""
+"""Corners of a branch: orbits that touch a guard, beyond which it goes on with another sequence of events, or ends."""
 
 from collections import Counter
 from dataclasses import replace
@@ -7,19 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.lift import GAPS
+from symfric.lower.lift import FAR, GAPS
 from symfric.orbits.flow import Passage
 from symfric.orbits.shooting import Point, System, solve
-from symfric.orbits.special import between, gap_scale, lift_of, signature, touch
+from symfric.orbits.special import Condition, at_the_edge, between, guard_size, has_others, lift_of, signature
 
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # of the span: how far from a corner its other side is looked for
 _CLOSE = 0.3  # of the ranges of the states, the period and the span: corners farther away are others
 
 
 class Corner(NamedTuple):
-    """An orbit that touches a guard, "stick-onset" or "grazing"; an orbit of the other side, if it was looked for."""
+    """An orbit that touches a guard, what holds there, and an orbit of the other side, if there is one."""
 
-    kind: str
+    condition: Condition
     point: Point
     beyond: Point | None = None
 
@@ -29,22 +29,21 @@ def corner_between(system: System, one: Point, other: Point) -> Corner:
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
     kind = _kind(untouched.passage, touched.passage)
-    for k in _guards(untouched.passage, contact, system):
-        try:
-            found = touch(system, untouched, k)
-        except NotFound:
+    guards = _guards(untouched.passage, contact, system)
+    for k in guards:
+        found = _touch(system, untouched, Condition(kind, k))
+        if found is None:
             continue
         low, high = sorted((one.z[-1], other.z[-1]))
         margin = high - low + 1e-9 * abs(high)
         if low - margin <= found.z[-1] <= high + margin:
-            return Corner(kind, found)
-    mark = signature(untouched.passage)
-    first, _ = between(system, untouched, touched, lambda passage: signature(passage) == mark)
-    return Corner(kind, first)
+            return Corner(Condition(kind, k), found, other)
+    first, _ = between(system, untouched, touched, signature)
+    return Corner(Condition(kind, guards[0] if guards else GAPS * contact), first, other)
 
 
-def corner_ahead(system: System, point: Point, size: np.ndarray, span: float) -> Corner | None:
-    """Find the corner at which a walk came to a halt, and an orbit beyond it; None if there is none near.
+def corner_ahead(system: System, point: Point, size: np.ndarray) -> Corner | None:
+    """Find the corner at which a walk came to a halt, and an orbit beyond it if there is one.
 
     Parameters
     ----------
@@ -52,28 +51,52 @@ def corner_ahead(system: System, point: Point, size: np.ndarray, span: float) ->
     point : Point
         The last orbit.
     size : ndarray, shape (n_z,)
-        Units of the unknowns.
-    span : float
-        Of the parameter.
+        Units of the unknowns, the span of the parameter last.
     """
     for contact in range(len(system.flow.contacts)):
-        for sticks in (False, True):
-            near = point
-            if sticks:
-                near = _without_sticking(system, point, contact)
-                if near is None:
-                    continue
+        for near in (point, _without_sticking(system, point, contact)):
+            if near is None:
+                continue
             for k in _guards(near.passage, contact, system):
-                try:
-                    found = touch(system, near, k)
-                except NotFound:
+                found = _touch(system, near, Condition("grazing", k))
+                if found is None or np.max(np.abs(found.z - point.z) / size) > _CLOSE:
                     continue
-                if np.max(np.abs(found.z - point.z) / size) > _CLOSE:
-                    continue
-                beyond = _other_side(system, point, found, size, span)
+                beyond = _other_side(system, point, found, size)
                 if beyond is not None:
-                    pair = _in_order(point, beyond)
-                    return Corner(_kind(*(p.passage for p in pair)), found, beyond)
+                    untouched, touched = _in_order(point, beyond)
+                    return Corner(Condition(_kind(untouched.passage, touched.passage), k), found, beyond)
+    return _landing(system, point, size)
+
+
+def _touch(system: System, untouched: Point, condition: Condition) -> Point | None:
+    """Return the orbit that touches a guard near one that does not, None if it is not found.
+
+    It is one that ignores the touch, so the contact must have no other events of this kind.
+    """
+    if has_others(untouched.passage, condition.guard):
+        return None
+    size = guard_size(untouched.passage, condition.guard, system.flow)
+    try:
+        found = solve(condition.system(system, size), untouched.z)
+    except NotFound:
+        return None
+    return found if signature(found.passage) == signature(untouched.passage) else None
+
+
+def _landing(system: System, point: Point, size: np.ndarray) -> Corner | None:
+    """Return the orbit whose first event lies where its guard only just touches zero: beyond, it would be missed."""
+    if not point.passage.events:
+        return None
+    _, contact, before, _ = point.passage.events[0]
+    rows = (0,) if before else (1, 2)
+    for k in (GAPS * contact + row for row in rows):
+        condition = Condition("grazing", k, landing=True)
+        try:
+            found = solve(condition.system(system, guard_size(point.passage, k, system.flow)), point.z)
+        except NotFound:
+            continue
+        if np.max(np.abs(found.z - point.z) / size) < _CLOSE:
+            return Corner(condition, found._replace(z=found.z + at_the_edge(found)))
     return None
 
 
@@ -82,28 +105,30 @@ def _without_sticking(system: System, point: Point, contact: int) -> Point | Non
     if all(i != contact for _, i, _, _ in point.passage.events):
         return None
     k = GAPS * contact
-    lift = lift_of(system.flow, k, gap_scale(point.passage, k, system.flow))
-    normal = np.append(np.zeros(point.z.size - 1), 1.0)
+    lift = lift_of(system.flow, k, guard_size(point.passage, k, system.flow))
     try:
-        return solve(replace(system, lift=lift), point.z, normal)
+        return solve(replace(system, lift=lift), point.z, _parameter_alone(point))
     except NotFound:
         return None
 
 
-def _other_side(system: System, point: Point, corner: Point, size: np.ndarray, span: float) -> Point | None:
+def _other_side(system: System, point: Point, corner: Point, size: np.ndarray) -> Point | None:
     """Return an orbit near a corner whose events are not those of the side from which it was reached."""
-    normal, mark = np.append(np.zeros(point.z.size - 1), 1.0), signature(point.passage)
+    normal, mark = _parameter_alone(point), signature(point.passage)
     for distance in _BEYOND:
         for way in (1, -1):
-            guess = corner.z + way * distance * span * normal
             try:
-                found = solve(system, guess, normal)
+                found = solve(system, corner.z + way * distance * size[-1] * normal, normal)
             except NotFound:
                 continue
             near = np.max(np.abs(found.z - corner.z) / size) < _CLOSE
             if near and signature(found.passage) != mark:
                 return found
     return None
+
+
+def _parameter_alone(point: Point) -> np.ndarray:
+    return np.append(np.zeros(point.z.size - 1), 1.0)
 
 
 def _in_order(one: Point, other: Point) -> tuple[Point, Point]:
@@ -124,5 +149,5 @@ def _kind(untouched: Passage, touched: Passage) -> str:
 
 def _guards(passage: Passage, contact: int, system: System) -> list[int]:
     """Return the guards of a contact that turn somewhere on the orbit, the nearest to zero first."""
-    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if abs(passage.gaps[k]) < 1e29]
-    return sorted(rows, key=lambda k: abs(passage.gaps[k]) / gap_scale(passage, k, system.flow))
+    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if abs(passage.gaps[k]) < FAR]
+    return sorted(rows, key=lambda k: abs(passage.gaps[k]) / guard_size(passage, k, system.flow))

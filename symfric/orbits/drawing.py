@@ -38,6 +38,16 @@ def plot_branch(branch, ax=None):
     return ax
 
 
+def plot_curve(curve, ax=None):
+    """Draw the second parameter against the first; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    ax.plot(*curve.values, label=curve.kind)
+    ax.set_xlabel(curve.parameters[0])
+    ax.set_ylabel(curve.parameters[1])
+    ax.legend()
+    return ax
+
+
 def _with_neighbours(mask: np.ndarray) -> np.ndarray:
     """Return the mask widened by one point, so that parts of a line meet."""
     wide = mask.copy()

@@ -22,7 +22,7 @@ from symfric.solve.taylor.program import Taylor
 from symfric.solve.taylor.sensitive import sensitive_loop
 from symfric.solve.taylor.workspace import DOUBTS, T_END
 
-BUDGETS = Taylor(max_steps=2_000_000, max_events=100_000)
+BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
 _ROUGH = 1e-8  # tolerance of a motion that serves as a guess
 _MOST_FLOWS = 16
 _FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations

@@ -51,13 +51,13 @@ class Test:
     Attributes
     ----------
     value : callable
-        ``Passage -> float``, of the order of one away from the solution.
+        ``(z, passage) -> float``, of the order of one away from the solution.
     slopes : callable or None
-        ``Passage -> (by start (n_x,), by parameters (n_p,))``; differences over all unknowns if None.
+        ``(z, passage) -> ndarray``, shape (n_z,); differences if None.
     """
 
-    value: Callable[[Passage], float]
-    slopes: Callable[[Passage], tuple[np.ndarray, np.ndarray]] | None = None
+    value: Callable[[np.ndarray, Passage], float]
+    slopes: Callable[[np.ndarray, Passage], np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -123,17 +123,16 @@ class System:
             row = np.concatenate([phase, np.zeros(z.size - n)])
             rest, slopes = np.append(rest, phase @ (y - reference)), np.vstack([slopes, row])
         if self.test:
-            rest, slopes = np.append(rest, self.test.value(passage)), np.vstack([slopes, self._slopes(z, passage)])
+            rest, slopes = np.append(rest, self.test.value(z, passage)), np.vstack([slopes, self._slopes(z, passage)])
         return Point(z, passage, rest, slopes, phase)
 
     def _slopes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
         if self.test.slopes:
-            by_start, by_value = self.test.slopes(passage)
-            return np.concatenate([by_start, np.zeros(int(self.free)), by_value])
+            return self.test.slopes(z, passage)
         size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
         found = []
         for step in 1e-6 * np.diag(size):
-            ahead, behind = (self.test.value(self.follow(z + way * step)) for way in (1, -1))
+            ahead, behind = (self.test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
             found.append((ahead - behind) / (2 * np.max(step)))
         return np.array(found)
 

@@ -1,8 +1,8 @@
-"""Where a branch of closed orbits changes its kind: what vanishes there, and how the point is found exactly."""
+"""Where a branch of closed orbits changes its kind: the equations that hold there."""
 
 import itertools
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,39 @@ from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow import Flow, Passage
 from symfric.orbits.shooting import Point, System, Test, ranges, solve
 
-LIFTED = 1e3  # ranges of a slip, or bounds of a stick: no motion gets so far below a guard that is lifted
-TOUCHES = ("stick-onset", "grazing")
+LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
+EDGE = 1e-11  # of the size of a guard: how deep an orbit is that is said to touch it
+WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
 _BISECTIONS = 60
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What holds at a special point.
+
+    Attributes
+    ----------
+    kind : str
+        "fold", "flip", "neimark-sacker", "stick-onset" or "grazing".
+    guard : int
+        Of `Passage.gaps`, the one that is touched; -1 for the first three.
+    landing : bool
+        Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
+        the orbit is followed as if it ignored the touch.
+    """
+
+    kind: str
+    guard: int = -1
+    landing: bool = False
+
+    def system(self, system: System, size: float) -> System:
+        """Return the equations of closed orbits with this condition; `size` is that of the guard."""
+        if self.guard < 0:
+            return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
+        lift = lift_of(system.flow, self.guard, size)
+        if self.landing:
+            return replace(system, test=_landing(system, self.guard, size, lift))
+        return replace(system, test=_touch(system, self.guard, size), lift=lift)
 
 
 def signature(passage: Passage) -> tuple[tuple[int, int, int], ...]:
@@ -55,29 +85,56 @@ def _others(passage: Passage, free: bool) -> np.ndarray:
     return np.delete(multipliers, trivial) if trivial is not None else multipliers
 
 
-def smooth_test(kind: str, free: bool) -> Test:
-    """Return the equation that a fold, a flip or a Neimark-Sacker point obeys."""
-    return Test(lambda passage: SMOOTH[kind](passage, free))
+def _touch(system: System, k: int, size: float) -> Test:
+    """Return the equation that guard k just touches zero."""
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        parts = passage.gaps_by_start[k], np.zeros(int(system.free)), passage.gaps_by_value[k]
+        return np.concatenate(parts) / size
+
+    return Test(lambda z, passage: float(passage.gaps[k] / size), slopes)
 
 
-def gap_test(k: int, scale: float) -> Test:
-    """Return the equation that guard k just touches zero; with the size of the guard as a unit."""
+def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
+    """Return the equation that the first event of the orbit lies where guard k only just touches zero."""
+    flow = system.flow
 
-    def slopes(passage: Passage) -> tuple[np.ndarray, np.ndarray]:
-        return passage.gaps_by_start[k] / scale, passage.gaps_by_value[k] / scale
+    def ignoring(z: np.ndarray, passage: Passage) -> Passage:
+        start, period, values = system.unpack(z)
+        first = passage.events[0][0] if passage.events else 0.0
+        return flow.run(start, values, first + WINDOW * period, lift)
 
-    return Test(lambda passage: float(passage.gaps[k] / scale), slopes)
+    def value(z: np.ndarray, passage: Passage) -> float:
+        return float(ignoring(z, passage).gaps[k] / size) + EDGE
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        beyond = ignoring(z, passage)
+        return np.concatenate([beyond.gaps_by_start[k], np.zeros(int(system.free)), beyond.gaps_by_value[k]]) / size
+
+    return Test(value, slopes)
 
 
-def lift_of(flow: Flow, k: int, scale: float) -> np.ndarray:
+def has_others(passage: Passage, k: int) -> bool:
+    """Whether guard k ends a mode somewhere on the orbit: a lift would do away with that as well."""
+    contact, row = divmod(k, GAPS)
+    begins = [before == 0 for _, i, before, _ in passage.events if i == contact]
+    return not all(begins) if row == 0 else any(begins)
+
+
+def at_the_edge(point: Point) -> np.ndarray:
+    """Return what leads from an orbit as deep as EDGE beyond a guard to the one that touches it, (n_z,)."""
+    return np.linalg.lstsq(point.slopes, np.append(np.zeros(point.rest.size - 1), EDGE), rcond=None)[0]
+
+
+def lift_of(flow: Flow, k: int, size: float) -> np.ndarray:
     """Return the lift that makes a motion ignore guard k of `Passage.gaps`."""
     contact, row = divmod(k, GAPS)
     lift = np.zeros(2 * len(flow.contacts))
-    lift[2 * contact + (row > 0)] = LIFTED * scale
+    lift[2 * contact + (row > 0)] = LIFTED * size
     return lift
 
 
-def gap_scale(passage: Passage, k: int, flow: Flow) -> float:
+def guard_size(passage: Passage, k: int, flow: Flow) -> float:
     """Return a size of guard k: for a slip the range of the velocities, for a bound what is left at the most."""
     if k % GAPS == 0:
         n_q = len(flow.scene.system.q)
@@ -85,39 +142,11 @@ def gap_scale(passage: Passage, k: int, flow: Flow) -> float:
     return float(max(abs(passage.gaps[k]) if np.isfinite(passage.gaps[k]) else 0.0, 1.0))
 
 
-def touch(system: System, untouched: Point, k: int) -> Point:
-    """Find where guard k touches zero, near an orbit that it does not touch.
-
-    Parameters
-    ----------
-    system : System
-        With one parameter more than closed orbits need.
-    untouched : Point
-    k : int
-        Of `Passage.gaps`.
-
-    Raises
-    ------
-    NotFound
-        If Newton's method does not converge, or the contact that touches has other events of the same kind.
-    """
-    scale = gap_scale(untouched.passage, k, system.flow)
-    contact, row = divmod(k, GAPS)
-    begins = [(a == 0) for _, i, a, _ in untouched.passage.events if i == contact]
-    if (row == 0 and not all(begins)) or (row > 0 and any(begins)):
-        raise NotFound("the guard has events elsewhere on the orbit, which cannot be told from the touch")
-    found = solve(replace(system, test=gap_test(k, scale), lift=lift_of(system.flow, k, scale)), untouched.z)
-    if signature(found.passage) != signature(untouched.passage):
-        raise NotFound("the orbit that touches has other events than those near it")
-    return found
-
-
-def between(system: System, one: Point, other: Point, where: Callable[[Passage], bool]) -> tuple[Point, Point]:
+def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
     """Bisect along the branch for the place where a property of the orbits changes; return the orbits on both sides."""
     for _ in range(_BISECTIONS):
         chord = other.z - one.z
-        size = np.max(np.abs(chord) / np.maximum(np.abs(one.z), 1e-9))
-        if size < 1e-13:
+        if np.max(np.abs(chord) / np.maximum(np.abs(one.z), 1e-9)) < 1e-13:
             break
         try:
             middle = solve(system, one.z + 0.5 * chord, chord / np.linalg.norm(chord), most=12)

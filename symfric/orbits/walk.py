@@ -6,24 +6,24 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
+from symfric.orbits.arclength import cosine, step_along, tangent, units
 from symfric.orbits.corner import Corner, corner_ahead, corner_between
 from symfric.orbits.hopf_end import vanishing_point
 from symfric.orbits.shooting import Point, System, ranges, solve
-from symfric.orbits.special import SMOOTH, between, is_pair, signature, smooth_test
+from symfric.orbits.special import SMOOTH, Condition, between, is_pair, signature
 
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03  # of a step, in units of the span, the period and the ranges of the states
 _TURN = 0.95  # least cosine between the directions of two steps on one smooth piece
 _SMALL, _SMALLEST = 0.2, 0.03  # of the largest half range: where an end is looked for, and where the walk stops
 _NEAR_START = 0.02  # part of the period: events so near to the start of the orbit make it move
-_CORRECTIONS = 8
 
 
 @dataclass
 class Found:
-    """What a walk met: orbits, special points as (kind, orbit, value of the parameter), and why it ended."""
+    """What a walk met: orbits, special points with their condition and the value of the parameter; why it ended."""
 
     points: list[Point] = field(default_factory=list)
-    special: list[tuple[str, Point, float]] = field(default_factory=list)
+    special: list[tuple[Condition, Point, float]] = field(default_factory=list)
     end: str = ""
 
 
@@ -41,7 +41,7 @@ class Walk:
     """
 
     def __init__(self, scene: Scene, system: System, span: tuple[float, float], most: int):
-        self._scene, self._system, self._span, self._most = scene, system, span, most
+        self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
         self._largest = np.zeros(len(system.flow.states))
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
@@ -57,82 +57,57 @@ class Walk:
             found.points.append(point)
             hopf = hopf or self._hopf_ahead(before, point)
             if hopf and ranges(point.passage)[0] <= _SMALLEST * self._largest[0]:
-                found.special.append(("hopf", point, hopf.value))
+                found.special.append((Condition("hopf"), point, hopf.value))
                 found.end = "hopf"
             elif self._has_closed(found, start):
                 found.end = "closed"
-            point, way = self._moved(point, way)
+            if not found.end:
+                point, way = self._moved(point, way)
         found.end = found.end or "budget"
         return found
 
     def tangent(self, point: Point, along: np.ndarray) -> np.ndarray:
-        """Return the direction of the branch at an orbit, of unit length in its metric, on the side of `along`."""
-        size = self._metric(point)
-        normal = along / size**2
-        A = np.vstack([point.slopes, normal / np.linalg.norm(normal)])
-        way = np.linalg.solve(A, np.append(np.zeros(A.shape[0] - 1), 1.0))
-        return way / np.linalg.norm(way / size)
+        """Return the direction of the branch at an orbit, on the side of `along`."""
+        return tangent(point, self._units(point), along)
 
-    def _metric(self, point: Point) -> np.ndarray:
-        """Return the units of the unknowns: ranges of the states, the period, the span of the parameter."""
-        period = self._system.unpack(point.z)[1]
-        own = np.maximum(ranges(point.passage), 0.02 * self._largest)
-        return np.concatenate([own, [period] if self._system.free else [], [self._span[1] - self._span[0]]])
+    def _units(self, point: Point) -> np.ndarray:
+        return units(self._system, point, self._limits, self._largest)
 
     def _advance(self, found: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
         """Return the next orbit, the direction there, and the next step; note what lies between."""
-        size = self._metric(point)
+        size = self._units(point)
         while True:
-            new = self._corrected(found, point, way, step, size)
+            new, ends = step_along(self._system, point, way, step, size, self._limits)
+            found.end = "span" if ends else ""
             if new is None and step <= _LEAST:
-                corner = corner_ahead(self._system, point, size, self._span[1] - self._span[0])
+                corner = corner_ahead(self._system, point, size)
                 if corner is None:
                     found.end = "lost"
                     return point, way, step
-                self._note_corner(found, corner, point, corner.beyond)
+                self._note_corner(found, corner, point)
+                if corner.beyond is None:
+                    found.end = "grazing"
+                    return corner.point, way, step
                 return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.point.z), _FIRST
             if new is None:
                 step *= 0.3
                 continue
             if signature(new.passage) != signature(point.passage):
                 corner = corner_between(self._system, point, new)
-                self._note_corner(found, corner, point, new)
+                self._note_corner(found, corner, point)
                 return new, self.tangent(new, new.z - corner.point.z), min(step, _FIRST)
             ahead = self.tangent(new, way)
-            unit = way / np.linalg.norm(way / self._metric(new))
-            if (ahead / self._metric(new)) @ (unit / self._metric(new)) < _TURN and step > _LEAST:
+            if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST:
                 step *= 0.4
                 continue
             self._note_smooth(found, point, new, way, ahead)
             return new, ahead, min(1.5 * step, _LARGEST)
 
-    def _corrected(self, found: Found, point: Point, way: np.ndarray, step: float, size: np.ndarray) -> Point | None:
-        """Return the orbit a step further, or the one at the end of the span; None if it is not found near."""
-        guess, normal = point.z + step * way, way / size**2
-        low, high = self._span
-        outside = not low < guess[-1] < high
-        if outside:
-            end = low if guess[-1] <= low else high
-            if guess[-1] == point.z[-1]:
-                return None
-            guess = point.z + (end - point.z[-1]) / (guess[-1] - point.z[-1]) * (guess - point.z)
-            guess[-1] = end
-            normal = np.append(np.zeros(guess.size - 1), 1.0)
-        try:
-            new = solve(self._system, guess, normal / np.linalg.norm(normal), _CORRECTIONS)
-        except NotFound:
-            return None
-        if np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
-            return None
-        if outside:
-            found.end = "span"
-        return new
-
-    def _note_corner(self, found: Found, corner: Corner, before: Point, after: Point) -> None:
+    def _note_corner(self, found: Found, corner: Corner, before: Point) -> None:
         value = float(corner.point.z[-1])
-        found.special.append((corner.kind, corner.point, value))
-        if (value - before.z[-1]) * (after.z[-1] - value) < 0:
-            found.special.append(("fold", corner.point, value))
+        found.special.append((corner.condition, corner.point, value))
+        if corner.beyond and (value - before.z[-1]) * (corner.beyond.z[-1] - value) < 0:
+            found.special.append((replace(corner.condition, kind="fold"), corner.point, value))
 
     def _note_smooth(self, found: Found, one: Point, other: Point, way: np.ndarray, ahead: np.ndarray) -> None:
         """Note folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
@@ -143,12 +118,12 @@ class Walk:
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
             there = self._located(kind, one, other)
-            found.special.append((kind, there, float(there.z[-1])))
+            found.special.append((Condition(kind), there, float(there.z[-1])))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point:
         free, span = self._system.free, np.abs(other.z - one.z)
         try:
-            there = solve(replace(self._system, test=smooth_test(kind, free)), 0.5 * (one.z + other.z))
+            there = solve(Condition(kind).system(self._system, 1.0), 0.5 * (one.z + other.z))
             if np.all(np.abs(there.z - 0.5 * (one.z + other.z)) <= span + 1e-6 * np.abs(one.z)):
                 return there
         except NotFound:
@@ -167,7 +142,7 @@ class Walk:
         """Whether the walk is back at its start."""
         if len(found.points) < 20:
             return False
-        gap = (found.points[-1].z - start.z) / self._metric(start)
+        gap = (found.points[-1].z - start.z) / self._units(start)
         return bool(abs(gap[-1]) < 1e-2 and np.linalg.norm(gap) < 0.5 * _LARGEST)
 
     def _moved(self, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray]:

@@ -1,0 +1,68 @@
+"""Steps along a curve of solutions, measured in units that make its unknowns comparable (Keller's pseudo-arclength)."""
+
+import numpy as np
+
+from symfric.errors import NotFound
+from symfric.orbits.shooting import Point, System, ranges, solve
+
+CORRECTIONS = 8
+_SHARE = 0.02  # of the largest range of a state so far: what counts where the orbit is smaller
+
+
+def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray) -> np.ndarray:
+    """Return the units of the unknowns: ranges of the states, the period, the spans of the parameters.
+
+    Parameters
+    ----------
+    system : System
+    point : Point
+    limits : ndarray, shape (n_p, 2)
+        Ends of the spans.
+    largest : ndarray, shape (n_x,)
+        Ranges of the states on the largest orbit so far.
+    """
+    period = system.unpack(point.z)[1]
+    own = np.maximum(ranges(point.passage), _SHARE * largest)
+    return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
+
+
+def tangent(point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the direction of the curve, of unit length in the units `size`, on the side of `along`, (n_z,)."""
+    normal = along / size**2
+    A = np.vstack([point.slopes, normal / np.linalg.norm(normal)])
+    way = np.linalg.solve(A, np.append(np.zeros(A.shape[0] - 1), 1.0))
+    return way / np.linalg.norm(way / size)
+
+
+def cosine(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> float:
+    """Return the cosine of the angle between two directions in the units `size`."""
+    a, b = one / size, other / size
+    return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b)))
+
+
+def step_along(
+    system: System, point: Point, way: np.ndarray, step: float, size: np.ndarray, limits: np.ndarray
+) -> tuple[Point | None, bool]:
+    """Return the solution a step further, or where a parameter reaches its limit; and whether that was the case.
+
+    None stands for a solution that was not found near.
+    """
+    guess, normal = point.z + step * way, way / size**2
+    here, there = point.z[-len(limits) :], guess[-len(limits) :]
+    crossed = [k for k, (low, high) in enumerate(limits) if not low < there[k] < high and there[k] != here[k]]
+    if crossed:
+        ends = [limits[k, int(there[k] >= limits[k, 1])] for k in crossed]
+        shares = [(end - here[k]) / (there[k] - here[k]) for k, end in zip(crossed, ends, strict=True)]
+        first = int(np.argmin(shares))
+        guess = point.z + max(0.0, shares[first]) * (guess - point.z)
+        place = guess.size - len(limits) + crossed[first]
+        guess[place] = ends[first]
+        normal = np.zeros(guess.size)
+        normal[place] = 1.0
+    try:
+        new = solve(system, guess, normal / np.linalg.norm(normal), CORRECTIONS)
+    except NotFound:
+        return None, False
+    if np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
+        return None, False
+    return new, bool(crossed)
