@@ -29,6 +29,12 @@ def corner_between(system: System, one: Point, other: Point) -> Corner:
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
     kind = _kind(untouched.passage, touched.passage)
+    for which in _turns_that_differ(untouched.passage, touched.passage, contact):
+        condition = Condition(kind, turn=(contact, which))
+        try:
+            return Corner(condition, solve(condition.system(system, 1.0), untouched.z), other)
+        except NotFound:
+            continue
     guards = _guards(untouched.passage, contact, system)
     for k in guards:
         found = _touch(system, untouched, Condition(kind, k))
@@ -140,6 +146,14 @@ def _contact_that_differs(untouched: Passage, touched: Passage) -> int:
     count = [Counter((i, a, b) for _, i, a, b in p.events) for p in (touched, untouched)]
     more = (count[0] - count[1]) or (count[1] - count[0])
     return min((i for i, _, _ in more), default=0)
+
+
+def _turns_that_differ(untouched: Passage, touched: Passage, contact: int) -> list[int]:
+    """Return which slips end by a reversal on one orbit and by a stick on the other."""
+    ends = [[after for _, i, before, after in p.events if i == contact and before] for p in (untouched, touched)]
+    if len(ends[0]) != len(ends[1]):
+        return []
+    return [k for k, (a, b) in enumerate(zip(*ends, strict=True)) if (a == 0) != (b == 0)]
 
 
 def _kind(untouched: Passage, touched: Passage) -> str:

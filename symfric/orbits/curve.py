@@ -60,10 +60,11 @@ class Curve:
             before, after = one.z[-2] - value, other.z[-2] - value
             if before * after > 0 or before == after or (after == 0 and other is not self._points[-1]):
                 continue
-            guess = one.z + before / (before - after) * (other.z - one.z)
-            guess[-2] = value
-            point = solve(self._system, guess, _unit(self._system, -2))
-            found.append(_exact(point, self.condition)[-1])
+            near = one if abs(before) < abs(after) else other
+            there = near.z.copy()
+            there[-2] = value
+            point = solve(self._system, near.z, _unit(self._system, -2), through=there)
+            found.append(_exact(point, self.condition, _unit(self._system, -2))[-1])
         return np.array(found)
 
     def to_dict(self) -> dict[str, object]:
@@ -176,9 +177,9 @@ def _unit(system: System, place: int) -> np.ndarray:
     return direction
 
 
-def _exact(point: Point, condition: Condition) -> np.ndarray:
-    """Return the unknowns at the edge itself."""
-    return point.z + at_the_edge(point) if condition.landing else point.z
+def _exact(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+    """Return the unknowns at the edge itself; see `at_the_edge`."""
+    return point.z + at_the_edge(point, normal) if condition.landing else point.z
 
 
 def _grazes(system: System, point: Point) -> bool:

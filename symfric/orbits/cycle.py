@@ -1,7 +1,7 @@
 """Limit cycles, stable and unstable, through stick and slip: where they are and whether they last."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from symfric.solve.choose import prepare
 from symfric.solve.run import Event, Run
 
 _VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
+_SAME = 1e-8  # of the ranges of the states: motions that count as one
 _ZERO = 1e-11  # of the largest multiplier: what a contact that sticks leaves of a direction
 _PATIENCE = (1, 4, 16)  # horizons of the scene that its motion is given to settle
 
@@ -173,7 +174,8 @@ def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
         raise SceneError(f"the state of the guess has shape {state.shape}; the scene has {len(flow.states)} states")
     if not period > 0:
         raise SceneError(f"the period of the guess is {period}; it must be positive")
-    return Guess(state, period, max(1, round(period / forcing)) if forcing else 0)
+    multiple = max(1, round(period / forcing)) if forcing else 0
+    return Guess(state, period, multiple, max(1, multiple))
 
 
 def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> Orbit:
@@ -183,7 +185,18 @@ def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> O
     found = solve(system, z)
     if np.all(ranges(found.passage) <= _VANISHED * np.max(ranges(before))) and system.free:
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
-    return orbit_of(scene, system, found)
+    return orbit_of(scene, *_shortest(system, found, guess.turns))
+
+
+def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
+    """Return the orbit over its least period."""
+    start, period, values = system.unpack(point.z)
+    for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
+        part = system.flow.run(start, values, period / parts)
+        if np.all(np.abs(part.end - start) <= _SAME * ranges(point.passage)):
+            least = replace(system, multiple=system.multiple // parts)
+            return least, solve(least, least.pack(start, period / parts, values))
+    return system, point
 
 
 def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:

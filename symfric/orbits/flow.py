@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 import sympy as sp
 
@@ -103,6 +104,7 @@ class Flow:
         own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
+        self._slopes = _slip_rates(self._automaton)
         self._motions: dict[float, Program] = {}
         autonomous = self._automaton.autonomous
         self.period, self.period_by = (None, None) if autonomous else _period(self.scene, self.parameters)
@@ -119,6 +121,14 @@ class Flow:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
         _, p = self._numbers.changed(values, {})
         return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(2 * len(self.contacts))))[0]).ravel()
+
+    def acceleration_back(self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int) -> float:
+        """Return how fast a contact whose slip in direction `way` ends at a time would begin to slip the other way."""
+        end = self.run(y, values, time).end
+        w = self._loop.work
+        mode = w.m.copy()
+        mode[contact], mode[len(self.contacts) + contact] = 0.0, -way
+        return float(self._slopes(end, time, w.p, mode)[contact])
 
     def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
         """Follow the flow from state y for a time.
@@ -167,6 +177,16 @@ class Flow:
             high=w.total[n_g:n_e, 1].copy(),
             doubtful=bool(w.counts[DOUBTS]),
         )
+
+
+def _slip_rates(automaton: Automaton) -> ca.Function:
+    """Return ``(y, t, p, m) -> d w'`` of every contact."""
+    field = automaton.field
+    y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
+    w = automaton.gauge(y, t, p)[0]
+    n_c = len(automaton.contacts)
+    rate = ca.jacobian(w, y) @ field(y, t, p, m)[0] + ca.jacobian(w, t)
+    return ca.Function("slip_rates", [y, t, p, m], [ca.densify(m[n_c : 2 * n_c] * rate)])
 
 
 def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:

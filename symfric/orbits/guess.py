@@ -18,11 +18,22 @@ _SETTLE = 60  # periods of the excitation that a forced motion is given at least
 
 
 class Guess(NamedTuple):
-    """State and period near a limit cycle; of forced scenes also how many periods of the excitation it takes."""
+    """State and period near a limit cycle.
+
+    Attributes
+    ----------
+    start : ndarray, shape (n_x,)
+    period : float
+    multiple : int
+        Of forced scenes, how many periods of the excitation it takes; 0 of others.
+    turns : int
+        How often the motion seemed to turn; the cycle may repeat itself sooner.
+    """
 
     start: np.ndarray
     period: float
     multiple: int
+    turns: int
 
 
 def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> Guess:
@@ -49,7 +60,8 @@ def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> G
     run = _motion(scene, flow, (periods + 0.5) * forcing)  # so that no return is the end
     returns = run(forcing * np.arange(periods - _MOST, periods + 1))
     size = np.maximum(np.ptp(run.x[:, run.t > run.t_final - _MOST * forcing], axis=1), 1e-300)
-    return Guess(returns[:, -1], 0.0, _repeats(returns, size))
+    turns = _repeats(returns, size)
+    return Guess(returns[:, -1], 0.0, turns, turns)
 
 
 def _motion(scene: Scene, flow: Flow, horizon: float) -> Run:
@@ -73,7 +85,7 @@ def _of_free(run: Run) -> Guess:
         raise NotFound("the motion turns fewer than three times within the horizon; lengthen it")
     turns = _repeats(run(times), np.maximum(size, 1e-300))
     begin, end = times[-1 - turns], times[-1]
-    return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0)
+    return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns)
 
 
 def _crossings(path: Path, k: int, level: float, most: int) -> np.ndarray:

@@ -137,7 +137,13 @@ class System:
         return np.array(found)
 
 
-def solve(system: System, z: np.ndarray, normal: np.ndarray | None = None, most: int = MOST_STEPS) -> Point:
+def solve(
+    system: System,
+    z: np.ndarray,
+    normal: np.ndarray | None = None,
+    most: int = MOST_STEPS,
+    through: np.ndarray | None = None,
+) -> Point:
     """Find the solution near a guess.
 
     Parameters
@@ -148,27 +154,30 @@ def solve(system: System, z: np.ndarray, normal: np.ndarray | None = None, most:
         If there is one unknown more than equations, the solution is sought at right angles to this.
     most : int
         Steps of Newton's method.
+    through : ndarray, shape (n_z,), optional
+        Where the plane at right angles to `normal` lies; through the guess unless given.
 
     Raises
     ------
     NotFound
         If Newton's method does not converge.
     """
+    plane = z if through is None else through
     now = system.at(z, None, z[: len(system.flow.states)])
-    size = misfit(now, system.free)
+    size = misfit(now, system.free) if through is None else 1.0
     for _ in range(most):
-        now, size, share = _improved(system, now, size, normal, z)
+        now, size, share = _improved(system, now, size, normal, z, plane)
         if size <= CLOSED and share == 1.0:
             return now
     raise NotFound(_STUCK)
 
 
-def _improved(system: System, now: Point, size: float, normal, guess: np.ndarray) -> tuple[Point, float, float]:
+def _improved(system: System, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
     """Take one step of Newton's method, shorter if it makes things worse."""
     n = len(system.flow.states)
     A, rest = now.slopes, -now.rest
     if normal is not None:
-        A, rest = np.vstack([A, normal]), np.append(rest, -normal @ (now.z - guess))
+        A, rest = np.vstack([A, normal]), np.append(rest, -normal @ (now.z - plane))
     try:
         step = np.linalg.solve(A, rest)
     except np.linalg.LinAlgError:

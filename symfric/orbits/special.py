@@ -13,7 +13,7 @@ from symfric.orbits.flow import Flow, Passage
 from symfric.orbits.shooting import Point, System, Test, ranges, solve
 
 LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
-EDGE = 1e-11  # of the size of a guard: how deep an orbit is that is said to touch it
+EDGE = 3e-6  # of the size of a guard: how deep an orbit lands from which the one that only touches is extrapolated
 WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
 _BISECTIONS = 60
 
@@ -31,14 +31,20 @@ class Condition:
     landing : bool
         Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
         the orbit is followed as if it ignored the touch.
+    turn : (int, int) or None
+        A contact, and which of the ends of its slips in one period just fails to be a stick: the slip that begins there
+        in the other direction starts without acceleration.
     """
 
     kind: str
     guard: int = -1
     landing: bool = False
+    turn: tuple[int, int] | None = None
 
     def system(self, system: System, size: float) -> System:
         """Return the equations of closed orbits with this condition; `size` is that of the guard."""
+        if self.turn:
+            return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, *self.turn)))
         if self.guard < 0:
             return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
         lift = lift_of(system.flow, self.guard, size)
@@ -121,9 +127,32 @@ def has_others(passage: Passage, k: int) -> bool:
     return not all(begins) if row == 0 else any(begins)
 
 
-def at_the_edge(point: Point) -> np.ndarray:
-    """Return what leads from an orbit as deep as EDGE beyond a guard to the one that touches it, (n_z,)."""
-    return np.linalg.lstsq(point.slopes, np.append(np.zeros(point.rest.size - 1), EDGE), rcond=None)[0]
+def at_the_edge(point: Point, normal: np.ndarray | None = None) -> np.ndarray:
+    """Return what leads from an orbit as deep as EDGE beyond a guard to the one that touches it, (n_z,).
+
+    At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
+    """
+    A, rest = point.slopes, np.append(np.zeros(point.rest.size - 1), EDGE)
+    if normal is not None:
+        A, rest = np.vstack([A, normal]), np.append(rest, 0.0)
+    return np.linalg.lstsq(A, rest, rcond=None)[0]
+
+
+def _turn(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> float:
+    """Return the acceleration with which a contact starts to slip back, relative to the largest one on the orbit."""
+    ends = slip_ends(passage, contact)
+    if which >= len(ends):
+        raise NotFound("the contact no longer turns there")
+    time, way = ends[which]
+    start, _, values = system.unpack(z)
+    n_q = len(system.flow.scene.system.q)
+    size = np.max(ranges(passage)[n_q : 2 * n_q] ** 2 / ranges(passage)[:n_q])
+    return system.flow.acceleration_back(start, values, time, contact, way) / float(size)
+
+
+def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
+    """Return when the slips of a contact end, and their directions."""
+    return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
 
 
 def lift_of(flow: Flow, k: int, size: float) -> np.ndarray:

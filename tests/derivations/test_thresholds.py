@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.orbits.forced import self_excitation
 
 
 @pytest.mark.parametrize("Omega", [20, 30])
 def test_the_spring_s_share_of_the_fast_velocity(Omega):
     scene = sf.scenes.mass_on_belt(v_b=0.3, a=0.01, Omega=Omega)
-    exact = self_excitation(scene, (0.75 * 0.01 * Omega, 0.45)).upper
+    branch = sf.continue_cycle(scene.where({"v_b": 0.45}).until(600.0), "v_b", (0.3, 0.5))
+    exact = next(s.value for s in branch.special if s.kind == "neimark-sacker")
     plain = sf.theory.belt.unstable_speeds(scene)[1]
     q = 0.01 * Omega / (1 - Omega**-2)
     improved = np.sqrt(sf.theory.belt.onset_speed(scene) ** 2 - q**2 / 2)

@@ -62,8 +62,11 @@ def _doubt(w, n_x, n_c, slopes):
     n_m, n_g, first = w.m.size, w.hit.size, w.p.size
     changed = False
     for i in range(n_c):
-        a, b = w.before[first + i], w.m[i]
-        changed = changed or (a > 0.5) != (b > 0.5) or (b < 0.5 and w.before[first + n_c + i] != w.m[n_c + i])
+        slipped, slips = w.before[first + i] < 0.5, w.m[i] < 0.5
+        changes = slipped != slips or (slips and w.before[first + n_c + i] != w.m[n_c + i])
+        changed = changed or changes
+        if changes and slipped and w.after[slopes + n_g + 2 * i] > APART:  # its slip ended with that of another
+            w.counts[DOUBTS] += 1
     for g in range(2 * n_c):
         if w.before[first + 2 * n_m + g] == 0.0:
             continue
