@@ -218,8 +218,6 @@ def test_the_door_refuses_what_it_does_not_know():
         sf.prepare(BELT, route="tailor")
     with pytest.raises(sf.SceneError, match=r"is no sf\.Scene"):
         sf.simulate(BELT.system)
-    with pytest.raises(sf.SceneError, match="sensitivities"):
-        sf.simulate(BELT, sensitivities=("v_b",))
     with pytest.raises(sf.SceneError, match="no value for mu_s"):
         sf.simulate(sf.scenes.mass_on_belt(sf.laws.coulomb(sp.Symbol("mu_s")), v_b=0.2))
 
