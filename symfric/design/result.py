@@ -16,7 +16,7 @@ class Curve:
     x, y : ndarray, shape (n,)
         NaN in `y` separates branches.
     level : float
-        `y` must not be below it.
+        Where the condition is active.
     xlabel, ylabel : str
     marks : tuple of float
         Values of `x` where the condition is active.

@@ -45,7 +45,7 @@ def corner_between(system: System, one: Point, other: Point) -> Corner:
         if low - margin <= found.z[-1] <= high + margin:
             return Corner(Condition(kind, k), found, other)
     first, _ = between(system, untouched, touched, signature)
-    return Corner(Condition(kind, guards[0] if guards else GAPS * contact), first, other)
+    return Corner(Condition(kind), first, other)
 
 
 def corner_ahead(system: System, point: Point, size: np.ndarray) -> Corner | None:

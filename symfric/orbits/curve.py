@@ -13,7 +13,7 @@ from symfric.orbits.branch import Special
 from symfric.orbits.cycle import Orbit, orbit_of, read_guess
 from symfric.orbits.flow import flow_of
 from symfric.orbits.shooting import Point, System, ranges, solve
-from symfric.orbits.special import Condition, at_the_edge, guard_size, has_others
+from symfric.orbits.special import TOUCHES, Condition, at_the_edge, guard_size
 
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03  # of a step, in units of the spans, the period and the ranges of the states
 _NEARLY = 1e-3  # of the size of a guard
@@ -162,11 +162,11 @@ def continue_special(
 
 def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
     """Return the equations of the special point; of a touch with the guard in units of its size on the orbit."""
+    if condition.kind in TOUCHES and condition.guard < 0 and not condition.turn:
+        raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
     if condition.guard < 0:
         return condition.system(system, 1.0)
     passage = system.follow(system.pack(orbit.start, orbit.period, system.values))
-    if not condition.landing and has_others(passage, condition.guard):
-        raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
     return condition.system(system, guard_size(passage, condition.guard, system.flow))
 
 

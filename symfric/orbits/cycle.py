@@ -143,15 +143,18 @@ def limit_cycle(
     forcing = flow.period(values) if flow.period else None
     if guess is not None:
         return _near(scene, flow, values, read_guess(guess, flow, forcing))
-    reason = None
+    reason, settling = "", False
     for patience in _PATIENCE:
+        settling = False
         try:
-            return _near(scene, flow, values, settled(scene, flow, forcing, patience))
+            guess = settled(scene, flow, forcing, patience)
+            settling = guess.shrinking
+            return _near(scene, flow, values, guess)
         except NotFound as failure:
-            reason = failure
-            if "settles" in str(failure):
+            reason = str(failure)
+            if "settles" in reason:
                 break
-    raise NotFound(str(reason)) from None
+    raise NotFound("the motion still shrinks and settles to no cycle" if settling else reason) from None
 
 
 def values_of(scene: Scene) -> dict[str, float]:

@@ -13,6 +13,7 @@ from symfric.solve.status import Status
 _NEAR = 1e-3  # of the ranges: two passages that count as the same
 _MOST = 16  # periods of the excitation, or turns of the motion, in one of the cycle
 _QUIET = 1e-3  # part of the largest range that is left of a motion that settles to rest or steady sliding
+_SHRINKING = 0.98  # of the range in the third quarter: what a motion that still shrinks has less in the last
 _NEWTON = 3  # corrections of the time of a passage
 _SETTLE = 60  # periods of the excitation that a forced motion is given at least
 
@@ -28,12 +29,15 @@ class Guess(NamedTuple):
         Of forced scenes, how many periods of the excitation it takes; 0 of others.
     turns : int
         How often the motion seemed to turn; the cycle may repeat itself sooner.
+    shrinking : bool
+        Whether the motion was still becoming smaller.
     """
 
     start: np.ndarray
     period: float
     multiple: int
     turns: int
+    shrinking: bool = False
 
 
 def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> Guess:
@@ -85,7 +89,9 @@ def _of_free(run: Run) -> Guess:
         raise NotFound("the motion turns fewer than three times within the horizon; lengthen it")
     turns = _repeats(run(times), np.maximum(size, 1e-300))
     begin, end = times[-1 - turns], times[-1]
-    return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns)
+    middle = (t > 0.5 * run.t_final) & ~late
+    shrinking = bool(np.any(middle) and np.all(size < _SHRINKING * np.ptp(x[:, middle], axis=1)))
+    return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns, shrinking)
 
 
 def _crossings(path: Path, k: int, level: float, most: int) -> np.ndarray:

@@ -16,6 +16,7 @@ LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
 EDGE = 3e-6  # of the size of a guard: how deep an orbit lands from which the one that only touches is extrapolated
 WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
 _BISECTIONS = 60
+TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard is touched
 
 
 @dataclass(frozen=True)
@@ -25,24 +26,28 @@ class Condition:
     Attributes
     ----------
     kind : str
-        "fold", "flip", "neimark-sacker", "stick-onset" or "grazing".
+        "fold", "flip", "neimark-sacker", "stick-onset", "grazing", or "half-range": that of the first state is `level`.
     guard : int
-        Of `Passage.gaps`, the one that is touched; -1 for the first three.
+        Of `Passage.gaps`, the one that is touched, if one is; else -1.
     landing : bool
         Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
         the orbit is followed as if it ignored the touch.
     turn : (int, int) or None
         A contact, and which of the ends of its slips in one period just fails to be a stick: the slip that begins there
         in the other direction starts without acceleration.
+    level : float
     """
 
     kind: str
     guard: int = -1
     landing: bool = False
     turn: tuple[int, int] | None = None
+    level: float = 0.0
 
     def system(self, system: System, size: float) -> System:
         """Return the equations of closed orbits with this condition; `size` is that of the guard."""
+        if self.kind == "half-range":
+            return replace(system, test=Test(lambda z, passage: 0.5 * ranges(passage)[0] / self.level - 1.0))
         if self.turn:
             return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, *self.turn)))
         if self.guard < 0:

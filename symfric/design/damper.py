@@ -1,0 +1,266 @@
+"""The smallest damper that keeps a sliding system quiet over a range of speeds."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from symfric.design.cycles import Requirement, Summit, outermost, summit
+from symfric.design.result import Curve, Design
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import Key, finite
+from symfric.model.scene import Scene
+from symfric.theory.equilibrium import solve
+from symfric.theory.sliding import field_of
+from symfric.theory.stability import linearise
+
+_SPEEDS, _SCAN = 33, 7  # points of the range of speeds, and of the damper's bounds, before polishing
+_REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
+_ROUNDS = 12  # speeds from which the conditions on the cycles are followed
+_LOWEST = 0.02  # of the highest speed: slower ones stick for ages and ask for no more
+_BEYOND = 1e-6  # of the damping: how far beyond the present optimum cycles are looked for
+_STEP = 0.01  # of the damping: how far beside the optimum the full model is asked
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What the full model does at one speed and damping: the half range of what it settles to, and its sticking."""
+
+    speed: float
+    damping: float
+    half_range: float
+    stick_fraction: float
+    meets: bool
+
+
+@dataclass(frozen=True)
+class Check:
+    """The full model with a little more and a little less damping than the optimum, at the speed that decides.
+
+    Attributes
+    ----------
+    above, below : Probe
+        Below is None where the lower bound is already enough.
+    """
+
+    above: Probe
+    below: Probe | None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the requirement is met above and not below."""
+        return self.above.meets and (self.below is None or not self.below.meets)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        below = asdict(self.below) if self.below else None
+        return {"agrees": self.agrees, "above": asdict(self.above), "below": below}
+
+    def __str__(self) -> str:
+        words = []
+        for p, share in ((self.above, "a little more"), (self.below, "a little less")):
+            if p:
+                state = f"half range {p.half_range:.6g}, sticking {100 * p.stick_fraction:.3g} % of the time"
+                words.append(f"with {share} damping at speed {p.speed:.6g}: {state if p.half_range else 'quiet'}")
+        return "; ".join(words)
+
+
+def damper(
+    scene: Scene,
+    parameter: Key,
+    bounds: tuple[float, float],
+    speeds: tuple[float, float],
+    half_range: float = 0.0,
+    *,
+    sticking: bool = True,
+    speed: Key = "v_b",
+) -> Design:
+    """Find the smallest damping with which a system slides quietly at every speed of a range.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, with steady sliding at the speeds of the range. Its own values of the two parameters are not used.
+    parameter : Symbol or str
+        What is made small: a damping, or anything that quiets the system as it grows.
+    bounds : (float, float)
+        Of the parameter.
+    speeds : (float, float)
+        Lowest and highest speed.
+    half_range : float
+        Of the first coordinate, the largest that is allowed; 0.0: no vibration at all, not even beside a stable
+        sliding that a large disturbance leaves for good.
+    sticking : bool
+        Whether contacts may stick; if not, cycles without sticking are allowed, of a half range as large as they like
+        unless `half_range` limits it.
+    speed : Symbol or str
+        Name of the speed.
+
+    Returns
+    -------
+    Design
+        Its active condition names the speed that decides.
+
+    Raises
+    ------
+    NotFound
+        If the upper bound is not enough; says at which speed and what is left there.
+    SceneError
+        If an argument is wrong.
+
+    Notes
+    -----
+    Three conditions bound the damping from below: the stability of sliding (eigenvalues), the end of the large cycles
+    (a fold, a corner or a graze of their branch) or the limit on their size, and the onset of sticking. The last two
+    are followed as curves in the plane of speed and damping, so the worst speed is a maximum of a curve, not of
+    samples. For one mass on a belt whose law falls steepest at rest it is ``2 beta = eta`` as the speed goes to zero,
+    Thomsen (19).
+    """
+    name, speed = scene.parameter(parameter).name, scene.parameter(speed).name
+    low, high = _pair(bounds, f"bounds of {name}")
+    slow, fast = _pair(speeds, f"speeds {speed}")
+    half_range = finite(half_range, "half_range")
+    if half_range < 0:
+        raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    if name == speed:
+        raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")
+    requirement = Requirement(name, speed, (low, high), (slow, fast), half_range, sticking)
+    scene = scene.where({name: low, speed: max(slow, 1e-9 * fast)})
+    return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
+
+
+def _pair(pair, what: str) -> tuple[float, float]:
+    try:
+        low, high = pair
+    except (TypeError, ValueError):
+        raise SceneError(f"the {what} are {pair!r}; give the lowest and the highest") from None
+    low, high = (finite(e, f"an end of the {what}") for e in (low, high))
+    if not 0 <= low <= high or high == 0:
+        raise SceneError(f"the {what} are ({low:g}, {high:g}); give 0 <= low <= high, and high > 0")
+    return low, high
+
+
+def _largest(summits: list[Summit | None]) -> Summit | None:
+    return max((s for s in summits if s is not None), key=lambda s: s.damping, default=None)
+
+
+def _local(scene: Scene, r: Requirement) -> Summit | None:
+    """Return the least damping with which sliding is stable at every speed; None if there is no such condition.
+
+    Raises
+    ------
+    NotFound
+        If the upper bound is not enough.
+    """
+    if not r.quiet:
+        return None
+    growth = _Growth(scene, r)
+    values = np.linspace(*r.bounds, _SCAN)
+    worst = [growth.worst(value, polished=False) for value in values]
+    stable = np.array([rate <= 0 for rate, _ in worst])
+    if stable.all():
+        return None
+    last = int(np.flatnonzero(~stable)[-1])
+    if last == _SCAN - 1:
+        rate, speed = worst[-1]
+        raise NotFound(
+            f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {speed:.6g} small vibration still grows with "
+            f"rate {rate:.6g}"
+        )
+    ends = values[last], values[min(last + 2, _SCAN - 1)]  # between the speeds of the grid a little more may be needed
+    edge = brentq(lambda value: growth.worst(value)[0], *ends, xtol=1e-300, rtol=1e-14)
+    speed = growth.worst(edge)[1]
+    speeds = np.linspace(max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1], _SPEEDS)
+    line = np.array([speeds, [growth.least(float(v)) for v in speeds]])
+    return Summit(float(edge), speed, "stability of sliding", line)
+
+
+class _Growth:
+    """The growth rate of small vibration about steady sliding."""
+
+    def __init__(self, scene: Scene, r: Requirement):
+        self._scene, self._r = scene, r
+        self._symbols = scene.parameter(r.speed), scene.parameter(r.name)
+        self._field = field_of(scene, vary=self._symbols)
+        numbers = scene.numbers()
+        self._x = np.array([numbers[s] for s in self._field.states])
+        self._speeds = np.linspace(max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1], _SPEEDS)
+
+    def at(self, speed: float, damping: float) -> float:
+        """Return the largest real part of the eigenvalues, 1/time."""
+        values = {**self._scene.values, self._symbols[0]: speed, self._symbols[1]: damping}
+        p = self._field.vector(values)
+        self._x = self._equilibrium(p)
+        return float(np.max(np.linalg.eigvals(linearise(self._field, p, self._x)[3]).real))
+
+    def _equilibrium(self, p: np.ndarray) -> np.ndarray:
+        """Return steady sliding near the last one by plain Newton steps; searched for anew if they fail."""
+        field, x = self._field, self._x.copy()
+        free = np.r_[0 : field.n, 2 * field.n : x.size]
+        for _ in range(6):
+            signs = field.directions(x, p)
+            slopes, value = field.jacobian(x, p, signs)[:, free], field.value(x, p, signs)
+            if not (np.all(np.isfinite(slopes)) and np.all(np.isfinite(value))):
+                break
+            step = np.linalg.lstsq(slopes, value, rcond=None)[0]
+            x[free] -= step
+            if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(x))):
+                return x
+        return solve(field, p, self._x)
+
+    def worst(self, damping: float, polished: bool = True) -> tuple[float, float]:
+        """Return the largest growth rate over the speeds, and the speed; on the grid only unless `polished`."""
+        rates = [self.at(float(v), damping) for v in self._speeds]
+        k = int(np.argmax(rates))
+        best = rates[k], float(self._speeds[k])
+        if polished and 0 < k < _SPEEDS - 1:
+            ends = self._speeds[k - 1], self._speeds[k + 1]
+            found = minimize_scalar(
+                lambda v: -self.at(float(v), damping), bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]}
+            )
+            best = max(best, (-float(found.fun), float(found.x)))
+        return best
+
+    def least(self, speed: float) -> float:
+        """Return the damping at which sliding becomes stable at one speed; NaN outside the bounds."""
+        low, high = self._r.bounds
+        if self.at(speed, low) * self.at(speed, high) > 0:
+            return np.nan
+        return float(brentq(lambda value: self.at(speed, value), low, high, xtol=1e-12))
+
+
+def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None:
+    """Return what the large cycles ask for beyond what the stability of sliding does."""
+    speeds = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
+    best = local
+    for _ in range(_ROUNDS):
+        damping = r.bounds[0] if best is None else best.damping * (1 + _BEYOND)
+        bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping})))), None)
+        if bad is None:
+            return best
+        found = summit(scene.where({r.name: r.bounds[0] if best is None else best.damping}), r, float(bad))
+        best = _largest([best, found])
+    raise NotFound("the conditions on the cycles change too often over the speeds; give a smaller range of them")
+
+
+def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
+    low = r.bounds[0]
+    if found is None:
+        speeds = np.array([max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1]])
+        found = Summit(low, float(speeds[0]), "", np.array([speeds, [low, low]]))
+        active = (f"{r.name} at its lower bound",)
+    else:
+        active = (f"{found.reason} at {r.speed} = {found.speed:.6g}",)
+    at = max(found.speed, _LOWEST * r.speeds[1])
+    above = _probe(scene, r, at, found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1])
+    below = _probe(scene, r, at, found.damping * (1 - _STEP)) if found.damping > low else None
+    values = {r.name: found.damping}
+    curve = Curve(*found.line, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
+    placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
+    return Design(values, found.damping, active, placed, Check(above, below), "optimal", curve)
+
+
+def _probe(scene: Scene, r: Requirement, speed: float, damping: float) -> Probe:
+    orbit = outermost(scene.where({r.speed: speed, r.name: damping}))
+    size, stick = (float(orbit.half_range[0]), orbit.stick_fraction) if orbit else (0.0, 0.0)
+    return Probe(speed, damping, size, stick, r.meets(orbit))
