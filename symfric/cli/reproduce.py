@@ -2,6 +2,8 @@
 
 import json
 import time
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -21,6 +23,8 @@ FILE = click.Path(path_type=Path)
 def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | None, as_json: bool, quiet: bool):
     """Compute and draw figures and tables of the sources again; all of them unless some are named.
 
+    Writes pictures and tables, and index.html with what the sources say and what was found.
+
     \b
     Example: symfric reproduce guida-5 rolling-table-3 --records records/ -o out/
     """
@@ -30,23 +34,34 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
     if listing:
         _list(wanted, as_json)
         return
+    from symfric.report.data import plain
+    from symfric.report.entries import Inputs
+    from symfric.report.gallery import gallery
+    from symfric.report.versions import versions
+
     motions = None if records is None else _read(records)
     folder = writable_folder(out)
-    results = {}
+    results, pages = {}, {}
     with progress_on_stderr(quiet) as progress:
         for k, (name, entry) in enumerate(wanted.items()):
             begin, share = time.monotonic(), 1 / len(wanted)
             progress(name, k * share)
-            made = entry.make(motions, lambda part, name=name, k=k, share=share: progress(name, (k + part) * share))
+            report = lambda part, name=name, k=k, share=share: progress(name, (k + part) * share)  # noqa: E731
+            made = entry.make(Inputs(motions, report))
             files = _write(folder, name, made)
-            results[name] = {"files": files, "seconds": round(time.monotonic() - begin, 2), "data": made.data}
+            seconds = time.monotonic() - begin
+            pages[name] = entry, made, seconds
+            findings = plain([asdict(f) for f in made.findings])
+            results[name] = {"files": files, "seconds": round(seconds, 2), "findings": findings, "data": made.data}
             if made.text and not (as_json or quiet):
                 click.echo(made.text, nl=False)
+    index = _save(folder / "index.html", lambda path: path.write_text(gallery(pages, versions()), encoding="utf-8"))
     if as_json:
         print_json(results)
     elif not quiet:
         for name, result in results.items():
             click.echo(f"{name}: {', '.join(result['files'])} ({result['seconds']:.1f} s)")
+        click.echo(index)
 
 
 def _list(wanted: dict, as_json: bool) -> None:
@@ -78,9 +93,13 @@ def _write(folder: Path, name: str, made) -> list[str]:
         parts[f"{name}.txt"] = lambda path: path.write_text(made.text, encoding="utf-8")
     if made.data is not None:
         parts[f"{name}.json"] = lambda path: path.write_text(json.dumps(made.data, indent=2), encoding="utf-8")
-    for file, write in parts.items():
-        try:
-            write(folder / file)
-        except OSError as error:
-            raise SceneError(f"cannot write {folder / file} ({error.strerror}); name another folder") from None
-    return [str(folder / file) for file in parts]
+    return [_save(folder / file, write) for file, write in parts.items()]
+
+
+def _save(path: Path, write: Callable[[Path], object]) -> str:
+    """Write a file; return its name."""
+    try:
+        write(path)
+    except OSError as error:
+        raise SceneError(f"cannot write {path} ({error.strerror}); name another folder with -o") from None
+    return str(path)

@@ -1,108 +1,49 @@
-"""Figures and tables of the sources by name: each computes, draws and says what it found."""
+"""Figures and tables of the sources by name, and what of them is not made again."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Sequence
 
 from symfric.errors import SceneError
 from symfric.model.names import nearest
+from symfric.report.entries import SOURCES, Entry
+
+NOT_MADE = {
+    "handbook-19.14": "measured damping of structures against amplitude; no data is printed",
+    "handbook-19.18": "measured friction of a pair of spur gears; no data is printed, see handbook-19.19",
+    "handbook-table-19.6": "damping ratios a code suggests; nothing to compute",
+    "younes-2": "layout of the test rig; nothing to compute",
+}
 
 
-@dataclass(frozen=True)
-class Made:
-    """A reproduced figure or table.
+def reproductions() -> dict[str, Entry]:
+    """Return everything that can be made again by name: source after source, figures in their order."""
+    from symfric.report import handbook, rolling_figures, sketches, slide_figures, slide_planes, thomsen, younes_ashour
 
-    Attributes
-    ----------
-    figure : matplotlib Figure or None
-    text : str
-        A table for reading; empty if there is none.
-    data : object
-        Plain data for JSON, or None.
-    """
-
-    figure: object = None
-    text: str = ""
-    data: object = None
+    modules = (sketches, thomsen, handbook, slide_planes, slide_figures, younes_ashour, rolling_figures)
+    found = {name: entry for module in modules for name, entry in module.FIGURES.items()}
+    return dict(sorted(found.items(), key=lambda item: _order(item[0])))
 
 
-@dataclass(frozen=True)
-class Reproduction:
-    """How a figure or table is made.
-
-    Attributes
-    ----------
-    caption : str
-    make : callable
-        ``make(motions, progress) -> Made``; motions may be None.
-    takes_records : bool
-        Whether motions make a difference.
-    """
-
-    caption: str
-    make: Callable[[Sequence | None, Callable[[float], None]], Made] = field(repr=False)
-    takes_records: bool = False
+def _order(name: str) -> tuple:
+    """Sort by source, figures by number, then tables, then what the sources do not have."""
+    source, _, rest = name.partition("-")
+    numbers = [int(n) for n in re.findall(r"\d+", rest)]
+    kind = 0 if rest[0].isdigit() else 1 if rest.startswith("table") else 2
+    return list(SOURCES).index(source), kind, numbers, rest
 
 
-def reproductions() -> dict[str, Reproduction]:
-    """Return everything that can be made again, by name."""
-    from symfric.report.slide_figures import FIGURES as SLIDES
-    from symfric.report.younes_ashour import FIGURES as DECAYS
-
-    found = {f"younes-{name}": Reproduction(_first_line(make), _decay(make)) for name, make in DECAYS.items()}
-    found["younes-claims"] = Reproduction("What the text claims, and which readings of it hold.", _claims)
-    found |= {name: Reproduction(figure.caption, _slide(figure)) for name, figure in SLIDES.items()}
-    caption = "Returned ratios of scaled models, from 40 000 runs; --records names a folder of AT2 files."
-    found["rolling-table-3"] = Reproduction(caption, _table_3, takes_records=True)
-    return found
-
-
-def chosen(names: Sequence[str]) -> dict[str, Reproduction]:
+def chosen(names: Sequence[str]) -> dict[str, Entry]:
     """Return those that are named, all unless any is.
 
     Raises
     ------
     SceneError
-        On an unknown name, with the nearest known one.
+        On an unknown name, with the nearest known one, or why it is not made.
     """
     known = reproductions()
-    unknown = next((name for name in names if name not in known), None)
-    if unknown is not None:
-        raise SceneError(f"no figure {unknown!r}{nearest(unknown, known)}")
+    for name in names:
+        if name in NOT_MADE:
+            raise SceneError(f"{name} is not made: {NOT_MADE[name]}")
+        if name not in known:
+            raise SceneError(f"no figure {name!r}{nearest(name, known)}")
     return {name: known[name] for name in names} if names else known
-
-
-def _first_line(make: Callable) -> str:
-    return (make.__doc__ or "").strip().splitlines()[0]
-
-
-def _decay(make: Callable) -> Callable:
-    def made(_motions, _progress) -> Made:
-        from symfric.report.younes_ashour import draw
-
-        return Made(draw(make()))
-
-    return made
-
-
-def _slide(figure) -> Callable:
-    def made(_motions, _progress) -> Made:
-        import numpy as np
-
-        return Made(np.ravel(figure.draw(figure.data()))[0].figure)
-
-    return made
-
-
-def _claims(_motions, _progress) -> Made:
-    from symfric.report.younes_ashour import claims_table
-
-    rows = claims_table()
-    lines = [f"{r['where']}: {r['claim']}\n    {r['verdict']}; {r['reading']}: {r['holds']}" for r in rows]
-    return Made(text="\n".join(lines) + "\n", data=rows)
-
-
-def _table_3(motions, progress) -> Made:
-    from symfric.report.rolling import plot_table_3, table_3
-
-    table = table_3(motions, lambda done, of: progress(done / of))
-    return Made(plot_table_3(table).flat[0].figure, table.text(), table.rows())

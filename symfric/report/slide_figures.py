@@ -1,30 +1,14 @@
 """Pictures of drawn slides; nothing is computed here. Each takes ``axes=None`` and returns the Axes."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from symfric.report import slides
+from symfric.report.entries import Entry, Finding
 from symfric.report.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, label, new_axes, tidy
 
 DASHED = (0, (4, 3))
-
-
-@dataclass(frozen=True)
-class SourceFigure:
-    """A figure that can be made again.
-
-    Attributes
-    ----------
-    caption : str
-    data : callable ``() -> data``
-    draw : callable ``(data, axes=None) -> Axes``
-    """
-
-    caption: str
-    data: Callable
-    draw: Callable
 
 
 def panels(rows: int, columns: int, size: tuple[float, float]) -> np.ndarray:
@@ -173,25 +157,87 @@ def plot_stability_gap(gap, axes=None):
     return ax
 
 
+def _of_maps(_maps) -> tuple[Finding, ...]:
+    from symfric.theory import drive
+
+    steep, flat = drive.threshold(-0.3, 1.0, -0.2), drive.threshold(-0.3, 0.6, -0.2)
+    return (
+        Finding(
+            "stable if the slope of the second section is greater than 1",
+            f"for mu2 >= 1, half the drawn slope: eps_crit is {steep:g} at mu2 = 1 and {flat:.4g} at 2 mu2 = 1.2",
+            False,
+        ),
+        Finding(
+            "eps of the maps is f_s - f_c of (3)",
+            "the maps' eps is by v*; that of (3) is eps (1 + p*)",
+            False,
+        ),
+    )
+
+
+def _of_errors(_diagrams) -> tuple[Finding, ...]:
+    return (
+        Finding(
+            "lambda = f(0) - fc + 2 mu2",
+            "lambda = f(0) - fc: the error is lambda (1 + exp(-mu1 pi/sqrt(1 - mu1^2))) for type a, (19a) corrected",
+            False,
+        ),
+        Finding("the error increases as mu1 diminishes", "at every lambda drawn", True),
+        Finding("the error increases as mu2 increases", "it decreases at fixed lambda; true at a fixed speed", False),
+    )
+
+
+def _of_motion(name: str, motion) -> tuple[Finding, ...]:
+    late = motion.t > motion.t[0] + 0.6 * (motion.t[-1] - motion.t[0])
+    sticking = bool(motion.sticking[late].any())
+    found = "it goes on sticking and slipping" if sticking else "it slides steadily"
+    if name not in slides.SAID:
+        words = "vibration with s2 = 1.3, of the text; the caption's s1 = 1.3, s2 = 0.3 decays"
+        return (Finding(words, found, sticking),)
+    said = slides.SAID[name]
+    return (Finding("the slides vibrate" if said else "no vibration", f"{found}, with d2 = s2", sticking == said),)
+
+
+def _of_readings(found) -> tuple[Finding, ...]:
+    return (Finding("s2 has one meaning in (23) and (24)", found.statement(), False),)
+
+
+def _of_gap(gap) -> tuple[Finding, ...]:
+    k = int(np.argmin(np.abs(gap.zeta - 2.0)))
+    words = f"at zeta = {gap.zeta[k]:.3g}: definite down to mu = {-gap.definite[k]:.4f}, stable to {-gap.exact[k]:.4f}"
+    return (Finding("(27) decides stability", f"it is sufficient, and exact for zeta = 1 only; {words}", False),)
+
+
+def _motion_entry(name: str) -> Entry:
+    change = ", ".join(f"{k} = {v:g}" for k, v in slides.MOTIONS[name][0].items())
+    return Entry(
+        f"Motion of two slides, {change}.",
+        lambda _: slides.slides_motion(name),
+        plot_slides_motion,
+        findings=lambda motion: _of_motion(name, motion),
+    )
+
+
+def _error_entry(name: str) -> Entry:
+    slopes = slides.ERROR_SLOPES[name]
+    caption = f"Positioning errors, mu1 = {slopes[0]:g} ... {slopes[-1]:g}."
+    return Entry(caption, lambda _: slides.error_diagrams(name), plot_errors, findings=_of_errors)
+
+
 FIGURES = {
-    "guida-4": SourceFigure("Threshold of stick-slip over both slopes.", slides.threshold_surfaces, plot_surfaces),
-    "guida-5": SourceFigure("Stability maps of a drawn slide.", slides.stability_maps, plot_stability_maps),
-    **{
-        name: SourceFigure(
-            f"Positioning errors, mu1 = {slopes[0]:g} ... {slopes[-1]:g}.",
-            lambda name=name: slides.error_diagrams(name),
-            plot_errors,
-        )
-        for name, slopes in slides.ERROR_SLOPES.items()
-    },
-    **{
-        name: SourceFigure(
-            f"Motion of two slides, {', '.join(f'{k} = {v:g}' for k, v in change.items())}.",
-            lambda name=name: slides.slides_motion(name),
-            plot_slides_motion,
-        )
-        for name, (change, _) in slides.MOTIONS.items()
-    },
-    "guida-readings": SourceFigure("Least static friction of two slides that cycle.", slides.readings, plot_readings),
-    "guida-stability": SourceFigure("Sufficient and exact stability.", slides.stability_gap, plot_stability_gap),
+    "guida-4": Entry("Threshold of stick-slip over both slopes.", lambda _: slides.threshold_surfaces(), plot_surfaces),
+    "guida-5": Entry(
+        "Stability maps of a drawn slide.", lambda _: slides.stability_maps(), plot_stability_maps, findings=_of_maps
+    ),
+    **{name: _error_entry(name) for name in slides.ERROR_SLOPES},
+    **{name: _motion_entry(name) for name in slides.MOTIONS},
+    "guida-readings": Entry(
+        "Least static friction of two slides that cycle.",
+        lambda _: slides.readings(),
+        plot_readings,
+        findings=_of_readings,
+    ),
+    "guida-stability": Entry(
+        "Sufficient and exact stability.", lambda _: slides.stability_gap(), plot_stability_gap, findings=_of_gap
+    ),
 }

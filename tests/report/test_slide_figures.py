@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 from symfric.report import slide_figures, slides
+from symfric.report.entries import Inputs
 from symfric.theory import drive
 
 FEWER = {  # points, where the default takes seconds
-    "guida-4": lambda: slides.threshold_surfaces(11),
-    "guida-readings": lambda: slides.readings(7),
-    "guida-stability": lambda: slides.stability_gap(17),
+    "guida-4": lambda _: slides.threshold_surfaces(11),
+    "guida-readings": lambda _: slides.readings(7),
+    "guida-stability": lambda _: slides.stability_gap(17),
 }
 
 
 @pytest.fixture(scope="module")
 def data():
-    return {name: FEWER.get(name, figure.data)() for name, figure in slide_figures.FIGURES.items()}
+    return {name: FEWER.get(name, entry.compute)(Inputs()) for name, entry in slide_figures.FIGURES.items()}
 
 
 def test_the_maps_have_the_source_s_panels_and_curves(data):
@@ -102,6 +103,13 @@ def test_nothing_in_a_picture_collides(name, data):
         assert box.x1 <= figure.bbox.x1 + 1
         assert box.y1 <= figure.bbox.y1 + 1
         assert not any(box.overlaps(other) for other in boxes[:k])
+
+
+def test_what_the_source_says_is_judged(data):
+    verdicts = {n: [f.holds for f in e.findings(data[n])] for n, e in slide_figures.FIGURES.items()}
+    assert verdicts["guida-14"] == verdicts["guida-15"] == verdicts["guida-16"] == [True]
+    assert verdicts["guida-10"] == verdicts["guida-11"] == [False, True, False]
+    assert verdicts["guida-readings"] == verdicts["guida-stability"] == [False]
 
 
 def test_axes_may_be_given_and_no_global_state_is_left(data):

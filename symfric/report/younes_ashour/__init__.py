@@ -1,18 +1,26 @@
-"""Reproduction of Younes and Ashour: figures 3-7 and 10 as data and pictures, its word claims tested."""
+"""Reproduction of Younes and Ashour: figures 3-10 as data, its word claims tested."""
 
+from symfric.report.entries import Entry, Finding
+from symfric.report.panels import panels_entry
+from symfric.report.younes_ashour import figures
 from symfric.report.younes_ashour.claims import Claim, Reading, claims, claims_table
-from symfric.report.younes_ashour.figures import FIGURES, Curve, FigureData, Panel
-from symfric.report.younes_ashour.pictures import draw, plot_panel
 
-__all__ = [
-    "FIGURES",
-    "Claim",
-    "Curve",
-    "FigureData",
-    "Panel",
-    "Reading",
-    "claims",
-    "claims_table",
-    "draw",
-    "plot_panel",
-]
+CLAIMS = "What the text claims, and which readings of it hold."
+
+
+def _text(rows: list[dict]) -> str:
+    lines = [f"{r['where']}: {r['claim']}\n    {r['verdict']}; {r['reading']}: {r['holds']}" for r in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _findings(rows: list[dict]) -> tuple[Finding, ...]:
+    words = (f"{r['reading']}: " + (", ".join(f"{k} {v:.4g}" for k, v in r["evidence"].items()) or "-") for r in rows)
+    return tuple(Finding(f"{r['where']}: {r['claim']}", w, r["holds"]) for r, w in zip(rows, words, strict=True))
+
+
+FIGURES = {
+    **{name: panels_entry(make) for name, make in figures.FIGURES.items()},
+    "younes-claims": Entry(CLAIMS, lambda _: claims_table(), text=_text, plain=list, findings=_findings),
+}
+
+__all__ = ["FIGURES", "Claim", "Reading", "claims", "claims_table"]

@@ -1,12 +1,13 @@
-"""Figures 3-7 and 10 of Younes and Ashour as data: each function computes one, nothing is drawn."""
+"""Figures 3-10 of Younes and Ashour as data: each function computes one, nothing is drawn."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from symfric.report.data import plain
-from symfric.report.younes_ashour.decays import FALLING, LAWS, START, decays, run_of, start_of
+from symfric.report.entries import Finding
+from symfric.report.panels import Curve, FigureData, Panel
+from symfric.report.younes_ashour.decays import FALLING, GRAVITY, LAWS, START, decays, run_of, start_of
 from symfric.theory.transient import averaged_decay_time
 
 FREQUENCIES = (3.5, 5.0, 10.0, 20.0)  # Hz; the text names 3.5 and 10
@@ -19,96 +20,18 @@ SAMPLES, POINTS = 3000, 120
 ASSUMED = f"r = 1, g = 9.81 m/s$^2$, start at {1000 * START:g} mm"
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """One curve.
-
-    Attributes
-    ----------
-    label : str
-    x, y : ndarray, shape (n,)
-    group : int
-        Curves of one group share a colour.
-    closest : ndarray, shape (n,), or None
-        Margin of the closest decision of each decay; where it is near 0 the decay time jumps.
-    dash : str
-        "solid", "dashed", or "dotted" for the averaged law.
-    steps : bool
-        Whether the curve is constant between jumps, as the time of a decay by half cycles is.
-    """
-
-    label: str
-    x: np.ndarray
-    y: np.ndarray
-    group: int = 0
-    closest: np.ndarray | None = None
-    dash: str = "solid"
-    steps: bool = False
-
-
-@dataclass(frozen=True)
-class Panel:
-    """Curves over common axes.
-
-    Attributes
-    ----------
-    title, x_label, y_label : str
-    curves : tuple of Curve
-    log : bool
-        Whether the vertical axis is logarithmic.
-    """
-
-    title: str
-    x_label: str
-    y_label: str
-    curves: tuple[Curve, ...]
-    log: bool = False
-
-
-@dataclass(frozen=True)
-class FigureData:
-    """One figure of the source.
-
-    Attributes
-    ----------
-    name, caption : str
-    panels : tuple of Panel
-    columns : int
-        Panels side by side.
-    """
-
-    name: str
-    caption: str
-    panels: tuple[Panel, ...]
-    columns: int = 2
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
-        panels = [
-            {
-                "title": p.title,
-                "x": p.x_label,
-                "y": p.y_label,
-                "curves": [{"label": c.label, "x": c.x, "y": c.y, "closest": c.closest} for c in p.curves],
-            }
-            for p in self.panels
-        ]
-        return plain({"figure": self.name, "caption": self.caption, "panels": panels})
-
-    def __repr__(self) -> str:
-        return f"FigureData({self.name}, {len(self.panels)} panels)"
-
-
 def figure_3() -> FigureData:
     """Transients of supports of different stiffness."""
     panels = tuple(_transient(f"$f_n$ = {f:g} Hz", f_n=f, mu_m=0.1) for f in FREQUENCIES)
-    return FigureData("3", rf"Transients without damping, $\mu_m$ = 0.1 (not said in the source); {ASSUMED}.", panels)
+    return FigureData(
+        "younes-3", rf"Transients without damping, $\mu_m$ = 0.1 (not said in the source); {ASSUMED}.", panels
+    )
 
 
 def figure_4() -> FigureData:
     """Transients of a soft support with different friction."""
     panels = tuple(_transient(rf"$\mu_m$ = {mu:g}", f_n=3.5, mu_m=mu) for mu in FRICTION)
-    return FigureData("4", f"Transients at 3.5 Hz without damping; {ASSUMED}.", panels)
+    return FigureData("younes-4", f"Transients at 3.5 Hz without damping; {ASSUMED}.", panels)
 
 
 def figure_5() -> FigureData:
@@ -128,7 +51,7 @@ def figure_5() -> FigureData:
         return found
 
     caption = f"Decay time without damping; {ASSUMED}."
-    return FigureData("5", caption, _by_law(curves, r"$\mu_m$", DECAY_TIME, log=True))
+    return FigureData("younes-5", caption, _by_law(curves, r"$\mu_m$", DECAY_TIME, log=True))
 
 
 def figure_6() -> FigureData:
@@ -146,7 +69,7 @@ def figure_6() -> FigureData:
         return found
 
     caption = rf"Decay time without damping, $\mu_m$ = 0.1, m = 0.5 kg; {ASSUMED.split(', start')[0]}."
-    return FigureData("6", caption, _by_law(curves, ENERGY, DECAY_TIME))
+    return FigureData("younes-6", caption, _by_law(curves, ENERGY, DECAY_TIME))
 
 
 def figure_7() -> FigureData:
@@ -161,7 +84,44 @@ def figure_7() -> FigureData:
 
     ratios = _by_law(of("ratio"), ENERGY, r"$R = E_\mathrm{viscous}/E_\mathrm{contact}$")
     caption = rf"10 Hz, $\mu_m$ = 0.1, m = 0.5 kg; {ASSUMED.split(', start')[0]}."
-    return FigureData("7", caption, (*ratios, *_by_law(of("time"), ENERGY, DECAY_TIME)))
+    return FigureData("younes-7", caption, (*ratios, *_by_law(of("time"), ENERGY, DECAY_TIME)))
+
+
+def figure_8() -> FigureData:
+    """Acceleration of the steel rod after a displacement; the source shows records, this is its model."""
+    return _records("8", "steel")
+
+
+def figure_9() -> FigureData:
+    """Acceleration of the aluminium rod after a displacement; the source shows records, this is its model."""
+    return _records("9", "aluminium")
+
+
+def _records(number: str, name: str) -> FigureData:
+    """Return accelerations of a rod from a large and a small displacement, ours: the source does not say its own."""
+    rod, panels, findings = RODS[name], [], []
+    for x0 in (0.01, 0.003):
+        runs = {law: run_of(law, **RIG, **rod, x0=x0) for law in LAWS}
+        t = np.linspace(0.0, 1.15 * max(run["stop_time"] for run in runs.values()), SAMPLES)
+        curves = [
+            Curve(law, t, _acceleration(run, law, t, rod["mu_m"]), k) for k, (law, run) in enumerate(runs.items())
+        ]
+        panels.append(Panel(f"{name} rod, from {1000 * x0:g} mm", "t [s]", "acceleration [m/s$^2$]", tuple(curves)))
+        count = len(runs[FALLING].events)
+        findings.append(f"{count} half cycles, {runs[FALLING]['stop_time']:.4f} s from {1000 * x0:g} mm")
+    claim, holds = "steel takes more cycles than aluminium", None
+    if name == "aluminium":
+        claim, holds = "a small displacement comes to rest after one cycle", count <= 2
+    caption = rf"{name.capitalize()} rod, $\mu_m$ = {rod['mu_m']:g}, {rod['m']:g} kg, 5.3 Hz, $\zeta$ = 0.009, N = m g."
+    return FigureData(f"younes-{number}", caption, tuple(panels), 2, (Finding(claim, "; ".join(findings), holds),))
+
+
+def _acceleration(run, law: str, t: np.ndarray, mu_m: float) -> np.ndarray:
+    """Return the acceleration (2) gives at each time, 0 while the rod sticks, m/s^2."""
+    omega, (x, u) = 2 * np.pi * RIG["f_n"], run(t)
+    side = run.mode[0, np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.mode.shape[1] - 1)]
+    friction = mu_m * GRAVITY * np.exp(-np.abs(u) if law == FALLING else -u)
+    return np.where(side == 0, 0.0, -2 * RIG["zeta"] * omega * u - omega**2 * x - side * friction)
 
 
 def figure_10() -> FigureData:
@@ -180,16 +140,18 @@ def figure_10() -> FigureData:
         return found
 
     caption = r"Rods at 5.3 Hz, $\zeta$ = 0.009, $\mu_m$ and masses of the source, N = m g; the source shows records."
-    return FigureData("10", caption, _by_law(curves, ENERGY, DECAY_TIME))
+    return FigureData("younes-10", caption, _by_law(curves, ENERGY, DECAY_TIME))
 
 
 FIGURES: dict[str, Callable[[], FigureData]] = {
-    "3": figure_3,
-    "4": figure_4,
-    "5": figure_5,
-    "6": figure_6,
-    "7": figure_7,
-    "10": figure_10,
+    "younes-3": figure_3,
+    "younes-4": figure_4,
+    "younes-5": figure_5,
+    "younes-6": figure_6,
+    "younes-7": figure_7,
+    "younes-8": figure_8,
+    "younes-9": figure_9,
+    "younes-10": figure_10,
 }
 
 
