@@ -167,11 +167,20 @@ def plot_figure(data: FigureData, axes=None) -> np.ndarray:
         axes = figure.subplots(rows, data.columns, squeeze=False)
         for ax in axes.flat[len(data.panels) :]:
             ax.remove()
-        figure.suptitle(f"{title(data.name)}. {data.caption}", fontsize=9, wrap=True)
+        figure.suptitle(_filled(f"{title(data.name)}. {data.caption}", 78 * data.columns), fontsize=9)
     axes = np.ravel(axes)[: len(data.panels)]
     for panel, ax in zip(data.panels, axes, strict=True):
         plot_panel(panel, ax)
     return axes
+
+
+def _filled(text: str, width: int) -> str:
+    """Break lines between words, but not within mathematics."""
+    import re
+    import textwrap
+
+    whole = re.sub(r"\$[^$]*\$", lambda formula: formula[0].replace(" ", "\0"), text)
+    return textwrap.fill(whole, width).replace("\0", " ")
 
 
 def plain_ticks(axis) -> None:
