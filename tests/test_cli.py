@@ -152,8 +152,8 @@ def test_commands_without_work():
     for command in COMMANDS:
         helped = call(command, "--help")
         assert helped.exit_code == 0
-    for command in ("study", "explain", "sweep", "scenes"):
-        assert "Example: symfric" in call(command, "--help").output
+        assert f"Example: symfric {command}" in helped.output
+    assert "Example: symfric" in call("--help").output
 
 
 def test_scenes_are_listed():
@@ -213,6 +213,52 @@ def test_output_folder_that_cannot_be_written(tmp_path):
     closed.chmod(stat.S_IRUSR | stat.S_IXUSR)
     if not os.access(closed, os.W_OK):  # root may write anywhere
         assert "cannot write" in bad_line(call("study", EXAMPLES[0], "-o", closed))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["stdy"], "no command 'stdy'; did you mean study?; see symfric --help"),
+        (["--vrsion"], "see symfric --help"),
+        (["explain"], "Missing argument 'FILE'; see symfric explain --help"),
+        (["scenes", "extra"], "unexpected extra argument (extra); see symfric scenes --help"),
+        (["sweep", "{folder}"], "is a folder; name a scene file in it"),
+        (["explain", "{unit}"], "values.v_b is the string '0.2 m/s', not a number; write the number without quotes"),
+        (["reproduce", "thomsen-10"], "no figure 'thomsen-10'; did you mean thomsen-1?"),
+        (["reproduce", "younes-2"], "younes-2 is not made: layout of the test rig"),
+        (["reproduce", "thomsen-1", "-o", "{unit}"], "is a file; name a folder for the results with -o"),
+        (["reproduce", "thomsen-1", "-o", "{unit}/below"], "name another folder with -o"),
+        (["reproduce", "thomsen-1", "--records", "{unit}"], "is no folder of records"),
+        (["sweep", "{good}", "-o", "{unit}/below"], "name another folder with -o"),
+        (["bench", "--problem", "P9"], "no problem 'P9'"),
+        (["bench", "-o", "{unit}"], "is a file; name a folder for the results with -o"),
+        (["bench", "--rounds", "few"], "'few' is not a valid integer"),
+    ],
+)
+def test_what_is_typed_wrong_is_one_line(arguments, message, tmp_path):
+    unit = tmp_path / "unit.toml"
+    unit.write_text('[scene]\nmodel = "mass_on_belt"\n[values]\nv_b = "0.2 m/s"\n')
+    places = {"folder": tmp_path, "unit": unit, "good": EXAMPLES[0]}
+    result = call(*(a.format(**places) for a in arguments))
+    assert message in bad_line(result)
+    assert len(result.stderr.splitlines()) == 1
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == [unit]
+
+
+def test_an_interrupted_reproduction_keeps_what_is_finished(monkeypatch, tmp_path):
+    from symfric.report import reproduction
+
+    def stop(_inputs):
+        raise KeyboardInterrupt
+
+    known = reproduction.reproductions()
+    stopping = type(known["thomsen-1"])("Stops.", stop)
+    monkeypatch.setattr(reproduction, "reproductions", lambda: {"thomsen-1": known["thomsen-1"], "guida-1": stopping})
+    result = call("reproduce", "-q", "-o", tmp_path)
+    assert result.exit_code == 130
+    assert result.stderr == f"interrupted; 1 of 2 are finished, see {tmp_path / 'index.html'}\n"
+    assert "thomsen-1.png" in (tmp_path / "index.html").read_text()
 
 
 def test_failures_of_the_question_end_with_status_1(monkeypatch):

@@ -13,7 +13,7 @@ COMMANDS = {  # name: module and attribute, imported when asked for
     "sweep": "symfric.cli.sweep:sweep",
     "scenes": "symfric.cli.commands:scenes",
     "reproduce": "symfric.cli.reproduce:reproduce",
-    "bench": "symfric.bench.command:bench",
+    "bench": "symfric.cli.bench:bench",
 }
 
 
@@ -27,6 +27,12 @@ class NoAnswer(click.ClickException):
     """One line on stderr, exit status 1."""
 
     exit_code = 1
+
+
+def _in_one_line(error: click.UsageError) -> BadInput:
+    """Return what is wrong with a command's words, and where its help is."""
+    path = "symfric" if error.ctx is None else error.ctx.command_path
+    return BadInput(f"{error.format_message().rstrip('.')}; see {path} --help")
 
 
 class Commands(click.Group):
@@ -43,10 +49,19 @@ class Commands(click.Group):
         module, attribute = COMMANDS[cmd_name].split(":")
         return getattr(importlib.import_module(module), attribute)
 
+    def make_context(self, *args, **kwargs) -> click.Context:
+        """Read the options before the command; what cannot be read is one line."""
+        try:
+            return super().make_context(*args, **kwargs)
+        except click.UsageError as error:
+            raise _in_one_line(error) from None
+
     def invoke(self, ctx: click.Context):
         """Run a command."""
         try:
             return super().invoke(ctx)
+        except click.UsageError as error:
+            raise _in_one_line(error) from None
         except SceneError as error:
             raise BadInput(str(error)) from None
         except (NotFound, NoRoute, RunFailed) as error:
@@ -64,7 +79,9 @@ def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
         ctx.exit()
 
 
-@click.command(cls=Commands, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.command(
+    "symfric", cls=Commands, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]}
+)
 @click.option(
     "--version",
     is_flag=True,

@@ -36,32 +36,42 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
         return
     from symfric.report.data import plain
     from symfric.report.entries import Inputs
-    from symfric.report.gallery import gallery
-    from symfric.report.versions import versions
 
     motions = None if records is None else _read(records)
     folder = writable_folder(out)
     results, pages = {}, {}
-    with progress_on_stderr(quiet) as progress:
-        for k, (name, entry) in enumerate(wanted.items()):
-            begin, share = time.monotonic(), 1 / len(wanted)
-            progress(name, k * share)
-            report = lambda part, name=name, k=k, share=share: progress(name, (k + part) * share)  # noqa: E731
-            made = entry.make(Inputs(motions, report))
-            files = _write(folder, name, made)
-            seconds = time.monotonic() - begin
-            pages[name] = entry, made, seconds
-            findings = plain([asdict(f) for f in made.findings])
-            results[name] = {"files": files, "seconds": round(seconds, 2), "findings": findings, "data": made.data}
-            if made.text and not (as_json or quiet):
-                click.echo(made.text, nl=False)
-    index = _save(folder / "index.html", lambda path: path.write_text(gallery(pages, versions()), encoding="utf-8"))
+    try:
+        with progress_on_stderr(quiet) as progress:
+            for k, (name, entry) in enumerate(wanted.items()):
+                begin, share = time.monotonic(), 1 / len(wanted)
+                progress(name, k * share)
+                report = lambda part, name=name, k=k, share=share: progress(name, (k + part) * share)  # noqa: E731
+                made = entry.make(Inputs(motions, report))
+                files = _write(folder, name, made)
+                seconds = time.monotonic() - begin
+                pages[name] = entry, made, seconds
+                findings = plain([asdict(f) for f in made.findings])
+                results[name] = {"files": files, "seconds": round(seconds, 2), "findings": findings, "data": made.data}
+                if made.text and not (as_json or quiet):
+                    click.echo(made.text, nl=False)
+    except KeyboardInterrupt:
+        index = _save_index(folder, pages)
+        click.echo(f"interrupted; {len(pages)} of {len(wanted)} are finished, see {index}", err=True)
+        raise click.exceptions.Exit(130) from None
+    index = _save_index(folder, pages)
     if as_json:
         print_json(results)
     elif not quiet:
         for name, result in results.items():
             click.echo(f"{name}: {', '.join(result['files'])} ({result['seconds']:.1f} s)")
         click.echo(index)
+
+
+def _save_index(folder: Path, pages: dict) -> str:
+    from symfric.report.gallery import gallery
+    from symfric.report.versions import versions
+
+    return _save(folder / "index.html", lambda path: path.write_text(gallery(pages, versions()), encoding="utf-8"))
 
 
 def _list(wanted: dict, as_json: bool) -> None:

@@ -50,6 +50,6 @@ def test_the_picture_and_the_numbers_are_written(result, folder):
 def test_an_unknown_problem_is_one_line(result):
     outcome = CliRunner().invoke(main, ["bench", "--problem", "P9"])
     assert outcome.exit_code == 2
-    assert "no problem 'P9'; there are P1, P2" in outcome.output
+    assert "no problem 'P9'; known: P1, P2" in outcome.output
     with pytest.raises(Exception, match="no problem 'P9'"):
         measure(["P9"])

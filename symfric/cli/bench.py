@@ -6,17 +6,23 @@ from pathlib import Path
 import click
 
 from symfric.bench.problems import problems
+from symfric.cli.console import common_options, print_json, writable_folder
+from symfric.errors import SceneError
+from symfric.model.names import nearest
 
 
 @click.command()
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
 @click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Samples of each solver.")
-@click.option("-o", "folder", type=click.Path(file_okay=False, path_type=Path), help="Write bench.json and bench.png.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-@click.option("--quiet", is_flag=True, help="No progress.")
-def bench(with_peers, names, rounds, folder, as_json, quiet):
-    """Run time against error on problems with known answers."""
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
+@common_options
+def bench(with_peers: bool, names: tuple[str, ...], rounds: int, out: Path | None, as_json: bool, quiet: bool):
+    """Run time against error on problems with known answers.
+
+    \b
+    Example: symfric bench --problem P2 --rounds 3 -o out/
+    """
     from rich.console import Console
 
     from symfric.bench.measure import measure
@@ -25,15 +31,15 @@ def bench(with_peers, names, rounds, folder, as_json, quiet):
     known = problems()
     unknown = next((name for name in names if name not in known), None)
     if unknown is not None:
-        raise click.BadParameter(f"no problem {unknown!r}; there are {', '.join(known)}", param_hint="--problem")
+        raise SceneError(f"no problem {unknown!r}{nearest(unknown, known)}")
+    folder = None if out is None else writable_folder(out)
     errors = Console(stderr=True)
     tell = (lambda _: None) if quiet else (lambda line: errors.print(line, style="dim"))
     benchmark = measure(names, with_peers=with_peers, rounds=rounds, progress=tell)
-    text = json.dumps(benchmark.to_dict(), indent=2)
     if folder is not None:
-        _write(benchmark, text, folder)
+        _write(benchmark, folder)
     if as_json:
-        click.echo(text)
+        print_json(benchmark.to_dict())
         return
     Console().print(table(benchmark))
     for curve in (c for c in benchmark.curves if c.failure):
@@ -45,11 +51,10 @@ def bench(with_peers, names, rounds, folder, as_json, quiet):
             click.echo(f"{name}: " + "; ".join(lines))
 
 
-def _write(benchmark, text: str, folder: Path) -> None:
+def _write(benchmark, folder: Path) -> None:
     from matplotlib.figure import Figure
 
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "bench.json").write_text(text)
+    (folder / "bench.json").write_text(json.dumps(benchmark.to_dict(), indent=2), encoding="utf-8")
     names = list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
     if names:
         figure = Figure(figsize=(4.2 * len(names), 4.2), layout="constrained")
