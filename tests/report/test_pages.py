@@ -1,0 +1,57 @@
+"""The pages in a real browser: every picture there, nothing wider than the window, no word on the console."""
+
+from pathlib import Path
+
+import pytest
+
+from symfric.report.gallery import gallery
+from symfric.report.page import page
+from symfric.report.reproduction import chosen
+from symfric.report.study import study
+from symfric.scenefile import read_scene_text
+from tests.browser import chromium, complaints, missing_pictures, overflow, show
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FEWER = {"belt": ("number = 45", "number = 5"), "two_masses": ("number = 23", "number = 3")}
+PAGES = (*FEWER, "index")
+
+
+@pytest.fixture(scope="module")
+def browser():
+    driver = chromium()
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def folder(browser, tmp_path_factory):
+    """Two studies, one with all sections and one with wide equations, and the index of a reproduction."""
+    place = tmp_path_factory.mktemp("pages")
+    for name, change in FEWER.items():
+        text = (EXAMPLES / f"{name}.toml").read_text().replace(*change)
+        (place / f"{name}.html").write_text(page(study(read_scene_text(text))), encoding="utf-8")
+    made = {n: (e, e.make(), 0.1) for n, e in chosen(["guida-12", "guida-3", "rolling-table-2"]).items()}
+    for name, (_, found, _) in made.items():
+        if found.figure is not None:
+            found.figure.savefig(place / f"{name}.png")
+    (place / "index.html").write_text(gallery(made, {"symfric": "0"}), encoding="utf-8")
+    return place
+
+
+@pytest.mark.parametrize(("width", "media"), [(400, "screen"), (1400, "screen"), (720, "print")])
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_whole_at_every_width(browser, folder, name, width, media):
+    show(browser, (folder / f"{name}.html").as_uri(), width, media)
+    assert browser.execute_script("return document.images.length") >= (2 if name == "index" else 5)
+    assert missing_pictures(browser) == []
+    assert overflow(browser) <= 0
+    assert complaints(browser) == []
+
+
+def test_a_missing_picture_would_be_seen(browser, folder):
+    text = (folder / "index.html").read_text().replace("guida-3.png", "gone.png")
+    (folder / "broken.html").write_text(text + '<p style="width: 3000px">wide</p>')
+    show(browser, (folder / "broken.html").as_uri(), 400)
+    assert len(missing_pictures(browser)) == 1
+    assert overflow(browser) > 300
+    assert complaints(browser)
