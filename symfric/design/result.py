@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 
 
@@ -63,6 +64,9 @@ class Design:
     def __repr__(self) -> str:
         values = ", ".join(f"{k}={v:.6g}" for k, v in self.values.items())
         return f"Design({self.status}, {values}, objective={self.objective:.6g}, active: {'; '.join(self.active)})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Design", self.to_dict())
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""

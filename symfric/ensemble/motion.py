@@ -8,6 +8,7 @@ import numpy as np
 from symfric.ensemble.units import G, factor_of
 from symfric.errors import SceneError
 from symfric.model.names import finite
+from symfric.model.notebook import html_table
 from symfric.model.system import Signal
 
 _WHOLE = 1e-9  # of a step: nearer than that a time is a sample's own
@@ -133,6 +134,10 @@ class Motion:
         ax.set_ylabel("acceleration [m/s²]")
         ax.set_title(self.name)
         return ax
+
+    def _repr_html_(self) -> str:
+        seen = {"samples": self.samples.size, "dt [s]": self.dt, "duration [s]": self.duration, "PGA [g]": self.pga_g}
+        return html_table(self.name, seen | ({"note": self.note} if self.note else {}))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, samples included."""

@@ -8,6 +8,7 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.model import library
 from symfric.model.names import TIME
+from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 
@@ -52,6 +53,9 @@ class EnergyBalance:
     def _lacking(self, found: float) -> float:
         return (self.input - found) / self.input if self.input else 0.0
 
+    def _repr_html_(self) -> str:
+        return html_table("EnergyBalance", self.to_dict())
+
     def to_dict(self) -> dict[str, float]:
         """Return plain numbers."""
         return {**asdict(self), "ratio": self.ratio, "gap": self.gap, "printed_gap": self.printed_gap}
@@ -82,6 +86,9 @@ class Decisions:
     def last(self) -> float:
         """The margin of the last decision."""
         return float(self.margin[-1]) if self.margin.size else math.nan
+
+    def _repr_html_(self) -> str:
+        return html_table("Decisions", self.to_dict())
 
     def to_dict(self) -> dict[str, object]:
         """Return plain numbers and lists."""

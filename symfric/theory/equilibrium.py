@@ -7,6 +7,7 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import SPEED
+from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.theory.sliding import Field, field_of
@@ -37,6 +38,9 @@ class Equilibrium:
         states = ", ".join(f"{k}={v:.6g}" for k, v in zip(self.names, self.x, strict=True))
         slips = ", ".join(f"{k} {v:.6g}" for k, v in self.sliding.items()) or "no contacts"
         return f"Equilibrium({states}; sliding: {slips})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Equilibrium", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python numbers."""

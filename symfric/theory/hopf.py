@@ -7,6 +7,7 @@ import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import Key, finite
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, curvature, field_of
@@ -44,6 +45,9 @@ class HopfPoint:
             f"HopfPoint({self.parameter}={self.value:.15g}, omega={self.omega:.6g}, {self.kind}, "
             f"first_lyapunov={self.first_lyapunov:.6g})"
         )
+
+    def _repr_html_(self) -> str:
+        return html_table("HopfPoint", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python values."""

@@ -8,6 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, name_of, nearest
+from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
 
 
@@ -88,6 +89,9 @@ class SlowFlow:
         pairs = zip(self.amplitudes, self.stable, strict=True)
         found = ", ".join(f"{a:.6g} {'stable' if s else 'unstable'}" for a, s in pairs) or "none but zero"
         return f"SlowFlow(order {self.order}; stationary amplitudes: {found})"
+
+    def _repr_html_(self) -> str:
+        return html_table("SlowFlow", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python values, expressions as strings."""

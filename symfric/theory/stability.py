@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
 from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_hurwitz
@@ -109,6 +110,9 @@ class Stability:
     def __repr__(self) -> str:
         word = "stable" if self.stable else "not stable"
         return f"Stability({word}, margin {self.margin:.6g}; matrices: {self.definiteness}, {self.reason})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Stability", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python numbers."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import finite
+from symfric.model.notebook import html_table
 from symfric.theory.drive.pair import (
     Orbit,
     Pair,
@@ -81,6 +82,9 @@ class SlidesCycle:
     def __repr__(self) -> str:
         end = f", {self.end}" if self.end else ""
         return f"SlidesCycle(fs1 {self.fs1:.10g}, period {self.period:.10g}, sticking {self.stick_fraction:.6g}{end})"
+
+    def _repr_html_(self) -> str:
+        return html_table("SlidesCycle", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python values."""

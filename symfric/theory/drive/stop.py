@@ -6,6 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import finite
+from symfric.model.notebook import html_table
 from symfric.theory.drive.excursion import Flow, descent, excursion, slope
 
 MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)
@@ -29,6 +30,9 @@ class PositioningError:
 
     def __repr__(self) -> str:
         return f"PositioningError({self.value:.6g}, type {self.type})"
+
+    def _repr_html_(self) -> str:
+        return html_table("PositioningError", self.to_dict())
 
     def to_dict(self) -> dict:
         """Return plain Python values."""

@@ -1,0 +1,45 @@
+"""How a result looks in a notebook: one small table of what its `to_dict` says."""
+
+from collections.abc import Mapping
+from html import escape
+
+MOST = 12  # numbers shown of a list; longer ones are counted
+
+
+def html_table(name: str, values: Mapping[str, object]) -> str:
+    """Return a table of a result's values; nested ones are indented by their name.
+
+    Parameters
+    ----------
+    name : str
+        Of the result's class.
+    values : mapping
+        Plain data, as `to_dict` returns it.
+    """
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in _rows(values)
+    )
+    return f"<table><caption>{escape(name)}</caption><tbody>{rows}</tbody></table>"
+
+
+def _rows(values: Mapping[str, object], above: str = ""):
+    """Yield a name and words for each value."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _rows(value, f"{above}{name}: ")
+        else:
+            yield f"{above}{name}", _shown(value)
+
+
+def _shown(value) -> str:
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "none"}[value]
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        flat = [_shown(v) for v in value]
+        nested = any(isinstance(v, list | tuple) for v in value)
+        if len(flat) > MOST:
+            return f"{len(flat)} values"
+        return ("; " if nested else ", ").join(flat) or "none"
+    return str(value) or "none"
