@@ -11,6 +11,7 @@ COMMANDS = {  # name: module and attribute, imported when asked for
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
     "sweep": "symfric.cli.sweep:sweep",
+    "explore": "symfric.cli.explore:explore",
     "scenes": "symfric.cli.commands:scenes",
     "reproduce": "symfric.cli.reproduce:reproduce",
     "bench": "symfric.cli.bench:bench",

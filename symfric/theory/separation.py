@@ -189,21 +189,42 @@ def _linear(expr: sp.Expr, velocities: list[sp.Symbol]):
 
 def _effective(contact: Contact, fast: Excitation, scene: Scene) -> Contact:
     """Return the contact with its law averaged over its fast slip."""
-    system, name = scene.system, contact.name
+    q = _fast_slip(contact, fast, scene.system)
+    if q.is_zero:
+        return contact
+    if contact.normal.free_symbols & set(scene.system.u):
+        raise SceneError(
+            f"normal of contact {contact.name!r} depends on velocity, which shakes; separate takes other loads"
+        )
+    return replace(contact, law=_averaged(contact.law, q, scene))
+
+
+def fast_slips(scene: Scene) -> dict[str, sp.Expr]:
+    """Return the amplitude of the fast slip of each contact, in the scene's symbols.
+
+    Raises
+    ------
+    SceneError
+        As `separate`.
+    """
+    fast = _excitation(scene)
+    return {c.name: _fast_slip(c, fast, scene.system) for c in scene.contacts}
+
+
+def _fast_slip(contact: Contact, fast: Excitation, system: System) -> sp.Expr:
     for what, expr in (("slip", contact.slip), ("normal", contact.normal)):
         if TIME in expr.free_symbols:
-            raise SceneError(f"{what} of contact {name!r} depends on time; separate takes time in the forces only")
+            raise SceneError(
+                f"{what} of contact {contact.name!r} depends on time; separate takes time in the forces only"
+            )
     directions = sp.Matrix([[contact.slip.diff(u) for u in system.u]])
     sine, cosine = ((directions * v)[0] for v in fast.velocity)
-    if sine.is_zero and cosine.is_zero:
-        return contact
     if (sine.free_symbols | cosine.free_symbols) & set(system.states):
-        raise SceneError(f"the fast slip of contact {name!r} depends on the position; separate takes a constant one")
-    if contact.normal.free_symbols & set(system.u):
-        raise SceneError(f"normal of contact {name!r} depends on velocity, which shakes; separate takes other loads")
+        raise SceneError(
+            f"the fast slip of contact {contact.name!r} depends on the position; separate takes a constant one"
+        )
     single = sine.is_zero or cosine.is_zero
-    q = sp.Abs(sine + cosine) if single else sp.sqrt(sine**2 + cosine**2)
-    return replace(contact, law=_averaged(contact.law, q, scene))
+    return sp.Abs(sine + cosine) if single else sp.sqrt(sine**2 + cosine**2)
 
 
 def _averaged(law: Law, q: sp.Expr, scene: Scene) -> Law:

@@ -1,0 +1,61 @@
+"""The command ``explore``."""
+
+import contextlib
+import socket
+from pathlib import Path
+
+import click
+
+from symfric.cli.console import common_options, print_json, progress_on_stderr
+from symfric.errors import SceneError
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--port", default=0, type=click.IntRange(0, 65535), help="Port of the page; any free one unless given.")
+@click.option("--open", "opening", is_flag=True, help="Open the page in the browser.")
+@common_options
+def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
+    """Serve a page with a slider for each value of a scene file and live pictures, to this machine only.
+
+    Ctrl-C ends it.
+
+    \b
+    Example: symfric explore examples/belt.toml --open
+    """
+    from importlib.util import find_spec
+
+    from symfric.scenefile import read_scene_file
+
+    found = read_scene_file(file)
+    if find_spec("bokeh") is None:
+        raise SceneError("symfric explore needs Bokeh; install it with: python -m pip install 'symfric[explore]'")
+    _check_free(port)
+    from symfric.report.explore import explorer
+    from symfric.report.explore_page import serve
+
+    with progress_on_stderr(quiet) as progress:
+        progress("compiling", 0.0)
+        prepared = explorer(found)
+
+    def ready(address: str) -> None:
+        if as_json:
+            print_json({"address": address})
+        elif not quiet:
+            click.echo(f"{address} (Ctrl-C ends it)")
+        if opening:
+            click.launch(address)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        serve(prepared, port, ready)
+
+
+def _check_free(port: int) -> None:
+    """Raise if the port is taken."""
+    try:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+    except OSError:
+        raise SceneError(
+            f"port {port} cannot be served on: it is taken or not allowed; name another with --port"
+        ) from None

@@ -1,0 +1,150 @@
+"""The explorer: right numbers, within a tenth of a second, and a page that follows its sliders."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import symfric as sf
+from symfric.cli import main
+from symfric.report.explore import explorer
+from symfric.scenefile import read_scene_file, read_scene_text
+from tests.browser import chromium, complaints, overflow, show
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
+
+
+@pytest.fixture(scope="module")
+def belt():
+    return explorer(read_scene_file(EXAMPLES / "belt.toml"))
+
+
+def values_of(found, **changed):
+    return {r.name: r.value for r in found.ranges} | changed
+
+
+def test_numbers_are_those_of_the_solver(belt):
+    values = values_of(belt)
+    view = belt.view(values)
+    assert np.max(view.x) == pytest.approx(0.5664694667, abs=1e-4)
+    assert view.status == ""
+    assert belt.half_range(values, 0.2) == pytest.approx(0.286208719, rel=1e-4)
+    law = sf.laws.cubic(0.4, 0.25, 0.5)
+    assert view.friction == pytest.approx(law(view.speed), rel=1e-12)
+    assert np.all(np.isnan(view.effective))
+    shaken = belt.view(values_of(belt, a=0.01, Omega=50.0))
+    assert np.ptp(shaken.x) == pytest.approx(0.02, rel=0.05)
+    assert belt.half_range(values_of(belt, a=0.01, Omega=50.0), 0.2) == pytest.approx(0.01, rel=1e-3)
+    assert shaken.effective == pytest.approx(law.averaged(0.5)(view.speed), abs=0.01)
+
+
+def test_the_diagram_grows_from_coarse_to_fine(belt):
+    lots = list(belt.amplitudes(values_of(belt), 0.0))
+    points = [p for lot in lots for p in lot]
+    assert len(lots) > 10
+    assert len(points) == 33
+    assert sorted(v for v, _ in points) == pytest.approx(np.linspace(0.02, 0.46, 33))
+    assert [v for v, _ in points[:3]] == pytest.approx([0.02, 0.46, 0.24])
+    assert points[1][1] < 1e-3 < points[2][1]
+
+
+def test_every_change_is_answered_within_a_tenth_of_a_second(belt):
+    for changed in belt.ranges:
+        for value in (changed.low, changed.high):
+            values = values_of(belt, **{changed.name: value})
+            begin = time.process_time()
+            belt.view(values)
+            next(belt.amplitudes(values, 0.03))
+            assert time.process_time() - begin < 0.1
+
+
+def test_a_scene_without_values_is_refused():
+    text = (
+        '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nforce = "-x"\nhorizon = 9\ninitial = {x = 1, u = 0}\n'
+    )
+    with pytest.raises(sf.SceneError, match="no values to change"):
+        explorer(read_scene_text(text))
+
+
+@pytest.fixture(scope="module")
+def served():
+    """The command itself, on any free port; ended by Ctrl-C."""
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    command = [sys.executable, "-c", PROGRAM, "explore", str(EXAMPLES / "belt.toml")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        yield process.stdout.readline().split()[0]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0
+        assert "Traceback" not in process.stderr.read()
+
+
+def model(name: str) -> str:
+    return f"Bokeh.documents[0].get_model_by_name('{name}')"
+
+
+def test_a_moved_slider_changes_the_pictures(served):
+    assert served.startswith("http://localhost:")
+    browser = chromium()
+    try:
+        show(browser, served, 1400)
+        wait(lambda: "answered" in said(browser))
+        before = browser.get_screenshot_as_base64(), shown(browser)
+        browser.execute_script(f"{model('v_b')}.value = 0.35;")
+        wait(lambda: shown(browser) != before[1])
+        time.sleep(1.0)
+        assert browser.get_screenshot_as_base64() != before[0]
+        assert float(said(browser).split()[2]) < 100
+        assert overflow(browser) <= 0
+        assert width(browser) > 700
+        show(browser, served, 400)
+        wait(lambda: "answered" in said(browser))
+        assert overflow(browser) <= 0
+        assert 300 < width(browser) < 400
+        assert [line for line in complaints(browser) if "favicon" not in line] == []
+    finally:
+        browser.quit()
+
+
+def said(browser) -> str:
+    return browser.execute_script(f"return window.Bokeh && Bokeh.documents[0] ? {model('note')}.text : ''")
+
+
+def shown(browser) -> list[float]:
+    """Return the first speeds of the motion that the page holds."""
+    return browser.execute_script(f"return Array.from({model('phase')}.data.y.slice(0, 900))")
+
+
+def width(browser) -> int:
+    return browser.execute_script(f"return {model('phase portrait')}.outer_width")
+
+
+def wait(ready, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not ready():
+        assert time.monotonic() < end, "the page does not answer"
+        time.sleep(0.1)
+
+
+def test_a_taken_port_is_one_line():
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = CliRunner().invoke(main, ["explore", str(EXAMPLES / "belt.toml"), "-q", "--port", str(port)])
+    assert done.exit_code == 2
+    assert (
+        done.stderr == f"Error: port {port} cannot be served on: it is taken or not allowed; name another with --port\n"
+    )
+
+
+def test_without_bokeh_the_cure_is_named(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
+    done = CliRunner().invoke(main, ["explore", str(EXAMPLES / "belt.toml")])
+    assert done.exit_code == 2
+    assert done.stderr.endswith("install it with: python -m pip install 'symfric[explore]'\n")
