@@ -20,6 +20,22 @@ SCRIPTS = {
 }
 
 
+def test_the_tour_of_the_readme_prints_what_it_says():
+    text = (FOLDER.parent / "README.md").read_text()
+    first, second = re.findall(r"```python\n(.*?)```", text, re.DOTALL)[:2]
+    names = {}
+    exec(first.replace("run.plot()", ""), names)
+    assert repr(names["run"]) in first
+    assert f"{names['run']['x_max']:.6f}"[:7] in first
+    exec(second, names)
+    for line in second.splitlines()[1:]:
+        call, _, said = line.partition("  # ")
+        if said:
+            said = said.split(",")[0].split("...")[0].split("(")[-1]
+            assert said[:12] in repr(eval(call, names)), line
+    assert (FOLDER.parent / "docs" / "amplitude.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_every_script_is_listed():
     assert sorted(SCRIPTS) == sorted(p.stem for p in FOLDER.glob("*.py"))
     assert len(SCRIPTS) >= 8

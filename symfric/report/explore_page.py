@@ -85,6 +85,7 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
     friction = figure(title="friction", x_axis_label="sliding speed", y_axis_label="coefficient", **look)
     friction.line("x", "y", source=sources["law"], color=BLUE, legend_label="law")
     friction.line("x", "y", source=sources["effective"], color=ORANGE, legend_label="under the fast excitation")
+    friction.legend.location = "bottom_right"
     plots = [phase, *([friction] if explorer.file.scene.contacts else ())]
     if explorer.swept:
         label = f"half range of {words(system.q[0].name)}"
