@@ -33,7 +33,7 @@ def test_the_tour_of_the_readme_prints_what_it_says():
         if said:
             said = said.split(",")[0].split("...")[0].split("(")[-1]
             assert said[:12] in repr(eval(call, names)), line
-    assert (FOLDER.parent / "docs" / "amplitude.png").read_bytes().startswith(b"\x89PNG")
+    assert (FOLDER.parent / "examples" / "amplitude.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_every_script_is_listed():
