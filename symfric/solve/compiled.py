@@ -195,7 +195,7 @@ def stamp(folder: File, *folders: File) -> int:
 
 
 class Announcement(event.Listener):
-    """Says that a function is being compiled, which takes up to a minute; numba does it if it is not on disk."""
+    """Says that a function is being compiled, which takes a while; numba does it if it is not on disk."""
 
     def __init__(self, function: Callable, what: str):
         self._function, self._what = function, what

@@ -1,70 +1,108 @@
-"""Arrays and machine code by their addresses, for compiled code that owns neither."""
+"""Arrays and machine code by their addresses, for compiled code that owns neither.
 
-from typing import NamedTuple
+Compiled code knows the arrays of a NamedTuple as one pointer, to the table of their addresses, and reads from it what
+it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
+"""
+
+from collections.abc import Callable
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 from llvmlite import ir
-from numba import carray, njit, types
-from numba.extending import intrinsic
+from numba import types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+from numba.np.arrayobj import make_array, populate_array
+
+# annotations of the fields: number and kind of their indices are part of compiled code
+Reals = Annotated[np.ndarray, types.Array(types.float64, 1, "C")]
+Matrix = Annotated[np.ndarray, types.Array(types.float64, 2, "C")]
+Cube = Annotated[np.ndarray, types.Array(types.float64, 3, "C")]
+Integers = Annotated[np.ndarray, types.Array(types.int64, 1, "C")]
+IntegerMatrix = Annotated[np.ndarray, types.Array(types.int64, 2, "C")]
+
+# How functions are compiled. On arrays that they do not own, counting references would take longer than the work; those
+# inside a loop are called by compiled code alone.
+DOOR = {"nogil": True, "_nrt": False, "cache": True}
+INNER = {"nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False}
+# Short ones, or such that one other calls at every step. numba hands `forceinline` down to all that a function calls,
+# unless they say otherwise as INNER does: everything would become one function, which takes a minute to compile.
+INLINE = {**INNER, "forceinline": True}
+# Compiled as a part of the door, which is their only caller.
+PART = {"inline": "always"}
+
+_WIDTH = 4  # of the table: address and shape
+_WORD = 8  # bytes of every number
 
 
 def addresses(work: NamedTuple) -> np.ndarray:
-    """Return address and shape of every array: one argument crosses into compiled code faster than forty."""
-    table = np.zeros((len(work), 4), dtype=np.int64)
+    """Return address and shape of every array, one row for each."""
+    table = np.zeros((len(work), _WIDTH), dtype=np.int64)
     for row, array in zip(table, work, strict=True):
         row[0] = array.ctypes.data
         row[1 : 1 + array.ndim] = array.shape
     return table
 
 
-@intrinsic
-def _real_pointer(typing_context, address):
-    """Reinterpret an integer as a pointer to doubles."""
+class Arrays(types.Type):
+    """The numba type of the arrays of a NamedTuple whose fields are annotated as above."""
 
-    def generate(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
-
-    return types.CPointer(types.float64)(types.int64), generate
-
-
-@intrinsic
-def _integer_pointer(typing_context, address):
-    """Reinterpret an integer as a pointer to 64-bit integers."""
-
-    def generate(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-
-    return types.CPointer(types.int64)(types.int64), generate
+    def __init__(self, record: type):
+        super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
+        hints = get_type_hints(record, include_extras=True)
+        self.fields = {name: (row, hint.__metadata__[0]) for row, (name, hint) in enumerate(hints.items())}
 
 
-@njit(nogil=True, inline="always")
-def reals(table, k):
-    """Return array k of a table as a row of reals."""
-    return carray(_real_pointer(table[k, 0]), (table[k, 1],))
+@register_model(Arrays)
+class _Model(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, ir.IntType(64).as_pointer())
 
 
-@njit(nogil=True, inline="always")
-def matrix(table, k):
-    """Return array k of a table as a matrix."""
-    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Arrays
+
+    def generic_resolve(self, kind, name):
+        return kind.fields[name][1] if name in kind.fields else None
 
 
-@njit(nogil=True, inline="always")
-def cube(table, k):
-    """Return array k of a table as a cube."""
-    return carray(_real_pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
+@lower_getattr_generic(Arrays)
+def _field(context, builder, kind, table, name):
+    """Make an array from its row of the table, which does not change while compiled code runs."""
+    row, array = kind.fields[name]
+    constant = builder.module.add_metadata([])
+
+    def entry(column):
+        place = builder.gep(table, [ir.Constant(ir.IntType(64), _WIDTH * row + column)])
+        number = builder.load(place)
+        number.set_metadata("invariant.load", constant)
+        return number
+
+    made = make_array(array)(context, builder)
+    shape = [entry(1 + axis) for axis in range(array.ndim)]
+    word = ir.Constant(ir.IntType(64), _WORD)
+    strides = [word]
+    for length in shape[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], length, flags=["nsw"]))
+    data = builder.inttoptr(entry(0), made.data.type)
+    populate_array(made, data=data, shape=shape, strides=strides, itemsize=word, meminfo=None)
+    return made._getvalue()
 
 
-@njit(nogil=True, inline="always")
-def integers(table, k):
-    """Return array k of a table as a row of integers."""
-    return carray(_integer_pointer(table[k, 0]), (table[k, 1],))
+def opener(record: type) -> Callable:
+    """Return the compiled function that takes the table of a NamedTuple and returns its arrays."""
+    kind = Arrays(record)
 
+    @intrinsic
+    def at_addresses(typing_context, table):
+        def generate(context, builder, signature, args):
+            data = make_array(signature.args[0])(context, builder, args[0]).data
+            return builder.bitcast(data, ir.IntType(64).as_pointer())
 
-@njit(nogil=True, inline="always")
-def integer_matrix(table, k):
-    """Return array k of a table as a matrix of integers."""
-    return carray(_integer_pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+        return kind(table), generate
+
+    return at_addresses
 
 
 @intrinsic

@@ -7,10 +7,11 @@ from numba import njit
 from symfric.solve.compiled import announce, stamp
 from symfric.solve.exact.oscillator import drive, reset
 from symfric.solve.exact.room import at_addresses
+from symfric.solve.memory import DOOR
 
 
 def _door(stamp: int):
-    @njit(cache=True, nogil=True)
+    @njit(**DOOR, error_model="numpy")
     def launch(table, y, p):
         """Drive the room at `table` from state y at t = 0 with parameters p; go on after a pause if y is empty."""
         w = at_addresses(table)

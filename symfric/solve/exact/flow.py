@@ -10,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from symfric.solve.memory import INNER
+
 EPS = 2.0**-52
 NEVER = np.inf
-# no reference counts, as in `symfric.solve.taylor.driver`; divisions by zero are infinite, not errors
-ALONE = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+# divisions by zero are infinite, not errors
+ALONE = {**INNER, "error_model": "numpy"}
 _APART = 0.5  # half the difference of the characteristic roots times t, above which they are taken apart
 _TERMS = 30  # of the series of G, on |root| t < 2
 

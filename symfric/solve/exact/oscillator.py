@@ -27,7 +27,7 @@ from symfric.solve.exact.room import (
     WHERE,
     J,
 )
-from symfric.solve.memory import call_code
+from symfric.solve.memory import PART, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import budget
 from symfric.solve.taylor.settle import MOST_DOUBT, ROUNDING, TIE
@@ -57,7 +57,7 @@ _OK, _STEPS = int(Status.OK), int(Status.STEP_BUDGET)
 _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)
 
 
-@njit(**ALONE)
+@njit(**PART)
 def reset(w, y, p):
     for i in range(2):
         w.y[i], w.largest[i] = y[i], abs(y[i])
@@ -72,7 +72,7 @@ def reset(w, y, p):
         w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
 
 
-@njit(**ALONE)
+@njit(**PART)
 def drive(w):
     """Go from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     pause = w.counts[STEPS] + w.limits[CHUNK]

@@ -32,7 +32,7 @@ from symfric.solve.exact.rows import (
     note_end,
     quiet,
 )
-from symfric.solve.memory import call_code
+from symfric.solve.memory import INLINE, INNER, PART, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import (
@@ -56,7 +56,7 @@ _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
 
 
-@njit(nogil=True, _nrt=False)
+@njit(**PART)
 def reset(w, y, p):
     """Set start and parameters, and make the transitions."""
     w.start[0], w.start[1] = y[0], y[1]
@@ -93,7 +93,7 @@ def reset(w, y, p):
             _transition(w, w.tables[2 * k + side], w.force[STIFF] + (2 * side - 1) * friction)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _transition(w, table, kappa):
     """Fill in the transition over a whole part of a sample."""
     h = w.dt[0] / w.parts[0]
@@ -107,7 +107,7 @@ def _transition(w, table, kappa):
     table[KAPPA] = kappa
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _first_end(w, cu, cw, s, h):
     """Return when a slip with these series ends within h, and how."""
     at_start, at_end = s * cw[1], s * slope(cw, h)
@@ -128,7 +128,7 @@ def _first_end(w, cu, cw, s, h):
     return stop, found
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _slip(w, t, h, u, v, s, a, slope_a):
     """Slip for h at the most; return u, w, the time spent and how the piece ends."""
     line = w.cells[w.where[0]]
@@ -146,7 +146,7 @@ def _slip(w, t, h, u, v, s, a, slope_a):
     return u, v, stop, found
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _drive(w, u, a):
     """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
     line = w.cells[w.where[0]]
@@ -156,7 +156,7 @@ def _drive(w, u, a):
     return math.copysign(1.0, applied)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _stick(w, t, h, u, a, slope_a):
     """Stick for h at the most; return the time spent and the direction of the slip that follows."""
     stop, side = 0.0, _drive(w, u, a)
@@ -174,7 +174,7 @@ def _stick(w, t, h, u, a, slope_a):
     return stop, side
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _cell_of(w, u):
     c = 0
     while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
@@ -182,7 +182,7 @@ def _cell_of(w, u):
     return c
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _turn(w, t, old, new, u):
     """Note a change of mode."""
     if new != old:
@@ -198,7 +198,7 @@ def _turn(w, t, old, new, u):
         enter(w, new)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _next_due(w, i, whole):
     """Return the next interval behind i in which a row is wanted at a time."""
     due = np.int64(2**62)
@@ -210,7 +210,7 @@ def _next_due(w, i, whole):
     return due
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _begin(w):
     """Set everything to its start; return displacement, velocity and mode."""
     u, v = w.start[0], w.start[1]
@@ -224,7 +224,7 @@ def _begin(w):
     return u, v, s
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _stick_on(w, i, stop, u):
     """Stick through whole samples; return the first in which the mass is released, or `stop`."""
     while i < stop:
@@ -236,7 +236,7 @@ def _stick_on(w, i, stop, u):
     return i
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _slip_on(w, i, stop, u, v, s):
     """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
     c, n = w.where[0], w.samples.size - 1
@@ -266,7 +266,7 @@ def _slip_on(w, i, stop, u, v, s):
     return i, u, v
 
 
-@njit(nogil=True, _nrt=False)
+@njit(**PART)
 def march(w):
     """Run through the record and on to the horizon; return a status."""
     u, v, s = _begin(w)

@@ -7,10 +7,11 @@ from numba import njit
 from symfric.solve.compiled import announce, stamp
 from symfric.solve.exact.record import march, reset
 from symfric.solve.exact.record_room import at_addresses
+from symfric.solve.memory import DOOR
 
 
 def _door(stamp: int):
-    @njit(cache=True, nogil=True)
+    @njit(**DOOR)
     def launch_record(table, y, p):
         """Run the room at `table` from state y with parameters p; run again if y is empty."""
         w = at_addresses(table)
@@ -21,5 +22,5 @@ def _door(stamp: int):
     return launch_record
 
 
-launch_record = _door(stamp(Path(__file__).parent))
+launch_record = _door(stamp(Path(__file__).parent, Path(__file__).parents[1] / "taylor"))
 announce(launch_record, "the march through a sampled input")

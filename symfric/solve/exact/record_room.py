@@ -3,46 +3,48 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from symfric.lower.record import Record
 from symfric.solve.exact.phi import ORDER
-from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
 
 
 class RecordRoom(NamedTuple):
     """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""
 
-    code: np.ndarray  # address of the machine code of `data`
-    start: np.ndarray  # u and w
-    y: np.ndarray  # u, w and time
-    p: np.ndarray  # parameters
-    data: np.ndarray  # what they make of the equations, see `symfric.lower.record.Record`
-    samples: np.ndarray
-    dt: np.ndarray  # between samples, (1,)
-    parts: np.ndarray  # of a sample, (1,)
-    order: np.ndarray  # of the series over a part, (1,)
-    force: np.ndarray  # the first entries of `data`
-    cells: np.ndarray  # (n_c, 4)
-    rows: np.ndarray  # (n_e, 5)
-    at: np.ndarray  # time at which a row is wanted, negative if its range is, (n_e,)
-    where: np.ndarray  # the present cell, (1,)
-    kinds: np.ndarray  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
-    tables: np.ndarray  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)
-    stiffest: np.ndarray  # (1,)
-    now: np.ndarray  # what the rows are in the present mode: slopes in u, w and the input, constant, (n_e, 4)
-    cu: np.ndarray  # coefficients of u, w and a row
-    cw: np.ndarray
-    cr: np.ndarray
-    total: np.ndarray  # (n_e, 4)
-    counts: np.ndarray
-    clock: np.ndarray
-    limits: np.ndarray
-    event_t: np.ndarray
-    event_i: np.ndarray
-    path_t: np.ndarray
-    path_c: np.ndarray
-    path_m: np.ndarray
+    code: Integers  # address of the machine code of `data`
+    start: Reals  # u and w
+    y: Reals  # u, w and time
+    p: Reals  # parameters
+    data: Reals  # what they make of the equations, see `symfric.lower.record.Record`
+    samples: Reals
+    dt: Reals  # between samples, (1,)
+    parts: Integers  # of a sample, (1,)
+    order: Integers  # of the series over a part, (1,)
+    force: Reals  # the first entries of `data`
+    cells: Matrix  # (n_c, 4)
+    rows: Matrix  # (n_e, 5)
+    at: Reals  # time at which a row is wanted, negative if its range is, (n_e,)
+    where: Integers  # the present cell, (1,)
+    kinds: Integers  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
+    tables: Matrix  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)
+    stiffest: Reals  # (1,)
+    now: Matrix  # what the rows are in the present mode: slopes in u, w and the input, constant, (n_e, 4)
+    cu: Reals  # coefficients of u, w and a row
+    cw: Reals
+    cr: Reals
+    total: Matrix  # (n_e, 4)
+    counts: Integers
+    clock: Reals
+    limits: Integers
+    event_t: Reals
+    event_i: IntegerMatrix
+    path_t: Matrix
+    path_c: Cube
+    path_m: IntegerMatrix
+
+
+at_addresses = opener(RecordRoom)
 
 
 def make_record_room(problem: Record, address: int, at: list[float]) -> RecordRoom:
@@ -79,41 +81,4 @@ def make_record_room(problem: Record, address: int, at: list[float]) -> RecordRo
         path_t=np.zeros((64, 2)),
         path_c=np.zeros((64, 2, ORDER + 1)),
         path_m=np.zeros((64, 1), dtype=np.int64),
-    )
-
-
-@njit(nogil=True)
-def at_addresses(table):
-    """Return the room that `memory.addresses` described, without owning it; in the order of its fields."""
-    return RecordRoom(
-        integers(table, 0),  # code
-        reals(table, 1),  # start
-        reals(table, 2),  # y
-        reals(table, 3),  # p
-        reals(table, 4),  # data
-        reals(table, 5),  # samples
-        reals(table, 6),  # dt
-        integers(table, 7),  # parts
-        integers(table, 8),  # order
-        reals(table, 9),  # force
-        matrix(table, 10),  # cells
-        matrix(table, 11),  # rows
-        reals(table, 12),  # at
-        integers(table, 13),  # where
-        integers(table, 14),  # kinds
-        matrix(table, 15),  # tables
-        reals(table, 16),  # stiffest
-        matrix(table, 17),  # now
-        reals(table, 18),  # cu
-        reals(table, 19),  # cw
-        reals(table, 20),  # cr
-        matrix(table, 21),  # total
-        integers(table, 22),  # counts
-        reals(table, 23),  # clock
-        integers(table, 24),  # limits
-        reals(table, 25),  # event_t
-        integer_matrix(table, 26),  # event_i
-        matrix(table, 27),  # path_t
-        cube(table, 28),  # path_c
-        integer_matrix(table, 29),  # path_m
     )

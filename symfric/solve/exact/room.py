@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from symfric.lower.linear import Oscillator
-from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
 
 # entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each wanted row
 A_X, A_U, A_0, PULL, J, SHIFT, LOAD, STATIC, BRANCH = range(9)
@@ -22,22 +21,25 @@ ORDER = 26  # of a kept piece, on which |root| t <= 2
 class Room(NamedTuple):
     """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""
 
-    code: np.ndarray  # address of the machine code of `data`
-    y: np.ndarray  # x, u and time
-    p: np.ndarray  # parameters
-    data: np.ndarray  # what they make of the equations, see `symfric.lower.linear.Oscillator`
-    m: np.ndarray  # whether it sticks; how a slip begins; its direction; branch of the law
-    v: np.ndarray  # sliding speed and acceleration at the beginning of the present interval
-    largest: np.ndarray  # |x| and |u| so far
-    total: np.ndarray  # smallest and largest value of every wanted row
-    counts: np.ndarray
-    clock: np.ndarray
-    limits: np.ndarray
-    event_t: np.ndarray
-    event_i: np.ndarray
-    path_t: np.ndarray
-    path_c: np.ndarray
-    path_m: np.ndarray
+    code: Integers  # address of the machine code of `data`
+    y: Reals  # x, u and time
+    p: Reals  # parameters
+    data: Reals  # what they make of the equations, see `symfric.lower.linear.Oscillator`
+    m: Integers  # whether it sticks; how a slip begins; its direction; branch of the law
+    v: Reals  # sliding speed and acceleration at the beginning of the present interval
+    largest: Reals  # |x| and |u| so far
+    total: Matrix  # smallest and largest value of every wanted row
+    counts: Integers
+    clock: Reals
+    limits: Integers
+    event_t: Reals
+    event_i: IntegerMatrix
+    path_t: Matrix
+    path_c: Cube
+    path_m: IntegerMatrix
+
+
+at_addresses = opener(Room)
 
 
 def make_room(problem: Oscillator, address: int) -> Room:
@@ -59,27 +61,4 @@ def make_room(problem: Oscillator, address: int) -> Room:
         path_t=np.zeros((64, 2)),
         path_c=np.zeros((64, 2, ORDER + 1)),
         path_m=np.zeros((64, min(problem.branches, 1)), dtype=np.int64),
-    )
-
-
-@njit(nogil=True)
-def at_addresses(table):
-    """Return the room that `memory.addresses` described, without owning it; in the order of its fields."""
-    return Room(
-        integers(table, 0),  # code
-        reals(table, 1),  # y
-        reals(table, 2),  # p
-        reals(table, 3),  # data
-        integers(table, 4),  # m
-        reals(table, 5),  # v
-        reals(table, 6),  # largest
-        matrix(table, 7),  # total
-        integers(table, 8),  # counts
-        reals(table, 9),  # clock
-        integers(table, 10),  # limits
-        reals(table, 11),  # event_t
-        integer_matrix(table, 12),  # event_i
-        matrix(table, 13),  # path_t
-        cube(table, 14),  # path_c
-        integer_matrix(table, 15),  # path_m
     )

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import call_code
+from symfric.solve.memory import INLINE, INNER, call_code
 from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.powers import reach_of
 from symfric.solve.taylor.settle import probe_trial
@@ -12,7 +12,7 @@ from symfric.solve.taylor.workspace import CHECKED, LINEAR, N_Q, T_LOW, TOLERANC
 _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no step spans more than 4 rad of anything
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def reach(w, h):
     """Compute what a step adds to the states, and by how much it can change the guards."""
     w.step[0] = h
@@ -22,7 +22,7 @@ def reach(w, h):
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def is_sound(w, n_x, tau):
     """Move the state on trial to the end of a step; return whether the polynomial obeys the equations on the way.
 
@@ -49,7 +49,7 @@ def is_sound(w, n_x, tau):
     return True
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _try_end(w, n_x, t):
     """Set the state on trial to that of the polynomial after the time t."""
     if t != w.step[0]:
@@ -58,7 +58,7 @@ def _try_end(w, n_x, t):
         w.trial[r] = w.c[r, 0] + w.reach[r]
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _obeys(w, n_x, t):
     """Return whether the rates of the polynomial after the time t are those of the equations."""
     _try_end(w, n_x, t)
@@ -79,7 +79,7 @@ def _obeys(w, n_x, t):
     return True
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def slope(c, t):
     """Evaluate the derivative of a polynomial."""
     rate = 0.0
@@ -88,7 +88,7 @@ def slope(c, t):
     return rate
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _turn(c, low, high):
     """Return about where a polynomial that falls at low and no longer at high turns."""
     for _ in range(16):

@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, FOLLOW, INTEGRAL, PATH_FULL, PAUSED, THEN, TURN
+from symfric.solve.memory import INLINE, INNER, PART
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
@@ -47,11 +48,7 @@ _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
 
 
-# These functions work on arrays that it does not own, so numba's reference counting is switched off (_nrt): counting
-# forty arrays at every call would take longer than the steps themselves.
-
-
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**PART)
 def reset(w, y, p):
     n_x, n_c = y.size, w.sticks.size
     for i in range(n_x):
@@ -76,7 +73,7 @@ def reset(w, y, p):
     w.rest[:] = 0.0
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**PART)
 def drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
@@ -135,7 +132,7 @@ def drive(w):
             return _LOST
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _first_event(w, n_x, n_c, h):
     """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
     n_g = w.hit.size
@@ -169,7 +166,7 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
     """Return the time at which guard row r becomes negative, more than h if it does not."""
     order = w.c.shape[1] - 1
@@ -197,7 +194,7 @@ def _crossing(w, r, g, begin, total, h):
     return first_crossing(w.c[r, first:], order - first, h, begin, total, w.table, w.stack, w.found, w.poly)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -234,7 +231,7 @@ def _advance(w, n_x, n_c, tau):
             w.tau[s] = 0.0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
     order = w.c.shape[1] - 1
@@ -271,7 +268,7 @@ def _accumulate(w, first, tau):
             note_places(w, e, tau, old_low, old_high)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     if w.limits[VARIED]:
@@ -310,7 +307,7 @@ def _switch(w, n_x, n_c):
     return budget(w, n_x)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def budget(w, n_x):
     """Return a status that ends a run of too many events."""
     if w.counts[STALL] > _STALLED:
@@ -325,7 +322,7 @@ def budget(w, n_x):
     return _OK
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _begin(w, n_x):
     """Note the first value of every row, and the size of every guard."""
     expand(w)
@@ -334,7 +331,7 @@ def _begin(w, n_x):
         w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _next_segment(w):
     """Load the next slope of the inputs."""
     w.counts[SEGMENT] += 1

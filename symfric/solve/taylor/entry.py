@@ -8,12 +8,14 @@ from pathlib import Path
 from numba import njit
 
 from symfric.solve.compiled import announce, stamp
+from symfric.solve.memory import DOOR
 from symfric.solve.taylor.driver import drive, reset
+from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.workspace import at_addresses
 
 
 def _door(stamp: int):
-    @njit(cache=True, nogil=True)
+    @njit(**DOOR, fastmath=FUSED)
     def launch(table, y, p):
         """Drive the workspace at `table` from state y at t = 0 with parameters p; go on after a pause if y is empty."""
         w = at_addresses(table)

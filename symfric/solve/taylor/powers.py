@@ -2,10 +2,11 @@
 
 from numba import njit
 
+from symfric.solve.memory import INNER
 from symfric.solve.taylor.polynomials import FUSED
 
 
-@njit(nogil=True, _nrt=False)
+@njit(**INNER)
 def gather(aux, n_x, begin, column, entry):
     """Collect the entries of the matrices that are not zero, row by row; few are not."""
     n_r, count = begin.size - 1, 0
@@ -18,7 +19,7 @@ def gather(aux, n_x, begin, column, entry):
     begin[n_r] = count
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def powers(aux, begin, column, entry, newest, y, c):
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
@@ -47,7 +48,7 @@ def powers(aux, begin, column, entry, newest, y, c):
         now, new = new, now
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def reach_of(c, h, n_x, out):
     """Compute what h adds to the states, and by how much it can change the other rows that `out` has room for."""
     for r in range(out.size):

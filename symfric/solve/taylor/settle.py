@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from symfric.lower.automaton import REDUNDANT
-from symfric.solve.memory import call_code
+from symfric.solve.memory import INLINE, INNER, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import DOUBT, KINKS, LINEAR, N_Q, STEPS, STICKER, T_END, TOLERANCE
@@ -24,13 +24,13 @@ TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no dee
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _variant(w):
     """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
     return 5 if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
@@ -38,7 +38,7 @@ def prelude(w):
         gather(w.aux, w.y.size - 1, w.begin, w.column, w.entry)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
     if w.limits[LINEAR]:
@@ -47,7 +47,7 @@ def expand(w):
         call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def probe(w):
     """Compute the first coefficients in the mode on trial."""
     if w.limits[LINEAR]:
@@ -56,19 +56,19 @@ def probe(w):
         call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def probe_trial(w):
     """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
     call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _measure(w, y, gauge):
     """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
     call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def settle(w):
     """Choose the mode of every contact and switch at the present state; return a status.
 
@@ -104,7 +104,7 @@ def settle(w):
     return _UNDECIDED
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     _measure(w, w.y, w.gauge)
@@ -130,7 +130,7 @@ def _try_sticking(w, n_x, n_c):
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _project(w, n_c):
     """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy."""
     coupled = False
@@ -156,7 +156,7 @@ def _project(w, n_c):
             w.y[n_q + r] += w.gauge[5 + n_c + r, i] * w.impulse[i]
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def _share(w, n_c):
     """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one."""
     for i in range(n_c):
@@ -181,7 +181,7 @@ def _share(w, n_c):
                     w.m[i] = 3.0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
@@ -213,7 +213,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     return True
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _doubt(w, i):
     """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
 
@@ -226,7 +226,7 @@ def _doubt(w, i):
     return max(ROUNDING, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _excess(w, row, horizon, doubt):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
@@ -239,7 +239,7 @@ def _excess(w, row, horizon, doubt):
     return 0.0, 0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _drift(w, row, pull):
     """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
     rate = w.probe[row, 1]
@@ -248,7 +248,7 @@ def _drift(w, row, pull):
     return abs(rate) / pull if pull > 0.0 else 1.0, 1 if rate > 0.0 else -1
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _backing(w, row, pull, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second = w.probe[row, 1], w.probe[row, 2]
@@ -259,7 +259,7 @@ def _backing(w, row, pull, horizon):
     return 0.0
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INNER)
 def natural_time(w):
     """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
     time = 0.0
@@ -270,7 +270,7 @@ def natural_time(w):
     return time if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
     time = natural_time(w)
@@ -298,7 +298,7 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
     return False
 
 
-@njit(nogil=True, _nrt=False, forceinline=True)
+@njit(**INLINE)
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
     w.slack[:] = 0.0

@@ -3,12 +3,13 @@
 import numpy as np
 from numba import njit
 
+from symfric.solve.memory import INLINE, INNER
 from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.settle import EPS
 from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def step_size(w, n_x):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite."""
     order = w.c.shape[1] - 1
@@ -40,7 +41,7 @@ def step_size(w, n_x):
     return h
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _largest_term(w, r, h):
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
@@ -49,7 +50,7 @@ def _largest_term(w, r, h):
     return max(largest, 1e-300)
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1

@@ -5,11 +5,10 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numba import njit
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.compiled import Row
-from symfric.solve.memory import cube, integer_matrix, integers, matrix, reals
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
 from symfric.solve.taylor.jets import PROBED, Series
 from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 
@@ -31,61 +30,64 @@ class Workspace(NamedTuple):
     # limit STICKER) these are for its slipping, and three more are for its sticking; with the limit LINEAR, the prelude
     # computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as many
     # directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
-    code: np.ndarray
-    y: np.ndarray  # state and time, (n_x + 1,)
-    p: np.ndarray  # parameters, then start, value and slope of every input
-    m: np.ndarray  # stick flags, directions, switch signs
-    aux: np.ndarray  # what the prelude computes
-    newest: np.ndarray  # coefficients of one order and of the next, (2, n_r)
-    begin: np.ndarray  # where the entries of a row of the matrices begin, (n_r + 1,)
-    column: np.ndarray  # of every entry that is not zero
-    entry: np.ndarray
-    c: np.ndarray  # Taylor coefficients, (n_r, order + 1)
-    probe: np.ndarray  # the first of them, (n_r, PROBED + 1)
-    gauge: np.ndarray  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
+    code: Integers
+    y: Reals  # state and time, (n_x + 1,)
+    p: Reals  # parameters, then start, value and slope of every input
+    m: Reals  # stick flags, directions, switch signs
+    aux: Reals  # what the prelude computes
+    newest: Matrix  # coefficients of one order and of the next, (2, n_r)
+    begin: Integers  # where the entries of a row of the matrices begin, (n_r + 1,)
+    column: Integers  # of every entry that is not zero
+    entry: Reals
+    c: Matrix  # Taylor coefficients, (n_r, order + 1)
+    probe: Matrix  # the first of them, (n_r, PROBED + 1)
+    gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
     # coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (5 + n_c + n_q, n_c)
-    span: np.ndarray  # the same at the largest velocities so far
-    share: np.ndarray  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
-    impulse: np.ndarray  # of each contact that makes its slip exactly zero, (n_c,)
-    scale: np.ndarray  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
-    trial: np.ndarray  # state and time at the end of the step on trial, (n_x + 1,)
-    base: np.ndarray  # state before a singular start, and its first two coefficients, (3, n_x)
-    start: np.ndarray  # first value of every row, (n_r,)
-    sticks: np.ndarray  # whether a contact can stick, (n_c,)
-    anchor: np.ndarray  # index of the one velocity in a contact's slip, or -1, (n_c,)
-    factor: np.ndarray  # and its factor, (n_c,)
-    parallel: np.ndarray  # first contact whose slip is a multiple of that of a contact, (n_c,)
-    old: np.ndarray  # modes before an event, (n_c,)
-    zero: np.ndarray  # contacts whose slip is zero now, (n_c,)
-    turns: np.ndarray  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
-    hit: np.ndarray  # guards that have just reached zero, (n_g,)
-    fresh: np.ndarray  # guards that start their mode at zero, (n_g,)
-    slack: np.ndarray  # what is added to a guard so that it starts its mode at zero, (n_g,)
-    kind: np.ndarray  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
-    total: np.ndarray  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
-    step: np.ndarray  # length of the step on trial, (1,)
-    reach: np.ndarray  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
-    poly: np.ndarray  # a polynomial, its own copy, (order + 5,)
-    slope: np.ndarray  # its derivative
-    found: np.ndarray  # roots
-    stack: np.ndarray  # of the subdivision
-    table: np.ndarray  # of Bernstein coefficients
-    segment_t: np.ndarray  # times at which inputs change their slope, increasing, the last one infinite
-    segment_p: np.ndarray  # start, value and slope of every input from there on
-    counts: np.ndarray
-    clock: np.ndarray
-    limits: np.ndarray
-    event_t: np.ndarray
-    event_i: np.ndarray  # contact, mode before, mode after
-    path_t: np.ndarray  # start and length of every step kept
-    path_c: np.ndarray  # its state coefficients, (n, n_x, order + 1)
-    path_m: np.ndarray  # its modes, (n, n_c)
-    then: np.ndarray  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
-    before: np.ndarray  # parameters, the modes before and after an event, and the guards hit: what the jump takes
-    after: np.ndarray  # what it gives; see `symfric.lower.variations`
-    tau: np.ndarray  # derivatives of the time of the event at which this step begins, (n_s,)
-    rest: np.ndarray  # and of the last event, (n_s,)
-    rise: np.ndarray  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
+    span: Matrix  # the same at the largest velocities so far
+    share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
+    scale: Reals  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
+    trial: Reals  # state and time at the end of the step on trial, (n_x + 1,)
+    base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
+    start: Reals  # first value of every row, (n_r,)
+    sticks: Integers  # whether a contact can stick, (n_c,)
+    anchor: Integers  # index of the one velocity in a contact's slip, or -1, (n_c,)
+    factor: Reals  # and its factor, (n_c,)
+    parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
+    old: Integers  # modes before an event, (n_c,)
+    zero: Integers  # contacts whose slip is zero now, (n_c,)
+    turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
+    hit: Integers  # guards that have just reached zero, (n_g,)
+    fresh: Integers  # guards that start their mode at zero, (n_g,)
+    slack: Reals  # what is added to a guard so that it starts its mode at zero, (n_g,)
+    kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
+    total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
+    step: Reals  # length of the step on trial, (1,)
+    reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
+    poly: Reals  # a polynomial, its own copy, (order + 5,)
+    slope: Reals  # its derivative
+    found: Reals  # roots
+    stack: Matrix  # of the subdivision
+    table: Cube  # of Bernstein coefficients
+    segment_t: Reals  # times at which inputs change their slope, increasing, the last one infinite
+    segment_p: Matrix  # start, value and slope of every input from there on
+    counts: Integers
+    clock: Reals
+    limits: Integers
+    event_t: Reals
+    event_i: IntegerMatrix  # contact, mode before, mode after
+    path_t: Matrix  # start and length of every step kept
+    path_c: Cube  # its state coefficients, (n, n_x, order + 1)
+    path_m: IntegerMatrix  # its modes, (n, n_c)
+    then: Reals  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
+    before: Reals  # parameters, the modes before and after an event, and the guards hit: what the jump takes
+    after: Reals  # what it gives; see `symfric.lower.variations`
+    tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
+    rest: Reals  # and of the last event, (n_s,)
+    rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
+
+
+at_addresses = opener(Workspace)
 
 
 def make_workspace(
@@ -174,65 +176,4 @@ def make_workspace(
         tau=room(n_x),
         rest=room(n_x),
         rise=room(n_e, 2),
-    )
-
-
-@njit(nogil=True)
-def at_addresses(table):
-    """Return the workspace that `memory.addresses` described, without owning it; in the order of its fields."""
-    return Workspace(
-        integers(table, 0),  # code
-        reals(table, 1),  # y
-        reals(table, 2),  # p
-        reals(table, 3),  # m
-        reals(table, 4),  # aux
-        matrix(table, 5),  # newest
-        integers(table, 6),  # begin
-        integers(table, 7),  # column
-        reals(table, 8),  # entry
-        matrix(table, 9),  # c
-        matrix(table, 10),  # probe
-        matrix(table, 11),  # gauge
-        matrix(table, 12),  # span
-        matrix(table, 13),  # share
-        reals(table, 14),  # impulse
-        reals(table, 15),  # scale
-        reals(table, 16),  # trial
-        matrix(table, 17),  # base
-        reals(table, 18),  # start
-        integers(table, 19),  # sticks
-        integers(table, 20),  # anchor
-        reals(table, 21),  # factor
-        integers(table, 22),  # parallel
-        integers(table, 23),  # old
-        integers(table, 24),  # zero
-        integers(table, 25),  # turns
-        integers(table, 26),  # hit
-        integers(table, 27),  # fresh
-        reals(table, 28),  # slack
-        integers(table, 29),  # kind
-        matrix(table, 30),  # total
-        reals(table, 31),  # step
-        reals(table, 32),  # reach
-        reals(table, 33),  # poly
-        reals(table, 34),  # slope
-        reals(table, 35),  # found
-        matrix(table, 36),  # stack
-        cube(table, 37),  # table
-        reals(table, 38),  # segment_t
-        matrix(table, 39),  # segment_p
-        integers(table, 40),  # counts
-        reals(table, 41),  # clock
-        integers(table, 42),  # limits
-        reals(table, 43),  # event_t
-        integer_matrix(table, 44),  # event_i
-        matrix(table, 45),  # path_t
-        cube(table, 46),  # path_c
-        integer_matrix(table, 47),  # path_m
-        reals(table, 48),  # then
-        reals(table, 49),  # before
-        reals(table, 50),  # after
-        reals(table, 51),  # tau
-        reals(table, 52),  # rest
-        matrix(table, 53),  # rise
     )
