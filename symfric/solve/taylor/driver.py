@@ -9,7 +9,7 @@ from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
-from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, prelude, settle
+from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, no_acceleration, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_size
 from symfric.solve.taylor.workspace import (
@@ -173,7 +173,8 @@ def _crossing(w, r, g, begin, total, h):
     first = 0
     if w.fresh[g]:
         first = 1
-        if g < 2 * w.sticks.size and g % 2 == 0 and abs(w.c[r, 1]) <= TIE * w.gauge[2, g // 2]:
+        slips = g < 2 * w.sticks.size and g % 2 == 0
+        if slips and abs(w.c[r, 1]) <= no_acceleration(w, w.gauge[2, g // 2], 2.0 * w.c[r, 2]):
             first = 2  # a release: the slip acceleration is zero to rounding, whatever the length of the step
         elif g >= 2 * w.sticks.size and abs(w.c[r, 1]) * natural_time(w) <= TIE * w.scale[r]:
             first = 2

@@ -249,12 +249,19 @@ def _drift(w, row, pull):
 
 
 @njit(**INLINE)
+def no_acceleration(w, pull, jerk):
+    """Return below what a slip acceleration is zero: the tie, or what a rounding of time is under a fast load."""
+    return max(TIE * pull, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
+
+
+@njit(**INLINE)
 def _backing(w, row, pull, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second = w.probe[row, 1], w.probe[row, 2]
-    if first < -TIE * pull:
+    little = no_acceleration(w, pull, second)
+    if first < -little:
         return -first / pull if pull > 0.0 else 1.0
-    if first <= TIE * pull and second * horizon < -TIE * pull:
+    if first <= little and second * horizon < -TIE * pull:
         return 0.5 * TIE
     return 0.0
 
