@@ -23,6 +23,7 @@ SOURCES = (
     "guida",
     "younes_ashour",
     "rolling_isolation",
+    "absorber",
 )
 CHUNK = 6  # neighbouring entries share intermediate results, so they go to one process
 

@@ -1,8 +1,9 @@
 """Optimal design of excitation and dampers; every result is checked on the full event-driven model."""
 
+from symfric.design.absorber import absorber
 from symfric.design.damper import damper
 from symfric.design.isolator import isolator
 from symfric.design.quench import quench
 from symfric.design.result import Curve, Design
 
-__all__ = ["Curve", "Design", "damper", "isolator", "quench"]
+__all__ = ["Curve", "Design", "absorber", "damper", "isolator", "quench"]

@@ -1,6 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import belt, drive, scaling, transient
+from symfric.theory import absorber, belt, drive, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
@@ -16,6 +16,7 @@ __all__ = [
     "RootLocus",
     "SlowFlow",
     "Stability",
+    "absorber",
     "average",
     "belt",
     "damper_loop",
