@@ -3,7 +3,8 @@
 from symfric.design.absorber import absorber
 from symfric.design.damper import damper
 from symfric.design.isolator import isolator
+from symfric.design.positioning import positioning
 from symfric.design.quench import quench
 from symfric.design.result import Curve, Design
 
-__all__ = ["Curve", "Design", "absorber", "damper", "isolator", "quench"]
+__all__ = ["Curve", "Design", "absorber", "damper", "isolator", "positioning", "quench"]

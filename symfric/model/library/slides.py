@@ -12,9 +12,10 @@ from symfric.model.system import Contact, System
 _X, _U = sp.symbols("x u", real=True)
 _SLOPES = sp.symbols("mu1 mu2", real=True)
 READINGS = ("omega1", "omega2")
+PLACES = ("ground", "support")
 
 
-def drive_slide(*, mu1, mu2, p_star, epsilon, fc=None, horizon=None) -> Scene:
+def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=None, horizon=None) -> Scene:
     r"""Slide drawn over a way by a spring whose end moves steadily: :math:`x'' + f(1 + x') + x = 0`.
 
     Parameters
@@ -25,6 +26,11 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, fc=None, horizon=None) -> Scene:
         ``v*/v - 1`` > -1, the corner's place for the drive's speed v.
     epsilon : float
         ``(F_as - F_ac)/(m omega_n v*)`` >= 0, as `symfric.theory.drive.threshold` returns it.
+    sigma : float, optional
+        Damping ratio ``c/(2 sqrt(k m))`` of a damper that mu1 and mu2 do not include; it adds to both. None unless
+        given.
+    damper : {"ground", "support"}
+        Where that damper sits; on the support it acts on the speed relative to the drive.
     fc : float, optional
         Kinetic friction at rest over ``m omega_n v*``; ``2 max(1, -mu1)`` unless given, so that the friction does not
         become negative below the corner. Without effect on a slide that does not slip backward.
@@ -40,15 +46,19 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, fc=None, horizon=None) -> Scene:
     mu1, p_star, epsilon = finite(mu1, "mu1"), finite(p_star, "p_star"), finite(epsilon, "epsilon")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
+    if damper not in PLACES:
+        raise SceneError(f"damper is {damper!r}; it goes to 'ground' or sits on the 'support'")
     fc = _kinetic(fc, mu1)
-    p_, epsilon_, fc_ = sp.symbols("p_star epsilon fc", real=True)
+    p_, epsilon_, fc_, sigma_ = sp.symbols("p_star epsilon fc sigma", real=True)
+    more = {} if sigma is None else {sigma_: sigma}
+    drag = 0 if sigma is None else 2 * sigma_ * (1 + _U if damper == "ground" else _U)
     law = _one_corner(1 + p_, epsilon_, fc_)
     if horizon is None:
         horizon = 100.0 + 10.0 * (fc + max(epsilon, 0.0)) * (1 + p_star)
     return Scene(
-        system=System(q=[_X], u=[_U], mass=[[1]], force=[-_X]),
+        system=System(q=[_X], u=[_U], mass=[[1]], force=[-_X - drag]),
         contacts=[Contact("way", slip=1 + _U, normal=1, law=law)],
-        values={**dict(zip(_SLOPES, (mu1, mu2), strict=True)), p_: p_star, epsilon_: epsilon, fc_: fc},
+        values={**dict(zip(_SLOPES, (mu1, mu2), strict=True)), p_: p_star, epsilon_: epsilon, fc_: fc} | more,
         initial={_X: 0.0, _U: -1.0},
         horizon=horizon,
     )

@@ -1,0 +1,297 @@
+"""A drawn slide that neither sticks and slips nor overruns its drive's stop: one parameter, over a range of speeds."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symfric.design.compared import Compared, Comparison
+from symfric.design.result import Curve, Design
+from symfric.errors import NotFound, SceneError
+from symfric.model import library
+from symfric.model.names import Key, finite, name_of
+from symfric.model.scene import Scene
+from symfric.solve.choose import simulate
+from symfric.theory.drive import excess, positioning_error, threshold
+
+VARIED = ("sigma", "mu1", "mu2", "epsilon")
+COARSE, FINE, VALUES = 13, 97, 65  # of the surveys from which worst speeds and best values are polished
+BESIDE = 1e-3  # of the threshold: how far from it the event-driven model is asked whether it sticks again
+STRONG = 1e6  # friction difference beyond which nobody looks
+
+
+@dataclass(frozen=True)
+class Slide:
+    """The numbers of `symfric.scenes.drive_slide`, forces over ``m omega_n v*``.
+
+    Attributes
+    ----------
+    mu1, mu2 : float
+        Half the slopes without the damper.
+    epsilon, sigma : float
+    damper : str
+    """
+
+    mu1: float
+    mu2: float
+    epsilon: float
+    sigma: float
+    damper: str
+
+    def threshold(self, V: float) -> float:
+        """Return the friction difference from which the slide sticks and slips at a speed V = v/v*."""
+        return threshold(self.mu1 + self.sigma, self.mu2 + self.sigma, 1 / V - 1)
+
+    def excess(self, V: float) -> float:
+        """Return lambda at a speed V."""
+        mu1, mu2 = self.mu1 + self.sigma, self.mu2 + self.sigma
+        return excess(mu1, mu2, V, damper=self.damper, sigma=self.sigma)
+
+    def error(self, V: float) -> float:
+        """Return the positioning error at a speed V, over v*/omega_n."""
+        mu1, mu2 = self.mu1 + self.sigma, self.mu2 + self.sigma
+        return positioning_error(mu1, mu2, self.excess(V), epsilon=self.epsilon).value
+
+    def slack(self, V: float) -> float:
+        """Return -1 to 1, not negative if there is no stick-slip at V; 1 where no friction is strong enough."""
+        limit = self.threshold(V)
+        total = limit + self.epsilon
+        return 1.0 if not np.isfinite(limit) or total == 0 else (limit - self.epsilon) / total
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A parameter of a slide, the speeds it must do for, and at how many of them a search for the worst one begins."""
+
+    numbers: dict
+    name: str
+    speeds: tuple[float, float]
+    survey: int = COARSE
+
+    def at(self, value: float) -> Slide:
+        """Return the slide with a value of the parameter."""
+        return Slide(**{**self.numbers, self.name: float(value)})
+
+    def nearest(self, value: float) -> tuple[float, float]:
+        """Return the speed nearest to stick-slip, or deepest in it, and the slack there."""
+        from scipy.optimize import minimize_scalar
+
+        slide, V = self.at(value), np.geomspace(*self.speeds, self.survey)
+        if self.speeds[0] < 1 < self.speeds[1]:
+            V = np.union1d(V, [1.0, 1 + 1e-12])  # the equilibrium changes its branch
+        y = np.array([slide.slack(e) for e in V])
+        found = [(float(y[k]), float(V[k])) for k in (0, V.size - 1, int(np.argmin(y)))]
+        inner = np.flatnonzero((y[1:-1] <= y[:-2]) & (y[1:-1] <= y[2:]) & (y[1:-1] < 1)) + 1
+        for k in inner[np.argsort(y[inner])][:3]:
+            best = minimize_scalar(slide.slack, bounds=(V[k - 1], V[k + 1]), method="bounded", options={"xatol": 1e-10})
+            found.append((float(best.fun), float(best.x)))
+        return min(found)[::-1]
+
+    def slack(self, value: float) -> float:
+        """Return the least slack over the speeds."""
+        return self.nearest(value)[1]
+
+    def furthest(self, value: float) -> float:
+        """Return the speed of the largest lambda, which is that of the largest error.
+
+        lambda is linear in V below and above 1, and a stronger push carries the slide further: paths do not cross.
+        """
+        low, high = self.speeds
+        slide = self.at(value)
+        return max([low, high, *([1.0] if low < 1 < high else [])], key=slide.excess)
+
+    def push(self, value: float) -> float:
+        """Return the largest lambda over the speeds, less the static excess that holds it."""
+        slide = self.at(value)
+        return slide.excess(self.furthest(value)) - slide.epsilon
+
+    def error(self, value: float) -> float:
+        """Return the largest positioning error over the speeds."""
+        return self.at(value).error(self.furthest(value))
+
+
+def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speeds: tuple[float, float]) -> Design:
+    """Find the least positioning error of a drawn slide that does not stick and slip at any speed of a range.
+
+    Parameters
+    ----------
+    scene : Scene
+        `symfric.scenes.drive_slide`; its damper sits on the ground or on the support (to ground if it has none), and
+        p_star is not used.
+    parameter : Symbol or str
+        "sigma", the damper, or "mu1", "mu2", "epsilon". The value stored in the scene is ignored.
+    bounds : (float, float)
+        Of the parameter.
+    speeds : (float, float)
+        Lowest and highest speed of the drive over v*, positive.
+
+    Returns
+    -------
+    Design
+        The objective is the largest ``|Delta S|`` over v*/omega_n. Where several values reach it, the smallest of them.
+
+    Raises
+    ------
+    SceneError
+        If the scene is another one or an argument is wrong.
+    NotFound
+        If the slide sticks and slips with every value; says at which speed, and by how much the friction is too strong.
+
+    Notes
+    -----
+    No stick-slip: ``epsilon <= eps_crit(V)`` for every V, Guida (4). The error, Guida (20), is that of a slide which
+    rests when the drive stops, with the spring's force of steady sliding; it jumps from zero where lambda exceeds
+    epsilon. Both worst speeds are found: that of the error is an end of the range or v*, that of stick-slip a polished
+    minimum of the threshold. A damper to ground helps against stick-slip and adds to the push at the stop, so that the
+    two conditions can be at odds; one on the support does not add to it.
+    """
+    problem = _problem(scene, parameter, speeds)
+    low, high = (finite(e, f"a bound of {problem.name}") for e in bounds)
+    if low > high:
+        raise SceneError(f"bounds is ({low:g}, {high:g}); the lower bound comes first")
+    if problem.name in ("sigma", "epsilon") and low < 0:
+        raise SceneError(f"the lower bound of {problem.name} is {low:g}; it must not be negative")
+    value = _best(problem, low, high)
+    fine = replace(problem, survey=FINE)
+    if fine.slack(value) < problem.slack(value) - 1e-9:  # the coarse survey has missed a speed
+        problem, value = fine, _best(fine, low, high)
+    return _design(scene, problem, (low, high), value)
+
+
+def _best(problem: Problem, low: float, high: float) -> float:
+    """Return the value of the least error among those without stick-slip."""
+    grid = np.unique(np.linspace(low, high, VALUES))
+    slacks = np.array([problem.slack(e) for e in grid])
+    pieces = _positive_pieces(problem.slack, grid, slacks)
+    if not pieces:
+        raise NotFound(_missing(problem, float(grid[::-1][np.argmax(slacks[::-1])])))
+    return min((_least(problem, *piece) for piece in pieces), key=lambda f: (f[1], f[0]))[0]
+
+
+def _problem(scene: Scene, parameter: Key, speeds) -> Problem:
+    name = name_of(parameter)
+    if name not in VARIED:
+        raise SceneError(f"{name} is no parameter that positioning varies; it takes {', '.join(VARIED)}")
+    low, high = (finite(e, "a speed") for e in speeds)
+    if not 0 < low <= high:
+        raise SceneError(f"speeds is ({low:g}, {high:g}); give speeds over v*, the lower one first and positive")
+    numbers = _read(scene)
+    missing = next((k for k in VARIED if numbers[k] is None and k != name), None)
+    if missing:
+        raise SceneError(f"no value for {missing}; add it to Scene.values")
+    return Problem({k: numbers[k] for k in (*VARIED, "damper")}, name, (low, high))
+
+
+def _read(scene: Scene) -> dict:
+    """Return the arguments of `symfric.scenes.drive_slide` of a scene; a damper of 0 to ground if it has none."""
+    models = [{}, *({"sigma": 0.0, "damper": damper} for damper in ("ground", "support"))]
+    for kind in models:
+        model = library.drive_slide(mu1=0.0, mu2=0.0, p_star=0.0, epsilon=0.0, **kind)
+        if isinstance(scene, Scene) and (scene.system, scene.contacts) == (model.system, model.contacts):
+            return {"sigma": 0.0, "damper": "ground", **kind, **{s.name: v for s, v in scene.values.items()}}
+    raise SceneError("positioning takes sf.scenes.drive_slide; this scene has other equations")
+
+
+def _positive_pieces(function, grid: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
+    """Return the intervals of the grid on which a continuous function is not negative, their ends polished.
+
+    A local maximum that just misses zero on the grid is polished first.
+    """
+    from scipy.optimize import brentq, minimize_scalar
+
+    inner, beside = y[1:-1], (y[:-2], y[2:])
+    peaks = np.flatnonzero((inner < 0) & (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside))) + 1
+    for k in peaks:
+        best = minimize_scalar(lambda s: -function(s), bounds=(grid[k - 1], grid[k + 1]), method="bounded")
+        grid, y = np.append(grid, best.x), np.append(y, -best.fun)
+    order = np.argsort(grid)
+    grid, y = grid[order], y[order]
+    pieces, start = [], None
+    for k in range(grid.size):
+        inside = y[k] >= 0
+        if inside and start is None:
+            start = grid[0] if k == 0 else _inner(brentq, function, grid[k - 1], grid[k])
+        if not inside and start is not None:
+            pieces.append((float(start), float(_inner(brentq, function, grid[k], grid[k - 1]))))
+            start = None
+    return pieces if start is None else [*pieces, (float(start), float(grid[-1]))]
+
+
+def _inner(brentq, function, outside: float, inside: float) -> float:
+    """Return the place next to a zero at which the function is not negative."""
+    root = brentq(function, outside, inside, xtol=1e-15, rtol=1e-14)
+    for _ in range(50):
+        if function(root) >= 0:
+            return root
+        root = np.nextafter(root, inside)
+    return inside
+
+
+def _least(problem: Problem, low: float, high: float) -> tuple[float, float]:
+    """Return the value of the least error on an interval, and the error."""
+    from scipy.optimize import minimize_scalar
+
+    grid = np.unique(np.linspace(low, high, VALUES))
+    still = _positive_pieces(lambda e: -problem.push(e), grid, np.array([-problem.push(e) for e in grid]))
+    if still:
+        return still[0][0], problem.error(still[0][0])
+    y = np.array([problem.error(e) for e in grid])
+    k = int(np.argmin(y))
+    best = (float(grid[k]), float(y[k]))
+    if 0 < k < grid.size - 1:
+        found = minimize_scalar(problem.error, bounds=(grid[k - 1], grid[k + 1]), method="bounded")
+        best = min(best, (float(found.x), float(found.fun)), key=lambda f: f[1])
+    return best
+
+
+def _missing(problem: Problem, value: float) -> str:
+    V, _ = problem.nearest(value)
+    slide = problem.at(value)
+    limit = slide.threshold(V)
+    return (
+        f"the slide sticks and slips whatever {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
+        f"closest, and at V = {V:.6g} its epsilon = {slide.epsilon:.6g} exceeds the threshold {limit:.6g} by "
+        f"{slide.epsilon - limit:.6g}"
+    )
+
+
+def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: float) -> Design:
+    slide, name = problem.at(value), problem.name
+    V, slack = problem.nearest(value)
+    worst = problem.furthest(value)
+    active = [f"no stick-slip at V = {V:.6g}"] if abs(slack) < 1e-9 else []
+    if abs(problem.push(value)) <= 1e-9 * max(1.0, slide.epsilon):
+        active.append(f"the static friction just holds at V = {worst:.6g}")
+    active += [f"{name} at its {w} bound" for w, b in zip(("lower", "upper"), bounds, strict=True) if value == b]
+    full = library.drive_slide(**{**_read(scene), name: value, "p_star": 1 / V - 1}, horizon=scene.horizon)
+    speeds = np.unique(np.append(np.geomspace(*problem.speeds, 201), V))
+    limits = np.array([slide.threshold(e) for e in speeds])
+    limits[~np.isfinite(limits) | (limits > STRONG)] = np.nan
+    curve = Curve(speeds, limits, slide.epsilon, "speed V = v/v*", "threshold of stick-slip", (V,) if active else ())
+    check = Comparison((*_sticking(full, slide, V), _stopped(slide, worst)))
+    return Design({name: value}, problem.error(value), tuple(active), full, check, "optimal", curve)
+
+
+def _sticking(scene: Scene, slide: Slide, V: float) -> list[Compared]:
+    """Ask the event-driven model whether it sticks again after its release, a little below and above the threshold."""
+    limit = slide.threshold(V)
+    if not (np.isfinite(limit) and 0 < limit < STRONG):
+        cases = [(slide.epsilon, "as it is", 0 if limit > 0 else 1)]
+    else:
+        cases = [(limit * (1 - BESIDE), f"{100 * BESIDE:g} % below the threshold", 0)]
+        cases.append((limit * (1 + BESIDE), f"{100 * BESIDE:g} % above the threshold", 1))
+    rows = []
+    for epsilon, words, predicted in cases:
+        run = simulate(scene.where({"epsilon": epsilon}), 1e-11).checked()
+        again = float(any(e.kind == "stick" for e in run.events))
+        rows.append(Compared(f"sticks again at V = {V:.6g}, epsilon {words}", predicted, again, 0.0))
+    return rows
+
+
+def _stopped(slide: Slide, V: float) -> Compared:
+    """Ask the event-driven model how far the slide overruns the stop."""
+    mu1, mu2 = slide.mu1 + slide.sigma, slide.mu2 + slide.sigma
+    lam = slide.excess(V)
+    computed = 0.0
+    if lam > -4 * max(1.0, -mu1):  # else the spring pulls back, which the friction of the ready scene holds
+        computed = simulate(library.drive_stop(mu1=mu1, mu2=mu2, lam=lam, epsilon=slide.epsilon), 1e-12)["error"]
+    return Compared(f"positioning error at V = {V:.6g}", slide.error(V), float(computed), 1e-8)
