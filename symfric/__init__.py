@@ -27,6 +27,7 @@ from symfric.model.system import Contact, Signal, System
 from symfric.orbits.branch import Branch, Special, continue_cycle
 from symfric.orbits.curve import Curve, continue_special
 from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.section import PoincareSection, poincare
 from symfric.solve.choose import Explanation, explain, prepare, simulate
 from symfric.solve.exact.program import Exact
 from symfric.solve.function import as_function
@@ -71,6 +72,7 @@ __all__ = [
     "NoRoute",
     "NotFound",
     "Orbit",
+    "PoincareSection",
     "Run",
     "RunFailed",
     "Scene",
@@ -98,6 +100,7 @@ __all__ = [
     "mechanics",
     "motions",
     "patched_floor",
+    "poincare",
     "prepare",
     "scenes",
     "separate",

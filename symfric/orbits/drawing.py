@@ -1,4 +1,4 @@
-"""Pictures of orbits and branches."""
+"""Pictures of orbits, branches and sections."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -45,6 +45,17 @@ def plot_curve(curve, ax=None):
     ax.set_xlabel(curve.parameters[0])
     ax.set_ylabel(curve.parameters[1])
     ax.legend()
+    return ax
+
+
+def plot_section(section, ax=None):
+    """Draw the first velocity against the first coordinate; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    x, u = section.drawn
+    ax.plot(section[x], section[u], ".", markersize=2)
+    ax.set_xlabel(x)
+    ax.set_ylabel(u)
+    ax.set_title(section.about, fontsize="small")
     return ax
 
 

@@ -206,6 +206,30 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
     return _FLOWS[key]
 
 
+def excitation(scene: Scene, varied: frozenset[str] = frozenset()) -> Callable[[dict[str, float]], float] | None:
+    """Return the period of the excitation as a function of parameter values by name; None if nothing depends on time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Terms with a factor that is zero do not count.
+    varied : frozenset of str
+        Parameters that will not stay zero.
+
+    Raises
+    ------
+    SceneError
+        If the excitation has no period.
+    """
+    if scene.inputs:
+        raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
+    zero = vanishing(scene, varied)
+    parts = [*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile))]
+    if all(TIME not in sp.sympify(e).xreplace(zero).free_symbols for e in parts):
+        return None
+    return _period(scene, ())[0]
+
+
 def _period(scene: Scene, parameters: Sequence[str]) -> tuple[Callable, Callable]:
     """Return the period of the excitation, and its derivatives, as functions of parameter values by name.
 

@@ -164,7 +164,9 @@ class Run:
             raise RunFailed(f"{self.status.name} at t = {self.t_final:.9g}: {self.advice}")
         return self
 
-    def _path(self) -> Path:
+    @property
+    def path(self) -> Path:
+        """The motion as polynomials; raises `SceneError` if it was not kept."""
         if self.raw.path is None:
             raise SceneError("no motion was kept; want it with outputs={'path': sf.Trajectory()}")
         return self.raw.path
@@ -172,18 +174,18 @@ class Run:
     @cached_property
     def t(self) -> np.ndarray:
         """Times of the steps and of every event, shape (n_t,)."""
-        path = self._path()
+        path = self.path
         return np.append(path.t, self.t_final)
 
     @cached_property
     def x(self) -> np.ndarray:
         """States at the times `t`, shape (n_x, n_t)."""
-        return np.column_stack([self._path().coefficients[:, :, 0].T, self.final])
+        return np.column_stack([self.path.coefficients[:, :, 0].T, self.final])
 
     @cached_property
     def mode(self) -> np.ndarray:
         """Modes from each time on, shape (n_contacts, n_t): -1 slips backward, 0 sticks, +1 slips forward."""
-        mode = self._path().mode.T
+        mode = self.path.mode.T
         return np.column_stack([mode, mode[:, -1:]]) if mode.shape[1] else mode
 
     def __call__(self, t) -> np.ndarray:
@@ -197,7 +199,7 @@ class Run:
         t = np.asarray(t, dtype=float)
         if t.size and not (np.min(t) >= 0 and np.max(t) <= self.t_final * (1 + 1e-15)):
             raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
-        return self._path()(t)
+        return self.path(t)
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

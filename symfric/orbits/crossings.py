@@ -1,0 +1,148 @@
+"""Where a motion crosses a surface: sign changes of a function of the state along the polynomials of a run.
+
+A step is halved until the function either keeps away from zero on a part or rises or falls on all of it, by bounds from
+its Chebyshev coefficients. So no crossing is missed between two samples, however near the next one is. Each is located
+by bisection on the step's own polynomial.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.solve.run import Path
+
+_DEGREE = 24  # of the Chebyshev polynomials; a part on which they do not resolve the function is halved
+_RESOLVED = 1e-12  # of the largest value: the last coefficients
+_ROUNDING = 64 * np.finfo(float).eps  # of the largest value: what counts as zero
+_CALM = 1e-12  # of the largest state: a function that moves less rests on the surface to rounding
+_HALVINGS = 50  # of a step
+_BLOCK = 4096  # steps at once, for the sake of memory
+_MOST = 64 * _BLOCK  # parts at once: a function that is noise is taken as it is
+
+_PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)  # of [0, 1]
+_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _PLACES - 1, _DEGREE))
+_SLOPES = np.polynomial.chebyshev.chebder(np.eye(_DEGREE + 1))
+
+Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Parts(NamedTuple):
+    """Parts of the steps of a path: index of the step, begin and width as fractions of it; each (n,)."""
+
+    step: np.ndarray
+    begin: np.ndarray
+    width: np.ndarray
+
+
+def crossings(path: Path, function: Function, direction: int, after: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return when a motion crosses a surface, and its states there.
+
+    Parameters
+    ----------
+    path : Path
+    function : callable
+        ``(x, t) -> g`` with x (n_x, ...) and t (...); the surface is g = 0.
+    direction : int
+        1 where g rises, -1 where it falls, 0 for both.
+    after : float
+        Earlier crossings are left out.
+
+    Returns
+    -------
+    times : ndarray, shape (n,)
+    states : ndarray, shape (n_x, n)
+
+    Raises
+    ------
+    SceneError
+        If the function is not finite on the motion.
+
+    Notes
+    -----
+    A motion that touches the surface and turns back does not cross it. One that stays on it for a while, as one that
+    sticks may, crosses it where it arrives, and only if it leaves on the other side. What begins on the surface does
+    not cross it there.
+    """
+    first = int(path.step_of(np.array(after)))
+    blocks = [np.arange(k, min(k + _BLOCK, path.t.size)) for k in range(first, path.t.size, _BLOCK)]
+    scale = max(_largest(path, function, block) for block in blocks)
+    if not np.isfinite(scale):
+        raise SceneError("the section is not finite somewhere on the motion; look at its roots and divisions")
+    if scale <= _CALM * np.max(np.abs(path.coefficients[first:, :, 0])):
+        return np.zeros(0), np.zeros((path.coefficients.shape[1], 0))
+    blur = _ROUNDING * scale
+    split = [_split(path, function, blur, block) for block in blocks]
+    parts = Parts(*(np.concatenate(column) for column in zip(*(p for p, _ in split), strict=True)))
+    end = _values(path, function, blocks[-1][-1:], np.ones((1, 1)))[0]
+    value = np.concatenate([*(v for _, v in split), end])
+    sign = np.where(np.abs(value) <= blur, 0.0, np.sign(value))
+    off = np.flatnonzero(sign)
+    before = off[:-1][sign[off[:-1]] * sign[off[1:]] < 0]
+    before = before[sign[before] != direction]
+    step, place = _located(path, function, Parts(*(p[before] for p in parts)), sign[before])
+    times = path.t[step] + place * path.h[step]
+    late = times >= after
+    return times[late], _states(path, step, place[:, None])[:, late, 0]
+
+
+def _states(path: Path, step: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the states at places (m, k), fractions of m steps, shape (n_x, m, k)."""
+    c = path.coefficients[step].transpose(1, 2, 0)[..., None]  # (n_x, order + 1, m, 1)
+    s = place * path.h[step][:, None]
+    x = c[:, -1] + 0.0 * s
+    for j in range(c.shape[1] - 2, -1, -1):
+        x = x * s + c[:, j]
+    return x
+
+
+def _values(path: Path, function: Function, step: np.ndarray, place: np.ndarray) -> np.ndarray:
+    return function(_states(path, step, place), path.t[step][:, None] + place * path.h[step][:, None])
+
+
+def _largest(path: Path, function: Function, step: np.ndarray) -> float:
+    """Return the largest magnitude of the function on some steps, about."""
+    return float(np.max(np.abs(_values(path, function, step, np.tile(_PLACES[::4], (step.size, 1))))))
+
+
+def _split(path: Path, function: Function, blur: float, step: np.ndarray) -> tuple[Parts, np.ndarray]:
+    """Split steps into parts on which the function has no zero or is monotone; return them and its values there.
+
+    The values, (n,), are those at the begin of the parts, which are in the order of time.
+    """
+    waiting, done = Parts(step, np.zeros(step.size), np.ones(step.size)), []
+    for halving in range(_HALVINGS + 1):
+        g = _values(path, function, waiting.step, waiting.begin[:, None] + waiting.width[:, None] * _PLACES)
+        ready = _decided(g, blur)
+        if halving == _HALVINGS or waiting.step.size > _MOST:
+            ready[:] = True
+        done.append((*(p[ready] for p in waiting), g[ready, 0]))
+        step, left, half = (waiting.step[~ready], waiting.begin[~ready], 0.5 * waiting.width[~ready])
+        if not step.size:
+            break
+        waiting = Parts(np.tile(step, 2), np.concatenate([left, left + half]), np.tile(half, 2))
+    step, start, width, value = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((start, step))
+    return Parts(step[order], start[order], width[order]), value[order]
+
+
+def _decided(g: np.ndarray, blur: float) -> np.ndarray:
+    """Whether the function has no zero or is monotone on each part, or is zero; `g` holds its values at `_PLACES`."""
+    c = np.abs(g @ _COEFFICIENTS.T)
+    slope = np.abs(g @ (_SLOPES @ _COEFFICIENTS).T)
+    size = np.max(np.abs(g), axis=1)
+    resolved = np.max(c[:, -3:], axis=1) <= _RESOLVED * size + blur
+    apart = c[:, 0] > np.sum(c[:, 1:], axis=1) + blur
+    monotone = slope[:, 0] > np.sum(slope[:, 1:], axis=1)
+    return (size <= blur) | (resolved & (apart | monotone))
+
+
+def _located(path: Path, function: Function, parts: Parts, sign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return step and place, a fraction of it, where the function loses the sign with which each part begins."""
+    low, high = parts.begin.copy(), parts.begin + parts.width
+    for _ in range(_HALVINGS + 5):
+        middle = 0.5 * (low + high)
+        same = _values(path, function, parts.step, middle[:, None])[:, 0] * sign > 0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return parts.step, high
