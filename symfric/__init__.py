@@ -27,6 +27,7 @@ from symfric.model.system import Contact, Signal, System
 from symfric.orbits.branch import Branch, Special, continue_cycle
 from symfric.orbits.curve import Curve, continue_special
 from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.lyapunov import Lyapunov, lyapunov
 from symfric.orbits.section import PoincareSection, poincare
 from symfric.solve.choose import Explanation, explain, prepare, simulate
 from symfric.solve.exact.program import Exact
@@ -67,6 +68,7 @@ __all__ = [
     "Integral",
     "Integrators",
     "Law",
+    "Lyapunov",
     "Max",
     "Min",
     "NoRoute",
@@ -97,6 +99,7 @@ __all__ = [
     "hopf",
     "laws",
     "limit_cycle",
+    "lyapunov",
     "mechanics",
     "motions",
     "patched_floor",

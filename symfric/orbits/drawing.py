@@ -59,6 +59,17 @@ def plot_section(section, ax=None):
     return ax
 
 
+def plot_lyapunov(found, ax=None):
+    """Draw the estimate of the largest exponent against time, with a band of its spread; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    ax.plot(found.times, found.history)
+    ax.axhspan(found.exponent - found.spread, found.exponent + found.spread, alpha=0.2)
+    ax.axhline(0, color="k", linewidth=0.5)
+    ax.set_xlabel("time since the transient")
+    ax.set_ylabel("largest Lyapunov exponent")
+    return ax
+
+
 def _with_neighbours(mask: np.ndarray) -> np.ndarray:
     """Return the mask widened by one point, so that parts of a line meet."""
     wide = mask.copy()

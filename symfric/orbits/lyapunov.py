@@ -1,0 +1,187 @@
+"""Lyapunov exponents of a motion, from its derivatives by the start with the exact jumps at events."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import finite
+from symfric.model.scene import Scene
+from symfric.orbits.cycle import values_of
+from symfric.orbits.flow import Flow, flow_of
+
+LOST = 1e-11  # of the largest growth in a piece: what rounding leaves of a direction that sticking takes away
+_BATCHES = 20  # of the pieces, for the spread
+_PIECES = 400  # of the horizon of a scene without excitation
+
+
+@dataclass(frozen=True, eq=False)
+class Lyapunov:
+    """Mean rates at which neighbouring motions part, per unit of time.
+
+    Attributes
+    ----------
+    exponent : float
+        The largest.
+    spread : float
+        Standard error of `exponent`, from the means of 20 stretches of the motion.
+    exponents : ndarray, shape (n_x,)
+        All, by falling value; -inf for a direction that is lost, because a contact sticks.
+    times : ndarray, shape (n,)
+        Since the end of the transient, at the end of every piece of the motion.
+    history : ndarray, shape (n,)
+        The estimate of `exponent` from the motion so far.
+    end : ndarray, shape (n_x,)
+        The last state, of a forced scene at a whole number of periods; to go on from there.
+    doubtful : int
+        Pieces in which the derivatives do not exist: the motion grazes, or two events come at one time. Their growth
+        counts as the formulas give it.
+    """
+
+    exponent: float
+    spread: float
+    exponents: np.ndarray
+    times: np.ndarray
+    history: np.ndarray
+    end: np.ndarray
+    doubtful: int
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether the largest exponent is positive by more than three times its spread."""
+        return self.exponent > 3 * self.spread
+
+    def plot(self, ax=None):
+        """Draw the convergence of the largest exponent; return the Axes."""
+        from symfric.orbits.drawing import plot_lyapunov
+
+        return plot_lyapunov(self, ax)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "exponent": self.exponent,
+            "spread": self.spread,
+            "exponents": self.exponents.tolist(),
+            "time": float(self.times[-1]),
+            "doubtful": self.doubtful,
+        }
+
+    def to_xarray(self):
+        """Return the convergence of the largest exponent over ``t`` as an xarray.Dataset."""
+        import xarray as xr
+
+        about = {"exponent": self.exponent, "spread": self.spread, "doubtful": self.doubtful}
+        return xr.Dataset({"history": ("t", self.history)}, coords={"t": self.times}, attrs=about)
+
+    def __repr__(self) -> str:
+        doubt = f", {self.doubtful} pieces without derivatives" if self.doubtful else ""
+        return f"Lyapunov({self.exponent:.6g} +- {self.spread:.2g}, over {self.times[-1]:.6g}{doubt})"
+
+
+def lyapunov(
+    scene: Scene,
+    horizon: float | None = None,
+    *,
+    transient: float | None = None,
+    piece: float | None = None,
+    tolerance: float = 1e-10,
+) -> Lyapunov:
+    """Compute the Lyapunov exponents of the motion of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, or excited by sines and cosines of time with a common period.
+    horizon : float, optional
+        Time over which the growth is averaged; that of the scene unless given.
+    transient : float, optional
+        Time before that, which is left out; a fifth of the horizon unless given.
+    piece : float, optional
+        Time between two renormalisations. For a forced scene it is rounded to whole periods of the excitation, one
+        unless given; otherwise it is 1/400 of the horizon unless given.
+    tolerance : float
+        Of the motion and its derivatives.
+
+    Returns
+    -------
+    Lyapunov
+
+    Raises
+    ------
+    NotFound
+        If the motion ends early.
+    SceneError
+        If the excitation has no period, or a time is wrong.
+
+    Notes
+    -----
+    The derivatives of a piece by its start, with the saltation at every event, carry an orthonormal basis; its QR
+    decomposition gives the growth ``ln R_kk`` of each direction (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica
+    15, 1980, 9-30). All directions are carried, since the first one may be among those that sticking takes away. Every
+    direction that is left on a bounded motion away from equilibria holds the one along the motion, whose exponent is 0:
+    so an autonomous limit cycle has 0, a stable forced one something negative. If sticking takes all directions away,
+    neighbouring motions become one and the same, and the largest exponent is -inf. A body that friction holds for good
+    may rest anywhere within bounds: its exponent is 0.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    values, flow = values_of(scene), flow_of(scene, (), tolerance)
+    horizon = scene.horizon if horizon is None else _positive(horizon, "horizon")
+    period = flow.period(values) if flow.period else None
+    length = _positive(piece, "piece") if piece is not None else period or horizon / _PIECES
+    length = max(1, round(length / period)) * period if period else length
+    count = max(1, int(np.ceil(horizon / length - 1e-9)))
+    skipped = finite(0.2 * horizon if transient is None else transient, "transient")
+    if skipped < 0:
+        raise SceneError(f"transient is {skipped:g}; it must not be negative")
+    skipped = int(np.ceil(skipped / length - 1e-9))
+    numbers = scene.numbers()
+    start = np.array([numbers[s] for s in scene.system.states])
+    growth, end, doubtful = _grow(flow, values, start, length, skipped, count)
+    return _summed(growth, length, end, doubtful)
+
+
+def _positive(value: float, what: str) -> float:
+    number = finite(value, what)
+    if number <= 0:
+        raise SceneError(f"{what} is {number:g}; it must be positive")
+    return number
+
+
+def _grow(
+    flow: Flow, values: dict[str, float], y: np.ndarray, length: float, skipped: int, count: int
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the growth of every direction in every piece (count, n_x), the last state, and doubtful pieces."""
+    basis, growth, doubtful = np.eye(y.size), np.empty((count, y.size)), 0
+    for k in range(-skipped, count):
+        try:
+            passage = flow.run(y, values, length)
+        except NotFound as reason:
+            raise NotFound(f"no Lyapunov exponents: {reason}, after t = {(k + skipped) * length:g}") from None
+        if not np.all(np.isfinite(passage.by_start)):
+            raise NotFound(
+                f"the motion has no derivatives by its start: it grazes after t = {(k + skipped) * length:g}"
+            )
+        y = passage.end
+        basis, R = np.linalg.qr(passage.by_start @ basis)
+        size = np.abs(np.diag(R))
+        if k >= 0:
+            with np.errstate(divide="ignore"):
+                growth[k] = np.log(np.where(size <= LOST * np.max(size), 0.0, size))
+            doubtful += passage.doubtful
+    return growth, y, doubtful
+
+
+def _summed(growth: np.ndarray, length: float, end: np.ndarray, doubtful: int) -> Lyapunov:
+    """Return means, convergence and spread of the growth per piece, (n, n_x)."""
+    n = growth.shape[0]
+    times = length * np.arange(1, n + 1)
+    exponents = np.sum(growth, axis=0) / times[-1]
+    largest = growth[:, int(np.argmax(exponents))]
+    history = np.cumsum(largest) / times
+    means = [np.mean(part) / length for part in np.array_split(largest, min(n, _BATCHES))]
+    spread = 0.0 if not np.isfinite(history[-1]) else np.inf
+    if np.isfinite(history[-1]) and len(means) > 1:
+        spread = float(np.std(means, ddof=1) / np.sqrt(len(means)))
+    return Lyapunov(float(history[-1]), spread, -np.sort(-exponents), times, history, end, doubtful)
