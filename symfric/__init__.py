@@ -2,6 +2,9 @@
 
 from symfric import design, theory
 from symfric.ensemble import motions
+from symfric.ensemble.attractors import Attractor
+from symfric.ensemble.basins import Basins, basins
+from symfric.ensemble.diagram import BifurcationDiagram, bifurcation_diagram
 from symfric.ensemble.sweep import sweep
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model import laws, mechanics
@@ -54,6 +57,9 @@ __all__ = [
     "SPEED",
     "TIME",
     "At",
+    "Attractor",
+    "Basins",
+    "BifurcationDiagram",
     "Branch",
     "Contact",
     "Curve",
@@ -90,6 +96,8 @@ __all__ = [
     "Trajectory",
     "as_function",
     "average",
+    "basins",
+    "bifurcation_diagram",
     "continue_cycle",
     "continue_special",
     "design",

@@ -74,7 +74,7 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
         raise SceneError("the grid has no axis; give at least one parameter and its values")
     swapped = {s.name for s in first.inputs} & set(given)
     names = tuple(n for n in given if n not in swapped)
-    numbers = {n: _row(v, n) for n, v in given.items() if n in names}
+    numbers = {n: row_of(v, n) for n, v in given.items() if n in names}
     signals = {n: _signals(given[n], n) for n in swapped}
     labels = {n: numbers[n] if n in numbers else np.array(list(signals[n])) for n in given}
     if not isinstance(scene, Scene):
@@ -103,7 +103,7 @@ def _scenes(scene) -> dict[str, Scene]:
     return {str(k): s for k, s in scenes.items()}
 
 
-def _row(values, name: str) -> np.ndarray:
+def row_of(values, name: str) -> np.ndarray:
     """Return the values of a parameter as a row of finite numbers."""
     try:
         row = np.array(values, dtype=float)

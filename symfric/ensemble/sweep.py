@@ -110,12 +110,18 @@ def _processors() -> int:
 
 def _checked(jobs: int, executor, progress) -> int:
     """Return the number of threads; raise if one of the arguments is none."""
-    if isinstance(jobs, bool) or not isinstance(jobs, int | np.integer) or jobs < -1 or jobs == 0:
-        raise SceneError(f"jobs is {jobs!r}; give a positive number of threads, or -1 for all processors")
+    workers = workers_of(jobs)
     if executor is not None and not isinstance(executor, Executor):
         raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
     if progress not in (True, False, None) and not callable(progress):
         raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
+    return workers
+
+
+def workers_of(jobs: int) -> int:
+    """Return a number of threads; raise if `jobs` is none."""
+    if isinstance(jobs, bool) or not isinstance(jobs, int | np.integer) or jobs < -1 or jobs == 0:
+        raise SceneError(f"jobs is {jobs!r}; give a positive number of threads, or -1 for all processors")
     return _processors() if jobs == -1 else int(jobs)
 
 

@@ -58,13 +58,33 @@ def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> G
         If the motion ends early, settles to rest or to steady sliding, or does not settle.
     """
     if forcing is None:
-        run = _motion(scene, flow, patience * scene.horizon)
-        return _of_free(run)
+        return guess_of(_motion(scene, flow, patience * scene.horizon), None)
     periods = max(_SETTLE, int(np.ceil(scene.horizon / forcing))) * patience
-    run = _motion(scene, flow, (periods + 0.5) * forcing)  # so that no return is the end
-    returns = run(forcing * np.arange(periods - _MOST, periods + 1))
-    size = np.maximum(np.ptp(run.x[:, run.t > run.t_final - _MOST * forcing], axis=1), 1e-300)
-    turns = _repeats(returns, size)
+    return guess_of(_motion(scene, flow, (periods + 0.5) * forcing), forcing)  # so that no return is the end
+
+
+def guess_of(run: Run, forcing: float | None) -> Guess:
+    """Return what the last turns of a run come back to, or come back nearest to.
+
+    Parameters
+    ----------
+    run : Run
+        With its trajectory.
+    forcing : float or None
+        Period of the excitation.
+
+    Raises
+    ------
+    NotFound
+        If the run settles to rest or to steady sliding, or hardly turns.
+    """
+    if forcing is None:
+        return _of_free(run)
+    last = int(np.floor(run.t_final / forcing + 1e-9))
+    turns = np.arange(max(0, last - _MOST), last + 1)
+    returns = run(np.minimum(turns * forcing, run.t_final))
+    late = run.x[:, run.t > run.t_final - _MOST * forcing]
+    turns = _repeats(returns, np.maximum(np.ptp(late, axis=1), 1e-300))
     return Guess(returns[:, -1], 0.0, turns, turns)
 
 

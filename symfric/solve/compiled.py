@@ -13,6 +13,7 @@ from numba.core import event
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, finite, name_of, nearest
+from symfric.model.numeric import numeric
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.memory import addresses
@@ -97,7 +98,11 @@ class Numbers:
         self.start = tuple(np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, parameters))
         self._place = {s.name: k for k, s in enumerate(parameters)}
         self._states = tuple(s.name for s in scene.system.states)
-        self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
+        moving = any(not isinstance(v, float) for v in scene.initial.values())
+        starts = tuple(sp.sympify(v) for v in scene.initial.values())
+        self._start_of = numeric(scene.parameters, starts) if moving else None
+        equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.contacts)))
+        self._starters = {s.name for s in scene.parameters if s not in equations}
 
     def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return start and parameters with the changes; the scene's own checks of names and numbers apply."""
@@ -109,15 +114,21 @@ class Numbers:
                 p[self._place[name]] = number
             elif name not in self._built_in:
                 self._scene.parameter(key)  # raises, with the nearest known name
-        if values and self._moving_start:
-            numbers = self._scene.where(values).numbers()
-            y = np.array([numbers[s] for s in self._scene.system.states])
+        if values and self._start_of:
+            y = self._moved({name_of(k): v for k, v in values.items()})
         for key, value in initial.items():
             name = name_of(key)
             if name not in self._states:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
             y[self._states.index(name)] = finite(value, f"the initial value of {name}")
         return y, p
+
+    def _moved(self, values: dict[str, float]) -> np.ndarray:
+        """Return the start for other values; the scene checks those that its equations contain."""
+        if not values.keys() <= self._starters:
+            self._scene.where(values)
+        numbers = self._start_of(*(values.get(s.name, v) for s, v in self._scene.values.items()))
+        return np.array([finite(float(v), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
 
 
 class Loop:

@@ -1,0 +1,150 @@
+"""What motions settle to: rest, an equilibrium, a cycle, or something irregular; found one after the other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from symfric.errors import NotFound
+from symfric.model.outputs import StopTime, Trajectory
+from symfric.model.scene import Scene
+from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.guess import guess_of
+from symfric.solve.choose import prepare
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+
+_POINTS = 2000  # of an autonomous cycle, or of the end of a motion without a period
+_PATIENCE = 8  # horizons that a motion is given to settle
+_LATE = 0.75  # part of a run after which it is looked at
+_WHOLE, _SHARED = 0.95, 0.5  # parts of a motion that must be near an attractor to lie on it; an irregular one has gaps
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """What motions from some set of starts end in.
+
+    Attributes
+    ----------
+    kind : str
+        "rest" (friction holds the bodies, wherever they came to rest), "equilibrium" (a point that motions approach,
+        such as steady sliding), "cycle" or "irregular" (chaos, a torus, or a cycle of very many periods).
+    points : ndarray, shape (n_x, n)
+        States on it; of a forced scene those at whole periods of the excitation. Of "rest" there are none.
+    orbit : Orbit or None
+        Of a cycle.
+    """
+
+    kind: str
+    points: np.ndarray
+    orbit: Orbit | None = None
+
+    def __repr__(self) -> str:
+        if self.orbit is not None:
+            return f"Attractor(cycle, period={self.orbit.period:.9g}, half_range={self.orbit.half_range[0]:.6g})"
+        where = f" at {np.array2string(self.points[:, 0], precision=6)}" if self.kind == "equilibrium" else ""
+        return f"Attractor({self.kind}{where})"
+
+
+class Collection:
+    """The attractors known so far; finds more.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its horizon is the time after which motions are looked at, whole periods of the excitation.
+    period : float or None
+        Of the excitation.
+    units : ndarray, shape (n_x,)
+        In which distances are measured.
+    near : float
+        What counts as the same place, in these units.
+    tolerance : float
+        Of runs.
+    """
+
+    def __init__(self, scene: Scene, period: float | None, units: np.ndarray, near: float, tolerance: float):
+        self.known: list[Attractor] = []
+        self._trees: list[cKDTree | None] = []
+        self._scene, self._period, self._units, self._near = scene, period, units, near
+        self._program = prepare(scene.wanting({"path": Trajectory(), "stop": StopTime()}), tolerance)
+
+    def rest(self) -> int:
+        """Return the place of rest among the attractors."""
+        found = next((k for k, a in enumerate(self.known) if a.kind == "rest"), None)
+        return self._add(Attractor("rest", np.zeros((self._units.size, 0)))) if found is None else found
+
+    def nearest(self, states: np.ndarray) -> np.ndarray:
+        """Return the attractor next to each of some states (n_x, n), -1 where none is near; shape (n,)."""
+        best, label = np.full(states.shape[1], self._near), np.full(states.shape[1], -1)
+        for k, tree in enumerate(self._trees):
+            if tree is not None:
+                distance = tree.query(states.T / self._units)[0]
+                label, best = np.where(distance < best, k, label), np.minimum(distance, best)
+        return label
+
+    def settle(self, state: np.ndarray) -> tuple[int, Status]:
+        """Follow the motion from a state until it is known what it ends in.
+
+        Returns
+        -------
+        attractor : int
+            Its place, a new one perhaps; -1 if the motion failed.
+        status : Status
+        """
+        cloud = []
+        for turn in range(_PATIENCE):
+            run = self._program.run(initial=self._start(state))
+            if run.status != Status.OK:
+                return -1, run.status
+            if np.isfinite(run["stop"]):
+                return self.rest(), Status.OK
+            late = self._sampled(run, _LATE * run.t_final)
+            if self._among(late) < 0:
+                self._seek(run, late)
+            known = self._among(late)
+            if known >= 0:
+                return known, Status.OK
+            if turn >= _PATIENCE // 2:
+                cloud.append(self._sampled(run, 0.0))
+            state = run.final
+        return self._add(Attractor("irregular", np.concatenate(cloud, axis=1))), Status.OK
+
+    def _start(self, state: np.ndarray) -> dict[str, float]:
+        return dict(zip((s.name for s in self._scene.system.states), state.tolist(), strict=True))
+
+    def _sampled(self, run: Run, begin: float) -> np.ndarray:
+        """Return states of a run from a time on, at whole periods of the excitation if there is one; (n_x, n)."""
+        if self._period is None:
+            return run(np.linspace(begin, run.t_final, _POINTS))
+        turns = np.arange(np.ceil(begin / self._period - 1e-9), round(run.t_final / self._period) + 1)
+        return run(np.minimum(turns * self._period, run.t_final))
+
+    def _among(self, states: np.ndarray) -> int:
+        """Return the attractor on which a piece of motion (n_x, n) lies, -1 if there is none."""
+        label = self.nearest(states)
+        for k, attractor in enumerate(self.known):
+            enough = _SHARED if attractor.kind == "irregular" else _WHOLE
+            if np.mean(label == k) >= enough:
+                return k
+        return -1
+
+    def _seek(self, run: Run, late: np.ndarray) -> None:
+        """Add the equilibrium or the stable cycle to which a motion comes near, if there is one."""
+        if self._period is None and np.all(np.ptp(late, axis=1) <= self._near * self._units):
+            self._add(Attractor("equilibrium", np.mean(late, axis=1)[:, None]))
+            return
+        try:
+            guess = guess_of(run, self._period)
+            turn = guess.multiple * self._period if self._period else guess.period
+            orbit = limit_cycle(self._scene, (guess.start, turn))
+        except NotFound:
+            return
+        points = self._sampled(orbit.run, 0.0)
+        if orbit.stable and self._among(points) < 0:
+            self._add(Attractor("cycle", points, orbit))
+
+    def _add(self, attractor: Attractor) -> int:
+        self.known.append(attractor)
+        self._trees.append(cKDTree(attractor.points.T / self._units) if attractor.points.size else None)
+        return len(self.known) - 1

@@ -1,0 +1,199 @@
+"""Basins of attraction: what every start of a grid ends in."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from symfric.ensemble.attractors import Attractor, Collection
+from symfric.ensemble.cases import CODES
+from symfric.ensemble.grid import row_of
+from symfric.ensemble.progress import Progress
+from symfric.ensemble.sweep import sweep
+from symfric.errors import SceneError
+from symfric.model.names import Key, finite, name_of, nearest
+from symfric.model.outputs import End, StopTime
+from symfric.model.scene import Scene
+from symfric.orbits.flow import excitation
+
+_MOST = 20  # attractors; starts that end in others are left without one
+
+
+@dataclass(frozen=True, eq=False)
+class Basins:
+    """What every start of a grid ends in.
+
+    Attributes
+    ----------
+    axes : dict of str to ndarray
+        States and their starting values.
+    label : ndarray of int, shape of the grid
+        Index of the attractor; -1 where the run failed, or beyond the 20th attractor.
+    status : ndarray of int, shape of the grid
+        Codes of `Status`; -1 where the scene refuses the start, -2 for an error.
+    attractors : tuple of Attractor
+        In the order in which the grid meets them.
+    """
+
+    axes: dict[str, np.ndarray]
+    label: np.ndarray
+    status: np.ndarray
+    attractors: tuple[Attractor, ...]
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Part of the starts that ends in each attractor, shape (number of attractors,)."""
+        return np.array([np.mean(self.label == k) for k in range(len(self.attractors))])
+
+    def plot(self, ax=None):
+        """Draw the basins over one or two axes in colours; return the Axes."""
+        if len(self.axes) > 2:
+            raise SceneError(f"the grid has {len(self.axes)} axes; draw a slice of to_xarray().attractor")
+        from symfric.ensemble.map_drawing import plot_basins
+
+        return plot_basins(self, ax)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "axes": {n: row.tolist() for n, row in self.axes.items()},
+            "label": self.label.tolist(),
+            "status": self.status.tolist(),
+            "attractors": [repr(a) for a in self.attractors],
+            "shares": self.shares.tolist(),
+        }
+
+    def to_xarray(self):
+        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes say what codes mean."""
+        import xarray as xr
+
+        about = {f"attractor_{k}": repr(a) for k, a in enumerate(self.attractors)}
+        codes = np.array(sorted(CODES), dtype=np.int32)
+        meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
+        names = list(self.axes)
+        return xr.Dataset({"attractor": (names, self.label, about), "status": (names, self.status, meaning)}, self.axes)
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{s:.1%} {a!r}" for s, a in zip(self.shares, self.attractors, strict=True))
+        lost = np.mean(self.label < 0)
+        return f"Basins({' x '.join(map(str, self.label.shape))} starts: {parts}{f', {lost:.1%} none' if lost else ''})"
+
+
+def basins(
+    scene: Scene,
+    starts: Mapping[Key, np.ndarray],
+    *,
+    near: float = 0.01,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: bool | Callable[[Progress], None] = False,
+    store: str | Path | None = None,
+    tolerance: float = 1e-9,
+) -> Basins:
+    """Find what every start of a grid ends in: rest, an equilibrium, a cycle, or an irregular motion.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, or excited by sines and cosines of time with a common period. Its horizon is the time after which a
+        motion is looked at; one that is not near anything known by then is followed for eight more. States that are not
+        in `starts` start as in the scene.
+    starts : mapping of state to values
+    near : float
+        Distance, as a part of the range of each state over all starts and ends, below which two motions count as one
+        and a vibration as an equilibrium.
+    jobs, executor, progress, store
+        Of the runs up to the horizon; see `symfric.ensemble.sweep.sweep`.
+    tolerance : float
+        Of the runs.
+
+    Returns
+    -------
+    Basins
+
+    Raises
+    ------
+    SceneError
+        If a start is no state or its values are no numbers, or the excitation has no period.
+
+    Notes
+    -----
+    A start belongs to the attractor that its state at the horizon is near to. Where there is none yet, the motion is
+    followed, and Newton's method on the map over a period finds the cycle it approaches; only stable ones count. What
+    neither rests nor comes near a stable cycle of at most 16 periods is irregular, and so is what takes longer to
+    settle; then lengthen the horizon.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    near = finite(near, "near")
+    if not 0 < near < 1:
+        raise SceneError(f"near is {near:g}; give a part of the range of the states, between 0 and 1")
+    axes = _axes(scene, starts)
+    of_values = excitation(scene)
+    period = None
+    if of_values:
+        period = of_values({s.name: v for s, v in scene.values.items()})
+        scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)))
+    moved, grid = _with_starts(scene, axes)
+    found = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)
+    ends = found["end"].values.reshape(-1, len(scene.system.states)).T
+    shape = found["status"].shape
+    status, stops = found["status"].values.ravel().copy(), found["stop"].values.ravel()
+    spread = _units(scene, axes, ends[:, status == 0])
+    collection = Collection(scene, period, spread, near, tolerance)
+    label = _labelled(collection, ends, stops, status)
+    used = [k for k in range(len(collection.known)) if np.any(label == k)]
+    place = np.full(len(collection.known) + 1, -1)  # the last for those without
+    place[used] = np.arange(len(used))
+    attractors = tuple(collection.known[k] for k in used)
+    return Basins(axes, place[label].reshape(shape), status.reshape(shape), attractors)
+
+
+def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the names of the states and their starting values."""
+    if not isinstance(starts, Mapping) or not starts:
+        raise SceneError(f"starts is {starts!r}; give a mapping of states to rows of values")
+    states = [s.name for s in scene.system.states]
+    axes = {name_of(k): v for k, v in starts.items()}
+    for name in axes:
+        if name not in states:
+            raise SceneError(f"{name} in starts is no state{nearest(name, states)}")
+    return {name: row_of(v, f"the start of {name}") for name, v in axes.items()}
+
+
+def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, dict[str, np.ndarray]]:
+    """Return the scene whose starts are parameters, and the grid of these."""
+    symbols = {n: sp.Symbol(f"{n}(0)", real=True) for n in axes}
+    scene = scene.wanting({"end": End(), "stop": StopTime()}).starting({n: row[0] for n, row in axes.items()})
+    initial = {s.name: symbols.get(s.name, v) for s, v in scene.initial.items()}
+    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}  # not zero: that would be built in
+    return replace(scene, initial=initial, values=values), {symbols[n].name: row for n, row in axes.items()}
+
+
+def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np.ndarray:
+    """Return the range of every state over all starts and ends."""
+    numbers = scene.numbers()
+    rows = [np.append(axes.get(s.name, [numbers[s]]), end) for s, end in zip(scene.system.states, ends, strict=True)]
+    size = np.array([np.ptp(row) for row in rows])
+    return np.where(size > 0, size, 1.0)
+
+
+def _labelled(collection: Collection, ends: np.ndarray, stops: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Return the attractor of every end (n_x, n), -1 if it has none; a motion that fails later changes `status`."""
+    label = np.full(status.size, -1)
+    resting = (status == 0) & np.isfinite(stops)
+    if np.any(resting):
+        label[resting] = collection.rest()
+    open_ = np.flatnonzero((status == 0) & ~resting)
+    while open_.size and len(collection.known) < _MOST:
+        known = len(collection.known)
+        first = open_[0]
+        label[first], status[first] = collection.settle(ends[:, first])
+        open_ = open_[1:]
+        if len(collection.known) > known:
+            label[open_] = collection.nearest(ends[:, open_])
+            open_ = open_[label[open_] < 0]
+    return label

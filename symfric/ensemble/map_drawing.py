@@ -1,0 +1,34 @@
+"""Pictures of bifurcation diagrams and basins."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+
+def plot_diagram(diagram, ax=None):
+    """Draw the first coordinate on the section against the parameter; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    ax.plot(diagram.values[diagram.case], diagram.states[0], ",", color="k")
+    ax.set_xlabel(diagram.parameter)
+    ax.set_ylabel(diagram.names[0])
+    ax.set_title(diagram.about, fontsize="small")
+    return ax
+
+
+def plot_basins(basins, ax=None):
+    """Draw every start in the colour of its attractor, those without one white; return the Axes."""
+    ax = plt.subplots()[1] if ax is None else ax
+    (name, row), *others = basins.axes.items()
+    colours = plt.get_cmap("tab10").colors
+    for k, attractor in enumerate(basins.attractors):
+        ax.plot([], [], "s", color=colours[k % 10], label=repr(attractor))
+    if others:
+        other, column = others[0]
+        shown = np.array([*colours, (1.0, 1.0, 1.0)])[np.where(basins.label < 0, 10, basins.label % 10)]
+        ax.pcolormesh(row, column, shown.transpose(1, 0, 2), shading="nearest")
+        ax.set_ylabel(other)
+    else:
+        ax.plot(row, basins.label, ".", color="k")
+        ax.set_ylabel("attractor")
+    ax.set_xlabel(name)
+    ax.legend(fontsize="small", loc="upper right")
+    return ax
