@@ -290,12 +290,14 @@ def test_interrupt_ends_with_130(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, "study", "long.toml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
-    line = process.stderr.readline()  # the first line of progress: the work has begun
-    if line.startswith("compiling"):
-        line = process.stderr.readline()
-    time.sleep(0.2)
-    process.send_signal(signal.SIGINT)
-    _, rest = process.communicate(timeout=180)
+    try:
+        while "%" not in (line := process.stderr.readline()) and line:  # the first line of progress: the work has begun
+            pass
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        _, rest = process.communicate(timeout=180)
+    finally:
+        process.kill()
     assert "%" in line
     assert process.returncode == 130
     assert rest.strip().splitlines()[-1] == "interrupted"
