@@ -26,7 +26,7 @@ class Compared:
         """Whether they are the same within the tolerance; NaN agrees with nothing."""
         if self.predicted == self.computed:
             return True
-        return abs(self.computed - self.predicted) <= self.tolerance * max(1.0, abs(self.predicted))
+        return bool(abs(self.computed - self.predicted) <= self.tolerance * max(1.0, abs(self.predicted)))
 
 
 @dataclass(frozen=True)

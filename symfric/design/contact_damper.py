@@ -1,0 +1,311 @@
+"""Shortest decay of a rod that a contact brings to rest: friction, stiffness and damping within bounds.
+
+The rod stops at a turning point, so the decay time jumps wherever a turning point just reaches the stick limit. Between
+the jumps it is smooth: the time of the N-th turning point, where the N-th one sticks. Each piece is a smooth problem of
+its own, "the time of turning point N, which must lie within the stick limit"; its optimum mostly lies on the jump.
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symfric.design.compared import Compared, Comparison
+from symfric.design.result import Curve, Design
+from symfric.errors import NotFound, SceneError
+from symfric.model import library
+from symfric.model.names import Key, finite, name_of, nearest
+from symfric.model.outputs import StopTime, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.choose import Program, prepare, simulate
+from symfric.theory.decay import damper_numbers, decisions
+
+VARIED = ("f_n", "mu_m", "zeta", "r", "v_c")
+POINTS = {1: 1001, 2: 45, 3: 13, 4: 7, 5: 5}  # of the survey, along each parameter, by their number
+TOLERANCE = 1e-12
+STARTS = 3  # places of the survey from which a piece is optimised
+WORTH = 1.6  # times the shortest time of the survey: pieces that begin above it are left out
+STEP = 1e-6  # of differences, over the width of the bounds
+JUST = 1e-9  # of the stick limit: a turning point this near it is at the jump
+
+
+@dataclass(frozen=True)
+class Decay:
+    """One motion until it rests.
+
+    Attributes
+    ----------
+    t, margin : tuple of float
+        Times of the turning points up to the one that sticks, the start first if it is at rest; how far each lies
+        beyond the stick limit, over it: it sticks where that is 0 or negative.
+    x : float
+        Where the rod stays.
+    """
+
+    t: tuple[float, ...]
+    margin: tuple[float, ...]
+    x: float
+
+    @property
+    def time(self) -> float:
+        """Decay time; infinite if it does not stop."""
+        return self.t[-1] if self.t and self.margin[-1] <= 0 else np.inf
+
+    @property
+    def turns(self) -> int:
+        """Number of turning points, the start apart if the rod starts at rest."""
+        return len(self.t) - (self.t[:1] == (0.0,))
+
+
+@dataclass(frozen=True, eq=False)
+class Damper:
+    """Decay as a function of the parameters, each from 0 to 1 between its bounds."""
+
+    program: Program
+    names: tuple[str, ...]
+    low: np.ndarray
+    high: np.ndarray
+    numbers: Mapping[str, float]
+    margin: float
+    residual: float
+    seen: dict = field(default_factory=dict)
+
+    def values(self, p: np.ndarray) -> dict[str, float]:
+        """Return the parameters."""
+        inner = self.low + np.clip(p, 0.0, 1.0) * (self.high - self.low)
+        return dict(zip(self.names, np.clip(inner, self.low, self.high).tolist(), strict=True))
+
+    def limit(self, p: np.ndarray) -> float:
+        """Return the distance from the middle up to which the rod sticks."""
+        n = {**self.numbers, **self.values(p)}
+        return n["mu_m"] * n["r"] * n["g"] / (2 * np.pi * n["f_n"]) ** 2
+
+    def __call__(self, p: np.ndarray) -> Decay:
+        """Run."""
+        key = tuple(np.clip(p, 0.0, 1.0).tolist())
+        if key not in self.seen:
+            run = self.program.run(values=self.values(np.array(key))).checked()
+            times = [e.t for e in run.events if e.before]
+            if self.numbers["v0"] == 0 and self.numbers["x0"] != 0:
+                times = [0.0, *times]
+            limit = self.limit(np.array(key))
+            x = run(np.array(times))[0] if times else np.array([])
+            margin = np.abs(x) / limit - 1 if limit > 0 else np.full(x.size, np.inf)
+            if times and not (run.events and run.events[-1].after != 0) and run.final[1] == 0:
+                margin[-1] = min(margin[-1], 0.0)  # the solver has it stick: what rounding leaves above 0 is none
+            self.seen[key] = Decay(tuple(times), tuple(margin.tolist()), float(run.final[0]))
+        return self.seen[key]
+
+    def shortfall(self, p: np.ndarray, n: int) -> float:
+        """Return how far turning point n misses what is asked of it; of the one that sticks if that comes before."""
+        decay = self(p)
+        if not decay.t:
+            return np.inf
+        k = min(n, len(decay.t) - 1)
+        miss = decay.margin[k] + self.margin
+        if np.isfinite(self.residual) and self.limit(p) > 0:
+            miss = max(miss, (1 + decay.margin[k]) * self.limit(p) / self.residual - 1)
+        return miss
+
+    def good(self, decay: Decay) -> bool:
+        """Whether a motion stops as it should."""
+        return decay.time < np.inf and decay.margin[-1] <= -self.margin and abs(decay.x) <= self.residual * (1 + 1e-12)
+
+
+def contact_damper(
+    scene: Scene, bounds: Mapping[Key, tuple[float, float]], *, residual: float = np.inf, margin: float = 0.0
+) -> Design:
+    """Find the friction, stiffness and damping with which a contact brings a rod to rest soonest.
+
+    Parameters
+    ----------
+    scene : Scene
+        `symfric.scenes.contact_damper`.
+    bounds : mapping of parameter to (float, float)
+        Of some of "mu_m", "f_n", "zeta", "r" and "v_c": friction, natural frequency in Hz (the stiffness, the mass
+        being fixed), damping ratio, load, and the speed over which friction falls.
+    residual : float
+        Largest distance from the middle at which the rod may stay, m.
+    margin : float
+        The last turning point must lie within the stick limit by this share of it, 0 to 1. At 0 the design mostly lies
+        where that turning point just sticks, and the least disturbance costs half a cycle more.
+
+    Returns
+    -------
+    Design
+        The objective is the decay time, s.
+
+    Raises
+    ------
+    SceneError
+        If the scene is another one or an argument is wrong.
+    NotFound
+        If no motion stops as asked; says what comes closest and by how much it misses.
+
+    Notes
+    -----
+    Younes and Ashour (2), (3). A rod that starts at rest within the stick limit never moves: its decay time is 0, and
+    `residual` excludes that.
+    """
+    damper = _read(scene, bounds, residual, margin)
+    points = POINTS[len(damper.names)]
+    grid = [np.array(p) for p in itertools.product(np.linspace(0, 1, points), repeat=len(damper.names))]
+    best = _best(damper, grid)
+    if best is None:
+        raise NotFound(_missing(damper, grid))
+    return _design(scene, damper, best)
+
+
+def _read(scene: Scene, bounds, residual, margin) -> Damper:
+    given, _ = damper_numbers(scene)
+    numbers = {k: given[k] for k in (*VARIED, "m", "x0", "v0", "g")}
+    given = {name_of(k): v for k, v in bounds.items()}
+    if not given:
+        raise SceneError("bounds is empty; give those of mu_m, f_n, zeta, r or v_c")
+    low, high = [], []
+    for name, pair in given.items():
+        if name not in VARIED:
+            raise SceneError(f"{name} in bounds is no parameter that contact_damper varies{nearest(name, VARIED)}")
+        a, b = (finite(e, f"a bound of {name}") for e in pair)
+        if not (0 < a <= b if name in ("f_n", "v_c") else 0 <= a <= b):
+            raise SceneError(f"the bounds of {name} are ({a:g}, {b:g}); give the lower one first, not negative")
+        low, high = [*low, a], [*high, b]
+    if not residual > 0:
+        raise SceneError(f"residual is {residual:g}; it must be positive")
+    if not 0 <= finite(margin, "margin") < 1:
+        raise SceneError(f"margin is {margin:g}; it is a share of the stick limit, from 0 to less than 1")
+    corners = (dict(zip(given, c, strict=True)) for c in itertools.product(*zip(low, high, strict=True)))
+    longest = max(library.contact_damper(**{**numbers, **corner}).horizon for corner in corners)
+    x, u = scene.system.states
+    start = {x: numbers["x0"], u: numbers["v0"]}  # numbers, for a start that depends on parameters is slow to change
+    scene = scene.where(dict(zip(given, high, strict=True))).starting(start)  # nothing is left out for being zero
+    program = prepare(scene.until(longest).wanting({"path": Trajectory()}), TOLERANCE)
+    return Damper(program, tuple(given), np.array(low), np.array(high), numbers, float(margin), float(residual))
+
+
+def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
+    """Return the place of the shortest decay: the survey, then every piece that may beat it."""
+    decays = [damper(p) for p in grid]
+    good = [k for k, d in enumerate(decays) if damper.good(d)]
+    best = grid[min(good, key=lambda k: decays[k].time)] if good else None
+    shortest = damper(best).time if good else np.inf
+    pieces: dict[int, list[int]] = {}
+    for k, d in enumerate(decays):
+        at_rest = d.t[:1] == (0.0,)
+        for n in {d.turns, d.turns - 1} if d.t else ():
+            if n < 0 or (n == 0 and not at_rest):
+                continue
+            pieces.setdefault(n, []).append(k)
+    for n in sorted(pieces):
+        index = {k: len(decays[k].t) - decays[k].turns + n - 1 for k in pieces[n]}  # of turning point n
+        first = min(decays[k].t[min(index[k], len(decays[k].t) - 1)] for k in pieces[n])
+        if first > WORTH * shortest:
+            break
+        order = sorted(pieces[n], key=lambda k: (max(damper.shortfall(grid[k], index[k]), 0.0), decays[k].time))
+        for k in order[:STARTS]:
+            found = _on_piece(damper, grid[k], index[k])
+            if found is not None and damper(found).time < shortest:
+                best, shortest = found, damper(found).time
+    return best
+
+
+def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
+    """Return the place near a start where turning point n sticks and comes soonest; None if it does not stick."""
+    from scipy.optimize import minimize
+
+    size = len(start)
+    if not np.isfinite(damper.shortfall(start, n)):
+        return None  # without friction nothing sticks
+
+    def time(p):
+        decay = damper(p)
+        return decay.t[min(n, len(decay.t) - 1)] if decay.t else np.inf
+
+    def slopes(function):
+        def at(p):
+            low, high = (np.clip(p + s * STEP * np.eye(size), 0, 1) for s in (-1, 1))
+            return np.array([(function(b) - function(a)) / np.sum(b - a) for a, b in zip(low, high, strict=True)])
+
+        return at
+
+    scale = time(start) or 1.0
+    miss = lambda p: -damper.shortfall(p, n)  # noqa: E731
+    found = minimize(
+        lambda p: time(p) / scale,
+        start,
+        jac=lambda p: slopes(time)(p) / scale,
+        bounds=[(0, 1)] * size,
+        constraints={"type": "ineq", "fun": miss, "jac": slopes(miss)},
+        method="SLSQP",
+        options={"ftol": 1e-13, "maxiter": 60},
+    )
+    return _pulled_in(damper, start, np.clip(found.x, 0, 1), n) if np.all(np.isfinite(found.x)) else None
+
+
+def _pulled_in(damper: Damper, start: np.ndarray, p: np.ndarray, n: int) -> np.ndarray | None:
+    """Return the place nearest to p, on the way towards smaller margins, at which the motion stops as asked."""
+    if damper.good(damper(p)):
+        return p
+    step = STEP * np.eye(len(p))
+    slope = np.array([damper.shortfall(p + d, n) - damper.shortfall(p - d, n) for d in step]) / (2 * STEP)
+    way = -slope / max(float(slope @ slope), 1e-300)
+    for share in 10.0 ** np.arange(-13, -3):
+        inside = np.clip(p + (max(damper.shortfall(p, n), 0.0) + share) * way, 0, 1)
+        if damper.good(damper(inside)):
+            return inside
+    return None
+
+
+def _missing(damper: Damper, grid: list[np.ndarray]) -> str:
+    def miss(p):
+        decay = damper(p)
+        stops = decay.time < np.inf
+        return (0, damper.shortfall(p, len(decay.t))) if stops else (1, 0.0)
+
+    closest = min(grid, key=miss)
+    decay, values = damper(closest), ", ".join(f"{k} = {v:.6g}" for k, v in damper.values(closest).items())
+    if decay.time == np.inf:
+        return f"no values within the bounds bring the rod to rest within {damper.program.scene.horizon:.6g} s"
+    words = f"no motion stops as asked; {values} comes closest: it stays at {decay.x:.6g} m"
+    if abs(decay.x) > damper.residual:
+        return f"{words}, {abs(decay.x) - damper.residual:.6g} m beyond the residual allowed"
+    return f"{words}, within the stick limit by {-decay.margin[-1]:.6g} of it, and {damper.margin:g} is asked"
+
+
+def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
+    decay, values = damper(p), damper.values(p)
+    active, after = [], _beyond(damper, p)
+    if decay.turns == 0 and decay.time == 0:
+        active.append("the rod sticks where it starts")
+    if abs(decay.margin[-1] + damper.margin) < JUST * 10:
+        active.append(f"turning point {decay.turns} just sticks; a hair beyond, the decay takes {after:.9g}")
+    if np.isfinite(damper.residual) and abs(abs(decay.x) - damper.residual) <= 1e-8 * damper.residual:
+        active.append("residual at its limit")
+    for name, place in zip(damper.names, p, strict=True):
+        active += [f"{name} at its {word} bound" for word, end in (("lower", 0.0), ("upper", 1.0)) if place == end]
+    full = scene.where(values).until(damper.program.scene.horizon)
+    run = simulate(full.wanting({"stop_time": StopTime(), "path": Trajectory()}), 1e-13).checked()
+    limit = damper.limit(p)
+    rows = [
+        Compared("decay time", decay.time, float(run["stop_time"]), 1e-9),
+        Compared("half cycles", decay.turns, sum(e.before != 0 for e in run.events), 0.0),
+        Compared("margin of the last turning point", decay.margin[-1], decisions(run).last, 1e-9),
+        Compared("residual over the stick limit", abs(decay.x) / limit, abs(float(run.final[0])) / limit, 1e-8),
+    ]
+    return Design(values, decay.time, tuple(active), full, Comparison(tuple(rows)), "optimal", _curve(damper, p))
+
+
+def _beyond(damper: Damper, p: np.ndarray) -> float:
+    """Return the largest decay time a hair beside a place: what the jump costs."""
+    steps = np.concatenate([np.eye(len(p)), -np.eye(len(p))]) * 1e-6
+    return max(damper(np.clip(p + d, 0, 1)).time for d in steps)
+
+
+def _curve(damper: Damper, p: np.ndarray) -> Curve:
+    """Return the decay time along the first parameter."""
+    places = np.unique(np.append(np.linspace(0, 1, 201), p[0]))
+    y = np.array([damper(np.array([e, *p[1:]])).time for e in places])
+    x = damper.low[0] + places * (damper.high[0] - damper.low[0])
+    mark = damper.values(p)[damper.names[0]]
+    return Curve(x, np.where(np.isfinite(y), y, np.nan), damper(p).time, damper.names[0], "decay time [s]", (mark,))
