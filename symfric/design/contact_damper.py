@@ -27,6 +27,7 @@ TOLERANCE = 1e-12
 STARTS = 3  # places of the survey from which a piece is optimised
 WORTH = 1.6  # times the shortest time of the survey: pieces that begin above it are left out
 STEP = 1e-6  # of differences, over the width of the bounds
+SAFE = 1e-10  # of the stick limit: so far within it the last turning point lies at least, for other solvers' rounding
 JUST = 1e-9  # of the stick limit: a turning point this near it is at the jump
 
 
@@ -181,7 +182,9 @@ def _read(scene: Scene, bounds, residual, margin) -> Damper:
     start = {x: numbers["x0"], u: numbers["v0"]}  # numbers, for a start that depends on parameters is slow to change
     scene = scene.where(dict(zip(given, high, strict=True))).starting(start)  # nothing is left out for being zero
     program = prepare(scene.until(longest).wanting({"path": Trajectory()}), TOLERANCE)
-    return Damper(program, tuple(given), np.array(low), np.array(high), numbers, float(margin), float(residual))
+    return Damper(
+        program, tuple(given), np.array(low), np.array(high), numbers, max(float(margin), SAFE), float(residual)
+    )
 
 
 def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
@@ -278,7 +281,7 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
     active, after = [], _beyond(damper, p)
     if decay.turns == 0 and decay.time == 0:
         active.append("the rod sticks where it starts")
-    if abs(decay.margin[-1] + damper.margin) < JUST * 10:
+    if abs(decay.margin[-1] + damper.margin) < JUST:
         active.append(f"turning point {decay.turns} just sticks; a hair beyond, the decay takes {after:.9g}")
     if np.isfinite(damper.residual) and abs(abs(decay.x) - damper.residual) <= 1e-8 * damper.residual:
         active.append("residual at its limit")
