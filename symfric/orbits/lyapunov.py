@@ -118,11 +118,11 @@ def lyapunov(
     -----
     The derivatives of a piece by its start, with the saltation at every event, carry an orthonormal basis; its QR
     decomposition gives the growth ``ln R_kk`` of each direction (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica
-    15, 1980, 9-30). All directions are carried, since the first one may be among those that sticking takes away. Every
-    direction that is left on a bounded motion away from equilibria holds the one along the motion, whose exponent is 0:
-    so an autonomous limit cycle has 0, a stable forced one something negative. If sticking takes all directions away,
-    neighbouring motions become one and the same, and the largest exponent is -inf. A body that friction holds for good
-    may rest anywhere within bounds: its exponent is 0.
+    15, 1980, 9-30). All directions are carried, since the first one may be among those that sticking takes away. An
+    autonomous motion that does not come to rest keeps the direction along itself, whose exponent is 0: a stable limit
+    cycle has 0, a stable forced one something negative. If sticking takes all directions away, neighbouring motions
+    become one and the same, and the largest exponent is -inf. A body that friction holds for good may rest anywhere
+    within bounds: its exponent is 0.
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")
