@@ -10,6 +10,7 @@ Systems, section 7.5. A contact that sticks from there on holds its slip at zero
 ``J V_u + dw/dq V_q + dw/ds = 0`` is enforced by the impulses that do it, which is what the saltation amounts to.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,8 @@ class Variations:
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
+    pairs : tuple of (int, int)
+        Directions of the second derivatives, whose columns follow those of the first; no event changes them.
     followed : int
     """
 
@@ -46,10 +49,18 @@ class Variations:
     jump: ca.Function
     start: ca.Function
     directions: tuple[str, ...]
+    pairs: tuple[tuple[int, int], ...]
     followed: int
 
+    @property
+    def columns(self) -> int:
+        """Number of columns of derivatives."""
+        return len(self.directions) + len(self.pairs)
 
-def varied(automaton: Automaton, scene: Scene, directions: Sequence[str], followed: int) -> Variations:
+
+def varied(
+    automaton: Automaton, scene: Scene, directions: Sequence[str], followed: int, second: bool = False
+) -> Variations:
     """Append the variational equations of an automaton.
 
     Parameters
@@ -61,6 +72,8 @@ def varied(automaton: Automaton, scene: Scene, directions: Sequence[str], follow
         Names of parameters in ``automaton.parameters``, or of states, whose starting values are meant.
     followed : int
         How many of the rows have derivatives.
+    second : bool
+        Whether second derivatives are wanted; they hold as long as no event occurs.
     """
     field, n_s = automaton.field, len(directions)
     n_x, n_p = field.nnz_in(0), field.nnz_in(2)
@@ -74,8 +87,21 @@ def varied(automaton: Automaton, scene: Scene, directions: Sequence[str], follow
     along = lambda e: ca.jacobian(e, y) @ V + ca.jacobian(e, p) @ chosen  # noqa: E731
     rate, guards, rows = field(y, t, p, m)
     flat = lambda e: ca.vec(ca.densify(e).T)  # noqa: E731, row by row
-    state = ca.vertcat(y, ca.vec(V))
-    out = [ca.vertcat(rate, ca.vec(ca.densify(along(rate)))), guards, ca.vertcat(rows, flat(along(rows[:followed])))]
+    pairs = tuple(itertools.combinations_with_replacement(range(n_s), 2)) if second else ()
+    W = ca.SX.sym("W", n_x, len(pairs))
+
+    def columns(e: ca.SX) -> ca.SX:
+        """Return the first and second derivatives of an expression of y, one column each."""
+        first = ca.densify(along(e))
+        found = [first]
+        for k, (i, j) in enumerate(pairs):
+            e_i = first[:, i]
+            rise = ca.jacobian(e_i, y) @ V[:, j] + ca.jacobian(e_i, p) @ chosen[:, j] + ca.jacobian(e, y) @ W[:, k]
+            found.append(ca.densify(rise))
+        return ca.horzcat(*found)
+
+    state = ca.vertcat(y, ca.vec(V), ca.vec(W))
+    out = [ca.vertcat(rate, ca.vec(columns(rate))), guards, ca.vertcat(rows, flat(columns(rows[:followed])))]
     wide = ca.Function("field", [state, t, p, m], out, field.name_in(), field.name_out())
     gauge = automaton.gauge(y, t, p)
     names_out = automaton.gauge.name_out()
@@ -84,16 +110,17 @@ def varied(automaton: Automaton, scene: Scene, directions: Sequence[str], follow
             automaton,
             field=wide,
             gauge=ca.Function("gauge", [state, t, p], list(gauge), ["y", "t", "p"], names_out),
-            states=(*automaton.states, *(f"d{x}/d{s}" for s in directions for x in automaton.states)),
+            states=(*automaton.states, *(f"d{x}/d{s}" for s in [*directions, *pairs] for x in automaton.states)),
         ),
-        jump=_jump(automaton, y, V, t, p, along, flat, followed),
-        start=_start(automaton, scene, directions),
+        jump=_jump(automaton, y, V, W, t, p, along, flat, followed),
+        start=_start(automaton, scene, directions, pairs),
         directions=tuple(directions),
+        pairs=pairs,
         followed=followed,
     )
 
 
-def _jump(automaton: Automaton, y: ca.SX, V: ca.SX, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
+def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
     n_m, n_g, n_c = automaton.n_mode, automaton.n_guards, len(automaton.contacts)
     before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
     rate, guards, rows = automaton.field(y, t, p, before)
@@ -123,13 +150,16 @@ def _jump(automaton: Automaton, y: ca.SX, V: ca.SX, t: ca.SX, p: ca.SX, along, f
         held = ca.horzcat(*(hold(system, S @ slips[:, k], tested=False) for k in range(V.shape[1])))
         u = slice(automaton.n_q, automaton.n_q + n_u)
         moved[u, :] -= back @ held
-    state = ca.vertcat(y, ca.vec(V), t)
+    state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
     data = ca.vertcat(p, before, after, hit)
-    out = ca.vertcat(ca.vec(moved), tau.T, flat(jumps), slope, mismatch, flat(slips))
+    n_w = W.shape[1]  # zeros where second derivatives have nothing to say
+    tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
+    jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
+    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips))
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
 
 
-def _start(automaton: Automaton, scene: Scene, directions: Sequence[str]) -> ca.Function:
+def _start(automaton: Automaton, scene: Scene, directions: Sequence[str], pairs) -> ca.Function:
     """Return how the start depends on the directions."""
     p = ca.SX.sym("p", len(automaton.parameters))
     symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
@@ -141,9 +171,15 @@ def _start(automaton: Automaton, scene: Scene, directions: Sequence[str]) -> ca.
         if name in automaton.states:
             columns.append(ca.SX([float(s.name == name) for s in scene.system.states]))
         else:
-            columns.append(ca.vertcat(*(show(_slope(e, of[name], fixed)) for e in scene.initial.values())))
+            columns.append(ca.vertcat(*(show(_slope(e, [of[name]], fixed)) for e in scene.initial.values())))
+    for names in ([directions[k] for k in pair] for pair in pairs):
+        if any(name in automaton.states for name in names):
+            columns.append(ca.SX.zeros(len(automaton.states)))
+        else:
+            twice = [of[name] for name in names]
+            columns.append(ca.vertcat(*(show(_slope(e, twice, fixed)) for e in scene.initial.values())))
     return ca.Function("start", [p], [ca.densify(ca.vertcat(*columns))])
 
 
-def _slope(e, symbol: sp.Symbol, fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
-    return sp.sympify(e).diff(symbol).xreplace({s: sp.Float(v) for s, v in fixed.items()})
+def _slope(e, symbols: Sequence[sp.Symbol], fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
+    return sp.sympify(e).diff(*symbols).xreplace({s: sp.Float(v) for s, v in fixed.items()})

@@ -115,6 +115,7 @@ def prepare(
     tolerance: float = 1e-9,
     route: str | Settings | None = None,
     sensitivities: Sequence[Key] = (),
+    order: int = 1,
 ) -> Program:
     """Compile a scene once, to run it many times.
 
@@ -128,6 +129,8 @@ def prepare(
         the cheapest one that takes the scene unless given.
     sensitivities : sequence of symbol or name
         Parameters to differentiate by, and states whose starting values are meant; only the route 'taylor' does that.
+    order : {1, 2}
+        Of the derivatives; second ones exist for motions without events.
 
     Returns
     -------
@@ -147,7 +150,7 @@ def prepare(
     if names := redundant(scene):
         warn_of_redundance(names)
     if sensitivities:
-        return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities))
+        return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities), order)
     settings = Exact() if route is None else _settings(route)
     if isinstance(settings, Exact):
         try:
@@ -163,11 +166,13 @@ def prepare(
     return IntegratorsProgram(scene, tolerance, settings)
 
 
-def _with_derivatives(scene: Scene, tolerance: float, route: str | Settings | None, names: tuple[str, ...]) -> Program:
+def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
     settings = Taylor() if route is None else _settings(route)
     if not isinstance(settings, Taylor):
         raise NoRoute("only the route 'taylor' computes derivatives; leave route=None")
-    return SensitiveProgram(scene, tolerance, settings, names)
+    if order not in (1, 2):
+        raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
+    return SensitiveProgram(scene, tolerance, settings, names, order=order)
 
 
 def _settings(route: str | Settings) -> Settings:
@@ -184,6 +189,7 @@ def simulate(
     route: str | Settings | None = None,
     sensitivities: Sequence[Key] = (),
     progress: Callable[[float], None] | None = None,
+    order: int = 1,
 ) -> Run:
     """Compute the motion of a scene: `prepare` and one run.
 
@@ -195,10 +201,12 @@ def simulate(
         Parameters to differentiate by, and states whose starting values are meant: ``run.sensitivities``.
     progress : callable, optional
         Called now and then with the fraction of the horizon that is done.
+    order : {1, 2}
+        Of the derivatives: ``run.second_sensitivities`` too.
 
     Returns
     -------
     Run
         Look at ``run.status``, or call ``run.checked()``.
     """
-    return prepare(scene, tolerance, route, sensitivities).run(progress=progress)
+    return prepare(scene, tolerance, route, sensitivities, order).run(progress=progress)

@@ -81,10 +81,16 @@ class Derivatives(NamedTuple):
     final : dict of str to ndarray, shape (n_x,)
     outputs : dict of str to dict of str to float
         Of every scalar output, by its name.
+    second : dict of (str, str) to ndarray, shape (n_x,)
+        Second derivatives of the final state, if they were wanted.
+    second_outputs : dict of str to dict of (str, str) to float
+        Of integrals and of values at a time.
     """
 
     final: dict[str, np.ndarray]
     outputs: dict[str, dict[str, float]]
+    second: dict[tuple[str, str], np.ndarray]
+    second_outputs: dict[str, dict[tuple[str, str], float]]
 
 
 class Raw(NamedTuple):
@@ -260,6 +266,16 @@ class Run:
         rows = self._derivatives().outputs
         columns = {name: {o: row[name] for o, row in rows.items()} for name in self.sensitivities}
         return {**columns, **rows}
+
+    @property
+    def second_sensitivities(self) -> dict[tuple[str, str], np.ndarray]:
+        """Second derivatives of the final state, shape (n_x,), by pairs of names; NaN if an event occurred."""
+        return self._derivatives().second
+
+    @property
+    def second_output_sensitivities(self) -> dict[str, dict[tuple[str, str], float]]:
+        """Second derivatives of integrals and of values at a time, by output and by pairs of names."""
+        return self._derivatives().second_outputs
 
     def _derivatives(self) -> Derivatives:
         if self.raw.derivatives is None:

@@ -155,6 +155,42 @@ def test_a_start_that_sticks_forgets_its_slip():
     assert np.allclose(run.sensitivities["v_b"], [1.0, 1.0])
 
 
+def test_second_derivatives_of_a_smooth_stretch():
+    """Of a pendulum on a moving belt that never sticks, against differences of first derivatives."""
+    v_b, k = sp.symbols("v_b k", positive=True)
+    system = sf.System([X], [U], [[1]], [-k * sp.sin(X) - sp.Rational(1, 10) * U])
+    contact = sf.Contact("belt", slip=U - v_b, normal=1, law=sf.laws.stribeck(0.4, 0.25, 0.3))
+    outputs = {"work": sf.Integral(X * U**2), "then": sf.At(X, 3.0), "top": sf.Max(X)}
+    scene = sf.Scene(system, [contact], {v_b: 2.0, k: 1.3}, {X: 0.1 * k, U: 0.2}, 6.0, outputs)
+    names = ["v_b", "k", "u"]
+    run = sf.simulate(scene, 1e-13, sensitivities=names, order=2).checked()
+    assert run.stats["events"] == 0
+    first = sf.prepare(scene, 1e-13, sensitivities=names)
+    start = {"v_b": 2.0, "k": 1.3, "u": 0.2}
+    for j, name in enumerate(names):
+        step, ends = 1e-5, []
+        for way in (1, -1):
+            value = start[name] + way * step
+            ends.append(first.run(initial={name: value}) if name == "u" else first.run(values={name: value}))
+        for other in names[: j + 1]:
+            pair = (other, name)
+            slope = (ends[0].sensitivities[other] - ends[1].sensitivities[other]) / (2 * step)
+            assert np.allclose(run.second_sensitivities[pair], slope, rtol=1e-7, atol=1e-8)
+            for output in ("work", "then"):
+                slopes = [e.output_sensitivities[output][other] for e in ends]
+                exact = run.second_output_sensitivities[output][pair]
+                assert exact == pytest.approx((slopes[0] - slopes[1]) / (2 * step), rel=1e-6, abs=1e-8)
+    assert "top" not in run.second_output_sensitivities
+
+
+def test_an_event_leaves_no_second_derivative():
+    run = sf.simulate(CASES["belt"][0], sensitivities=["v_b"], order=2).checked()
+    assert np.all(np.isfinite(run.sensitivities["v_b"]))
+    assert np.all(np.isnan(run.second_sensitivities["v_b", "v_b"]))
+    with pytest.raises(sf.SceneError, match="order 1 or 2"):
+        sf.simulate(CASES["belt"][0], sensitivities=["v_b"], order=3)
+
+
 def test_errors_at_the_door():
     scene = CASES["belt"][0]
     with pytest.raises(sf.SceneError, match="did you mean v_b"):

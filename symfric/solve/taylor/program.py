@@ -163,7 +163,7 @@ def series_loop(
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     smooth = all(v.entire for v in variants)
     limits = min(budgets[0], room), budgets[1], 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
-    derivatives = (len(variations.directions), variations.followed) if variations else (0, 0)
+    derivatives = (variations.columns, variations.followed) if variations else (0, 0)
     work.limits[:] = (*limits, sticker, linear, *derivatives)
     return code, Loop(launch, work, wanted, scene.horizon)
 

@@ -18,7 +18,7 @@ from symfric.solve.status import Status
 from symfric.solve.taylor.jit import MachineCode
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
-from symfric.solve.taylor.workspace import DOUBTS
+from symfric.solve.taylor.workspace import DOUBTS, EVENTS, KINKS
 from symfric.solve.widened import widened
 
 LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
@@ -37,6 +37,8 @@ class SensitiveProgram:
         From `directions_of`.
     general : frozenset of str
         Parameters that will change although they could be built in.
+    order : int
+        1, or 2 for second derivatives of motions without events.
     """
 
     route = "taylor"
@@ -48,15 +50,16 @@ class SensitiveProgram:
         settings: Taylor,
         directions: Sequence[str],
         general: frozenset[str] = frozenset(),
+        order: int = 1,
     ):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
-        self.directions = tuple(directions)
+        self.directions, self.order = tuple(directions), order
         self._states = tuple(s.name for s in scene.system.states)
         self.varied = general | {name for name in self.directions if name not in self._states}
         self._wanted = wanted_of(scene)
         automaton = lower(scene, [r.expr for r in self._wanted.rows], self.varied)
-        variations = varied(automaton, scene, self.directions, len(self._wanted.rows))
-        self._start = variations.start
+        variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
+        self._start, self._pairs = variations.start, variations.pairs
         self._code, self._loop = sensitive_loop(scene, variations, self._wanted, self.tolerance, settings)
         self.general: SensitiveProgram | None = None
         self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
@@ -66,11 +69,11 @@ class SensitiveProgram:
 
     def __reduce__(self):
         """Pickle as what it was prepared from."""
-        return SensitiveProgram, (self.scene, self.tolerance, self.settings, self.directions, self.varied)
+        return SensitiveProgram, (self.scene, self.tolerance, self.settings, self.directions, self.varied, self.order)
 
     def remade(self, names: frozenset[str]) -> "SensitiveProgram":
         """Return the program in which the parameters `names` may be anything."""
-        return SensitiveProgram(self.scene, self.tolerance, self.settings, self.directions, names)
+        return SensitiveProgram(self.scene, self.tolerance, self.settings, self.directions, names, self.order)
 
     def run(
         self,
@@ -96,20 +99,21 @@ class SensitiveProgram:
 
     def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
         """Return the derivatives of the start; a number that replaces a formula depends on nothing."""
-        n_x = len(self._states)
-        first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(self.directions), n_x)
+        columns = [*self.directions, *self._pairs]
+        first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(columns), len(self._states))
         for name in map(name_of, initial):
-            for k, direction in enumerate(self.directions):
+            for k, direction in enumerate(columns):
                 first[k, self._states.index(name)] = float(direction == name)
         return first.ravel()
 
     def _derivatives(self, status: Status) -> Derivatives:
         """Read the derivatives of the last run; NaN where there are none."""
-        w, n_s, n_x = self._loop.work, len(self.directions), len(self._states)
+        w, n_s, n_x, n_e = self._loop.work, len(self.directions), len(self._states), len(self._wanted.rows)
         factor = math.nan if status == Status.NO_DERIVATIVE else 1.0
-        final = factor * w.y[n_x : n_x * (1 + n_s)].reshape(n_s, n_x)
-        n_e = len(self._wanted.rows)
-        tables = factor * w.total[n_e:].reshape(n_e, n_s, 4)
+        columns = factor * w.y[n_x:-1].reshape(-1, n_x)
+        final = columns[:n_s]
+        everything = factor * w.total[n_e:].reshape(n_e, len(columns), 4)
+        tables = everything[:, :n_s]
         outputs = {
             name: dict(zip(self.directions, self._of(name, row, tables[row]).tolist(), strict=True))
             for name, row in self._wanted.row.items()
@@ -117,7 +121,15 @@ class SensitiveProgram:
         for name in (n for n, o in self.scene.outputs.items() if isinstance(o, StopTime)):
             known = factor if w.clock[2] >= 0 else math.nan
             outputs[name] = dict(zip(self.directions, (known * w.rest[:n_s]).tolist(), strict=True))
-        return Derivatives(dict(zip(self.directions, final, strict=True)), outputs)
+        smooth = 1.0 if not (w.counts[EVENTS] or w.counts[KINKS]) else math.nan
+        pairs = [tuple(self.directions[k] for k in pair) for pair in self._pairs]
+        second = dict(zip(pairs, smooth * columns[n_s:], strict=True))
+        second_outputs = {
+            name: dict(zip(pairs, (smooth * everything[row, n_s:, 2]).tolist(), strict=True))
+            for name, row in self._wanted.row.items()
+            if pairs and self._wanted.rows[row].kind != RANGE
+        }
+        return Derivatives(dict(zip(self.directions, final, strict=True)), outputs, second, second_outputs)
 
     def _of(self, name: str, k: int, table: np.ndarray) -> np.ndarray:
         """Return the derivatives of a scalar output from those of its row, shape (n_s,)."""
@@ -164,7 +176,7 @@ def sensitive_loop(
     rows = list(wanted.rows)
     for e, row in enumerate(wanted.rows[: variations.followed]):
         follows = Row(FOLLOW, row.expr, float(e)) if row.kind in (RANGE, TURN) else row
-        rows += [follows] * len(variations.directions)
+        rows += [follows] * variations.columns
     wide = Wanted(tuple(rows), wanted.row, wanted.path, wanted.events)
     automaton, budgets, fine = variations.automaton, (settings.max_steps, settings.max_events), MARGIN * tolerance
     try:
