@@ -12,7 +12,8 @@ from symfric.scenefile import read_scene_text
 from tests.browser import chromium, complaints, missing_pictures, overflow, show
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FEWER = {"belt": ("number = 45", "number = 5"), "two_masses": ("number = 23", "number = 3")}
+SOON = "number = 3\nsettle = 100\nwindow = 50"
+FEWER = {"belt": ("number = 45", SOON), "two_masses": ("number = 23", SOON)}
 PAGES = (*FEWER, "index")
 
 
