@@ -23,6 +23,10 @@ def results():
         "energy": sf.theory.transient.energy_balance(stopped),
         "decisions": sf.theory.transient.decisions(stopped),
         "motion": sf.motions.sine_burst(1.0, 2.0),
+        "run": stopped,
+        "explanation": sf.explain(belt),
+        "orbit": sf.limit_cycle(belt),
+        "branch": sf.continue_cycle(belt, "v_b", (0.19, 0.21)),
     }
 
 

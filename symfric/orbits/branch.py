@@ -7,6 +7,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, finite
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow import flow_of
@@ -98,6 +99,9 @@ class Branch:
         }
         coordinates = {"state": list(self.orbits[0].names), self.parameter: ("point", self.values)}
         return xr.Dataset(data, coords=coordinates)
+
+    def _repr_html_(self) -> str:
+        return html_table("Branch", self.to_dict())
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{s.kind} at {s.value:.9g}" for s in self.special) or "no special points"

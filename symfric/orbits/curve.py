@@ -7,6 +7,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.lower.lift import FAR
 from symfric.model.names import Key, finite
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.orbits.arclength import cosine, step_along, tangent, units
 from symfric.orbits.branch import Special
@@ -89,6 +90,9 @@ class Curve:
         from symfric.orbits.drawing import plot_curve
 
         return plot_curve(self, ax)
+
+    def _repr_html_(self) -> str:
+        return html_table("Curve", self.to_dict())
 
     def __repr__(self) -> str:
         low, high = np.min(self.values, axis=1), np.max(self.values, axis=1)

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
+from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow import Flow, Passage, flow_of
@@ -100,6 +101,9 @@ class Orbit:
         from symfric.orbits.drawing import plot_orbit
 
         return plot_orbit(self, ax)
+
+    def _repr_html_(self) -> str:
+        return html_table("Orbit", self.to_dict())
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 from symfric.errors import NoRoute, SceneError
 from symfric.model.names import Key, nearest
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.solve.exact.form import form_of
 from symfric.solve.exact.program import Exact, ExactProgram
@@ -49,6 +50,9 @@ class Explanation:
             "skipped": list(self.skipped),
             "facts": asdict(self.facts),
         }
+
+    def _repr_html_(self) -> str:
+        return html_table("Explanation", self.to_dict())
 
     def __repr__(self) -> str:
         return f"Explanation(route {self.route}, {len(self.skipped)} things skipped)"

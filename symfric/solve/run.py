@@ -8,6 +8,7 @@ import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.names import nearest
+from symfric.model.notebook import html_table
 from symfric.model.outputs import At, End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.status import ADVICE, Status
@@ -313,6 +314,9 @@ class Run:
         from symfric.solve.drawing import plot_run
 
         return plot_run(self, ax)
+
+    def _repr_html_(self) -> str:
+        return html_table("Run", self.to_dict())
 
     def __repr__(self) -> str:
         events = int(self.stats.get("events", 0))
