@@ -278,11 +278,14 @@ def _missing(damper: Damper, grid: list[np.ndarray]) -> str:
 
 def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
     decay, values = damper(p), damper.values(p)
-    active, after = [], _beyond(damper, p)
+    active = []
     if decay.turns == 0 and decay.time == 0:
         active.append("the rod sticks where it starts")
     if abs(decay.margin[-1] + damper.margin) < JUST:
-        active.append(f"turning point {decay.turns} just sticks; a hair beyond, the decay takes {after:.9g}")
+        words = f"within the stick limit by the margin of {damper.margin:g}"
+        if damper.margin == SAFE:
+            words = f"just sticks; a hair beyond, the decay takes {_beyond(damper, p):.9g}"
+        active.append(f"turning point {decay.turns} {words}")
     if np.isfinite(damper.residual) and abs(abs(decay.x) - damper.residual) <= 1e-8 * damper.residual:
         active.append("residual at its limit")
     for name, place in zip(damper.names, p, strict=True):

@@ -1,0 +1,248 @@
+"""Optimal control with dry friction whose order of events is not known beforehand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from symfric.design.compared import Compared, Comparison
+from symfric.design.transcription import Program, dynamics
+from symfric.errors import NotFound, SceneError
+from symfric.model.names import TIME, Key, finite, name_of
+from symfric.model.outputs import End, Integral
+from symfric.model.scene import Scene
+from symfric.solve.choose import simulate
+
+RELAX = 10.0 ** -np.arange(0.0, 9.0)  # of the complementarity, one program after the other
+ROUGH, FINE = 1e-9, 1e-12  # of the programs with relaxed and with fixed modes
+EMPTY = 1e-7  # of the time: elements shorter than that are left out
+BUMPS = (1.0, 0.2)  # of the guessed velocity: where the homotopies start
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Profile:
+    """An optimal control.
+
+    Attributes
+    ----------
+    time, objective : float
+    t : ndarray, shape (n + 1,)
+        Where the elements begin and end.
+    controls : dict of str to ndarray, shape (n, degree + 1)
+        Of each control, at the start of each element, and at its end if it is linear in between.
+    x : ndarray, shape (n_x, n + 1)
+        States at `t`.
+    mode : ndarray of int, shape (n_contacts, n)
+        Of each contact in each element.
+    scene : Scene
+        The one given.
+    check : Comparison
+        What the event-driven model does with these controls.
+    status : str
+        "optimal": a local optimum of the order of events that the homotopy found.
+    """
+
+    time: float
+    objective: float
+    t: np.ndarray
+    controls: dict[str, np.ndarray]
+    x: np.ndarray
+    mode: np.ndarray
+    scene: Scene
+    check: Comparison
+    status: str
+
+    def __repr__(self) -> str:
+        return (
+            f"Profile({self.status}, time {self.time:.8g}, objective {self.objective:.8g}, {self.t.size - 1} elements)"
+        )
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        return {
+            "time": self.time,
+            "objective": self.objective,
+            "t": self.t.tolist(),
+            "controls": {k: v.tolist() for k, v in self.controls.items()},
+            "x": self.x.tolist(),
+            "mode": self.mode.tolist(),
+            "status": self.status,
+            "check": self.check.to_dict(),
+        }
+
+    def plot(self, ax=None):
+        """Draw the controls against time; return the Axes."""
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.subplots()[1]
+        for name, values in self.controls.items():
+            t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
+            ax.plot(t, np.column_stack([values[:, 0], values[:, -1]]).ravel(), label=name)
+        ax.set_xlabel("time")
+        ax.legend()
+        return ax
+
+
+def collocation(
+    scene: Scene,
+    controls: Mapping[Key, tuple[float, float]],
+    end: Mapping[Key, float],
+    *,
+    time: tuple[float, float],
+    minimise: sp.Expr | str = "time",
+    elements: int = 6,
+    degree: int = 0,
+) -> Profile:
+    """Find the controls that bring a scene with dry friction to a state soonest, or at the least cost.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, with smooth forces; each contact with one smooth law that begins at its static friction. Starts at
+        its initial state; its horizon and outputs are not used.
+    controls : mapping of parameter to (float, float)
+        Parameters of the scene that become functions of time, with their bounds.
+    end : mapping of state to float
+        What must be reached.
+    time : (float, float)
+        Bounds of the duration; equal ones fix it.
+    minimise : "time" or Expr
+        The duration, or the integral of an expression of states, controls and parameters.
+    elements : int
+        Largest number of pieces of the controls, at least as many as there are changes of mode and of control.
+    degree : {0, 1}
+        Controls are constant in a piece, or linear.
+
+    Raises
+    ------
+    SceneError
+        If the scene or an argument is wrong.
+    NotFound
+        If no motion reaches the end within the bounds; says by how much the best one misses it.
+
+    Notes
+    -----
+    See `symfric.design.transcription`. The order of stick and slip is found by a homotopy of relaxed complementarity;
+    the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The optimum is local.
+    Each piece is run once more by the event-driven solver.
+    """
+    symbols = [scene.parameter(k) for k in controls]
+    names = [s.name for s in scene.system.states]
+    ask = _asked(controls, end, time, elements, degree, names)
+    cost = None if isinstance(minimise, str) and minimise == "time" else sp.sympify(minimise)
+    model = dynamics(scene, symbols, cost)
+    found = [f for bump in BUMPS if (f := _homotopy(model, elements, ask, bump)) is not None]
+    if not found:
+        raise NotFound(_missing(model, elements, ask, names))
+    program, z = min(found, key=lambda f: f[0].objective(f[1]))
+    return _profile(scene, symbols, cost, program, z, ask[2])
+
+
+def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
+    """Return degree, bounds of the controls, values at the end and bounds of the duration, checked."""
+    bounds = np.array([[finite(e, f"a bound of {name_of(k)}") for e in pair] for k, pair in controls.items()])
+    if not bounds.size or np.any(bounds[:, 0] > bounds[:, 1]):
+        raise SceneError("controls holds the parameters to choose, each with (smallest, largest)")
+    unknown = next((name_of(k) for k in end if name_of(k) not in names), None)
+    if unknown or not end:
+        raise SceneError(f"end names {unknown or 'nothing'}; it gives values of the states {', '.join(names)}")
+    low, high = (finite(e, "a bound of time") for e in time)
+    if not 0 <= low <= high or high <= 0:
+        raise SceneError(f"time is ({low:g}, {high:g}); give the shortest and the longest duration")
+    if degree not in (0, 1) or elements < 1:
+        raise SceneError(f"degree is {degree} and elements {elements}; give 0 or 1, and at least 1")
+    target = {names.index(name_of(k)): finite(v, f"the end of {name_of(k)}") for k, v in end.items()}
+    return degree, bounds, target, (low, high)
+
+
+def _guess(program: Program, target: dict, duration: float, bump: float) -> np.ndarray:
+    """Return elements of equal length, states on a straight line, and velocities in between that fit it."""
+    model, n, n_q = program.model, program.elements, program.model.n_q
+    z = np.zeros(program.count)
+    goal = model.start.copy()
+    for k, value in target.items():
+        goal[k] = value
+    for s in program.places["h"]:
+        z[s] = duration / n
+    points = program.places["x"]
+    for j, s in enumerate(points):
+        share = (j + 1) / len(points)
+        x = model.start + share * (goal - model.start)
+        x[n_q : 2 * n_q] += bump * 6 * share * (1 - share) * (goal - model.start)[:n_q] / duration
+        z[s] = x
+        slip = np.array(model.slip(x, np.zeros(model.n_w))).ravel()
+        z[program.places["p"][j + 1]], z[program.places["n"][j + 1]] = np.maximum(slip, 0), np.maximum(-slip, 0)
+        z[program.places["a"][j]] = 0.5
+    return z
+
+
+def _homotopy(model, elements: int, ask, bump: float):
+    """Return the program with fixed modes and its solution, None if a step of the way fails."""
+    degree, bounds, target, time = ask
+    program = Program(model, elements, degree, bounds, target, time)
+    z = _guess(program, target, 0.5 * sum(time) if time[0] > 0 else 0.3 * time[1], bump)
+    solver, content = program.solver(ROUGH), False
+    for relax in RELAX:
+        z, content = program.solve(solver, z, float(relax))
+    if not content:
+        return None
+    return _fixed(model, program, z, ask)
+
+
+def _fixed(model, program: Program, z: np.ndarray, ask):
+    """Solve again without the empty elements, in the modes that the homotopy has found."""
+    degree, bounds, target, time = ask
+    h, modes = program.values(z, "h").ravel(), program.modes_of(z)
+    keep = np.flatnonzero(h > EMPTY * np.sum(h))
+    fixed = Program(model, keep.size, degree, bounds, target, time, modes[keep])
+    start = fixed.restart(program, z, keep)
+    z, content = fixed.solve(fixed.solver(FINE), start, 0.0)
+    return (fixed, z) if content else None
+
+
+def _missing(model, elements: int, ask, names: list[str]) -> str:
+    """Say how near the end one can come: the sum of the misses is minimised instead."""
+    degree, bounds, target, time = ask
+    program = Program(model, elements, degree, bounds, {}, time)
+    last = program.nlp["x"][program.places["x"][-1]]
+    program.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())
+    z = _guess(program, target, sum(time) / 2, BUMPS[0])
+    solver = program.solver(ROUGH)
+    for relax in RELAX:
+        z, _ = program.solve(solver, z, float(relax))
+    reached = z[program.places["x"][-1]]
+    words = ", ".join(f"{names[k]} = {reached[k]:.6g} instead of {v:.6g}" for k, v in target.items())
+    return f"no motion found that reaches the end within the bounds; one comes as near as {words}"
+
+
+def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, target: dict) -> Profile:
+    n, size = program.elements, program.degree + 1
+    h = program.values(z, "h").ravel()
+    knots = program.values(z, "w").reshape(n, size, -1)
+    ends = program.values(z, "x").reshape(n, len(program.tau), -1)[:, -1]
+    x = np.vstack([program.model.start, ends]).T
+    controls = {s.name: knots[:, :, k] for k, s in enumerate(symbols)}
+    check = _replayed(scene, symbols, cost, h, knots, program.objective(z), target)
+    t = np.concatenate([[0.0], np.cumsum(h)])
+    mode = program.modes.T.copy()
+    return Profile(float(t[-1]), program.objective(z), t, controls, x, mode, scene, check, "optimal")
+
+
+def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict) -> Comparison:
+    """Run every piece by the event-driven solver, each from where the one before ended."""
+    states, names = scene.system.states, [s.name for s in scene.system.states]
+    numbers = scene.where(dict.fromkeys(symbols, 0.0)).numbers()
+    start, spent = {s: numbers[s] for s in states}, 0.0
+    values = {s: v for s, v in scene.values.items() if s not in symbols}
+    for length, piece in zip(h.tolist(), knots, strict=True):
+        moving = {s: float(w[0]) + float(w[-1] - w[0]) / length * TIME for s, w in zip(symbols, piece.T, strict=True)}
+        system = replace(scene.system, force=[e.subs(moving) for e in scene.system.force])
+        outputs = {"end": End()} | ({} if cost is None else {"cost": Integral(cost.subs(moving))})
+        run = simulate(Scene(system, scene.contacts, values, start, length, outputs), 1e-13).checked()
+        start = dict(zip(states, run.final.tolist(), strict=True))
+        spent += length if cost is None else run["cost"]
+    final = list(start.values())
+    rows = [Compared(f"{names[k]} at the end", value, final[k], 1e-7) for k, value in target.items()]
+    return Comparison((*rows, Compared("objective", objective, float(spent), 1e-7)))
