@@ -17,7 +17,7 @@ def rod(**changes):
     return sf.scenes.contact_damper(**{"f_n": 3.5, "mu_m": 0.1, **changes})
 
 
-@pytest.mark.parametrize(("low", "turns"), [(2.0, 1), (3.0, 2), (4.0, 3)])
+@pytest.mark.parametrize(("low", "turns"), [(2.0, 1), (4.0, 3)])
 def test_constant_friction_has_a_closed_form(low, turns):
     # N half cycles of pi/omega end within delta = mu g/omega^2 if x0 <= (2 N + 1) delta: the stiffest such spring
     found = contact_damper(rod(v_c=1e9), {"f_n": (low, 12.0)})
@@ -44,7 +44,6 @@ def test_rod_that_never_moves():
     ("bounds", "options"),
     [
         ({"mu_m": (0.02, 0.08)}, {}),
-        ({"mu_m": (0.05, 0.2), "f_n": (4.0, 10.0)}, {}),
         ({"mu_m": (0.05, 0.2), "f_n": (5.0, 10.0), "zeta": (0.0, 0.05)}, {"residual": 2e-4}),
         ({"f_n": (5.0, 9.0), "zeta": (0.0, 0.1)}, {"margin": 0.2}),
     ],
@@ -56,7 +55,7 @@ def test_no_point_of_a_random_search_is_shorter(bounds, options):
     scene = rod().starting({"x": X0, "u": 0.0}).until(4.0).wanting({"t": sf.StopTime(), "end": sf.End()})
     program = sf.prepare(scene.where({"zeta": 0.01}), 1e-9)
     shortest = np.inf
-    for _ in range(1500):
+    for _ in range(600):
         values = {"zeta": 0.0} | {k: draw.uniform(*b) for k, b in bounds.items()}
         run = program.run(values=values)
         limit = values.get("mu_m", 0.1) * G / (2 * pi * values.get("f_n", 3.5)) ** 2

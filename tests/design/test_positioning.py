@@ -55,9 +55,9 @@ def test_a_damper_on_the_support_does_not_push():
 def test_no_point_of_a_grid_is_better(damper, numbers, speeds):
     found = positioning(slide(damper, **numbers), "sigma", (0, 1.2), speeds)
     best = np.inf
-    V = np.linspace(*speeds, 25)
+    V = np.linspace(*speeds, 15)
     mu1, mu2, epsilon = numbers["mu1"], numbers["mu2"], numbers["epsilon"]
-    for sigma in np.linspace(0, 1.2, 61):
+    for sigma in np.linspace(0, 1.2, 41):
         if any(drive.threshold(mu1 + sigma, mu2 + sigma, 1 / v - 1) < epsilon for v in V):
             continue
         share = sigma if damper == "ground" else 0.0

@@ -7,7 +7,7 @@ from scipy.optimize import brentq, minimize, minimize_scalar
 import symfric as sf
 from symfric.theory import absorber
 
-MASSES = [0.01, 0.1, 0.5, 2.0, 6.0]
+MASSES = [0.02, 0.5, 6.0]
 
 
 def hamiltonian_crosses(matrix, level):
@@ -46,7 +46,7 @@ def test_least_peak(mu):
     assert found.fun >= best.value * (1 - 1e-12)
     assert absorber.peaks(mu, *best[:2])[0][1] == pytest.approx(best.value, rel=1e-11)
     draw = np.random.default_rng(1)
-    places = zip(best.tuning * draw.uniform(0.2, 3, 400), draw.uniform(0.001, 2, 400), strict=True)
+    places = zip(best.tuning * draw.uniform(0.2, 3, 200), draw.uniform(0.001, 2, 200), strict=True)
     assert min(absorber.peaks(mu, f, z)[0][1] for f, z in places) > best.value
 
 
@@ -74,7 +74,7 @@ def test_least_variance(mu):
     system = control.ss(matrix, [[0], [0], [1], [0]], [[1, 0, 0, 0]], 0)
     assert control.norm(system, 2) ** 2 == pytest.approx(best.value, rel=1e-8)
     draw = np.random.default_rng(2)
-    places = zip(best.tuning * draw.uniform(0.2, 3, 400), draw.uniform(0.001, 2, 400), strict=True)
+    places = zip(best.tuning * draw.uniform(0.2, 3, 200), draw.uniform(0.001, 2, 200), strict=True)
     assert min(absorber.variance(mu, f, z) for f, z in places) > best.value
 
 
@@ -97,7 +97,7 @@ def leftmost(mu):
     rules = [{"type": "eq", "fun": conditions}, {"type": "ineq", "fun": left}]
     draw = np.random.default_rng(3)
     found = []
-    for _ in range(12):
+    for _ in range(8):
         start = [*draw.uniform(0.05, 1.5, 4), 0.05]
         run = minimize(
             lambda z: -z[4], start, constraints=rules, method="SLSQP", options={"ftol": 1e-15, "maxiter": 400}
@@ -114,7 +114,7 @@ def test_fastest_decay(mu):
     # eigenvalues that coincide are known to half the digits, three of them to a third
     assert absorber.decay_rate(mu, *best[:2]) == pytest.approx(best.value, rel=1e-4)
     draw = np.random.default_rng(4)
-    places = zip(best.tuning * draw.uniform(0.2, 3, 2000), draw.uniform(0.001, 3, 2000), strict=True)
+    places = zip(best.tuning * draw.uniform(0.2, 3, 800), draw.uniform(0.001, 3, 800), strict=True)
     assert max(absorber.decay_rate(mu, f, z) for f, z in places) < best.value
 
 
@@ -148,11 +148,11 @@ def test_widest_stability(mu):
     assert -run.fun / 2 == pytest.approx(best.value, rel=1e-8)
     # a little below it an absorber near this one is stable, and at it none is
     draw = np.random.default_rng(5)
-    near = zip(best.tuning * draw.uniform(0.97, 1.03, 4000), best.damping * draw.uniform(0.9, 1.1, 4000), strict=True)
+    near = zip(best.tuning * draw.uniform(0.97, 1.03, 1000), best.damping * draw.uniform(0.9, 1.1, 1000), strict=True)
     near = list(near)
     assert max(absorber.decay_rate(mu, f, z, -0.98 * best.value) for f, z in near) > 0
     assert max(absorber.decay_rate(mu, f, z, -best.value) for f, z in near) < 0
-    places = zip(best.tuning * draw.uniform(0.1, 3, 1500), draw.uniform(0.001, 3, 1500), strict=True)
+    places = zip(best.tuning * draw.uniform(0.1, 3, 600), draw.uniform(0.001, 3, 600), strict=True)
     assert max(absorber.decay_rate(mu, f, z, -best.value) for f, z in places) < 0
 
 
