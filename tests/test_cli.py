@@ -288,7 +288,11 @@ def test_interrupt_ends_with_130(tmp_path):
     text = EXAMPLES[0].read_text().replace("number = 45", "number = 10000\nsettle = 1e6")
     (tmp_path / "long.toml").write_text(text)
     process = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, "study", "long.toml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", PROGRAM, "study", "long.toml"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
     )
     try:
         while "%" not in (line := process.stderr.readline()) and line:  # the first line of progress: the work has begun
