@@ -2,15 +2,19 @@
 
 The event loops are compiled before the workers start: once, side by side, and not in every worker. Linear algebra gets
 one thread: on a machine with as many workers as processors more of them wait for each other, for a hundred times as long
-as a small matrix takes.
+as a small matrix takes. Interrupts reach the commands under test even where the run itself was told to ignore them.
 """
 
 import os
+import signal
 import subprocess
 import sys
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background jobs, whose children ignore it too
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 BELT = "sf.simulate(sf.scenes.mass_on_belt(v_b=0.2))"
 OTHERS = (

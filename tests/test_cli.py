@@ -292,7 +292,6 @@ def test_interrupt_ends_with_130(tmp_path):
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
     )
     try:
         while "%" not in (line := process.stderr.readline()) and line:  # the first line of progress: the work has begun
