@@ -9,6 +9,7 @@ import numpy as np
 from symfric.design.averaged import average_belt
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
 from symfric.design.check import Check, prepare_map, probe
+from symfric.design.finite import corrected
 from symfric.design.result import Curve, Design
 from symfric.design.search import Optimum, Problem, search
 from symfric.design.worst import SHARES, Range
@@ -54,7 +55,8 @@ def quench(
     Design
         With values "a" and "Omega". Where several reach the optimum, the one of least force: the lowest frequency.
         Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
-        does not.
+        does not. `corrected` holds the amplitude at which the forced motion of the full model is as stable as asked for
+        at the belt speeds that decide; None where it sticks or touches zero slip.
 
     Raises
     ------
@@ -182,7 +184,20 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
     scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
     status = "infimum" if limit else "optimal"
     curve = _along(problem, found.q, tuple(marks))
-    return Design(values, found.objective, tuple(active), scene, check, status, curve)
+    better = _corrected(belt, problem, (a, Omega), marks)
+    return Design(values, found.objective, tuple(active), scene, check, status, curve, better)
+
+
+def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
+    """Return the excitation with the largest of the amplitudes that the full model asks for at the active speeds."""
+    a, Omega = excitation
+    averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
+    for v in (v for v in marks if v > 0):
+        friction = float((averaged.inside if v < q else averaged.outside)(v, q)[2])
+        found.append(corrected(belt, excitation, v, belt.normal * friction / belt.stiffness, problem.margin))
+    if not found or None in found:
+        return None
+    return {AMPLITUDE: max(found), FREQUENCY: Omega}
 
 
 def _on_bounds(*variables) -> list[str]:

@@ -51,6 +51,8 @@ class Design:
         "optimal", or "infimum": the conditions hold for parameters as near to `values` as one likes, not at them.
     curve : Curve
         What `plot` draws.
+    corrected : dict of str to float, or None
+        The optimum on the full model, where `values` are that of an averaged one.
     """
 
     values: dict[str, float]
@@ -60,6 +62,7 @@ class Design:
     check: object
     status: str
     curve: Curve = field(repr=False)
+    corrected: dict[str, float] | None = None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{k}={v:.6g}" for k, v in self.values.items())
@@ -75,6 +78,7 @@ class Design:
             "objective": self.objective,
             "active": list(self.active),
             "status": self.status,
+            "corrected": dict(self.corrected) if self.corrected else None,
             "check": self.check.to_dict(),
         }
 

@@ -182,6 +182,8 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
         step = np.linalg.solve(A, rest)
     except np.linalg.LinAlgError:
         step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    if not np.all(np.isfinite(step)):
+        raise NotFound(_STUCK)
     for halving in range(_HALVINGS + 1):
         share = 0.5**halving
         try:

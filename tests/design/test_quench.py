@@ -275,6 +275,16 @@ def test_result_reads_and_draws():
     mpl.pyplot.close(ax.figure)
 
 
+@pytest.mark.parametrize(("Omega", "v_b"), [(20.0, 0.41754591255332), (30.0, 0.38645224271385)])
+def test_the_full_model_corrects_the_optimum(Omega, v_b):
+    """The audit's bounds of figure 9 hold for a = .01: asked for these speeds, the full model must answer .01."""
+    found = quench(scene(), speeds=(v_b, v_b), Omega=(Omega, Omega), a=(0.0, 0.03))
+    assert found.corrected["a"] == pytest.approx(0.01, rel=1e-9)
+    assert found.values["a"] != pytest.approx(0.01, rel=1e-5)
+    assert found.values["a"] == pytest.approx(0.01, rel=1e-2)
+    assert found.to_dict()["corrected"] == found.corrected
+
+
 def test_the_unset_belt_speed_becomes_the_worst():
     found = quench(scene().where({"v_b": None}), speeds=(0, 1), **BOUNDS)
     assert found.scene.values[found.scene.parameter("v_b")] == pytest.approx(intensity(found))
