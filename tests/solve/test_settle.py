@@ -66,8 +66,8 @@ def carried(horizon=12.0):
 
 
 SCENES = {
-    "chain of ten": chain(10, [1 + 0.07 * i for i in range(10)]),
-    "chain of ten, equal": chain(10, [1] * 10),
+    "chain of six": chain(6, [1 + 0.07 * i for i in range(6)]),
+    "chain of six, equal": chain(6, [1] * 6),
     "stack of three": stack(),
     "stack of three, coulomb": stack(sf.laws.coulomb(0.3), drive=2.5),
     "two belts": two_belts(),
