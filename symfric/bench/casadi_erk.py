@@ -28,14 +28,17 @@ def prepare_interpreted(problem: Problem, tolerance: float) -> Callable[[], Answ
 
 def prepare_compiled(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Generate C for the whole integration, compile it, and return a function that runs it."""
-    function = _with_events(problem.oscillator, tolerance)
+    return _through_buffer(compiled(_with_events(problem.oscillator, tolerance)), problem.oscillator)
+
+
+def compiled(function: ca.Function) -> ca.Function:
+    """Return the function as a C compiler makes it."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         function.generate("stick_slip.c")
         library = Path(folder) / "stick_slip.so"
         command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", "stick_slip.c", "-o", str(library), "-lm"]
         subprocess.run(command, check=True, capture_output=True)
-        compiled = ca.external(function.name(), str(library))
-    return _through_buffer(compiled, problem.oscillator)
+        return ca.external(function.name(), str(library))
 
 
 def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:

@@ -89,6 +89,75 @@ def _set_valued(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
     return run
 
 
+def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Compile once with the belt speed as a parameter; return a function that finds the half range at each speed."""
+    import heyoka as hy
+
+    o, (begin, end) = problem.oscillator, problem.window
+    range_ = [0.0, 0.0]
+    watching = [False]
+
+    def seen(x):
+        range_[:] = min(x, range_[0]), max(x, range_[1])
+
+    def turn(ta, time, _):
+        if watching[0]:
+            ta.update_d_output(time)
+            seen(ta.d_output[0])
+
+    def arrive(ta, _):
+        v_b = pars[1]
+        force = -2 * o.beta * v_b - state[0]
+        state[1] = v_b
+        if abs(force) <= o.mu_s:
+            return False
+        pars[0] = 1.0 if force > 0 else -1.0
+        return True
+
+    x, u = hy.make_vars("x", "u")
+    w = u - hy.par[1]
+    force = -x - 2 * o.beta * u - hy.par[0] * o.mu_s - o.c1 * w - o.c3 * (w * w) * w
+    ta = hy.taylor_adaptive(
+        [(x, u), (u, force)],
+        [0.0, 0.0],
+        pars=[-1.0, 0.0],
+        tol=tolerance,
+        t_events=[hy.t_event(w, callback=arrive, cooldown=_COOLDOWN)],
+        nt_events=[hy.nt_event(u, turn)],
+        fast_math=True,
+    )
+    state, pars, limit = ta.state, ta.pars, hy.taylor_outcome.time_limit
+
+    def go(until: float, released: float) -> float:
+        """Go on to a time, from `released` if the mass sticks until then; return when it will be released, or 0."""
+        v_b = pars[1]
+        while True:
+            if released:
+                if released >= until:
+                    state[0] += v_b * (until - ta.time)
+                    ta.time = until
+                    return released
+                ta.time, state[0], state[1], pars[0] = released, o.mu_s - 2 * o.beta * v_b, v_b, -1.0
+            if ta.propagate_until(until)[0] == limit:
+                return 0.0
+            released = ta.time + (o.mu_s - 2 * o.beta * v_b - state[0]) / v_b
+
+    def run() -> Answer:
+        found = []
+        for v_b in problem.speeds:
+            ta.reset_cooldowns()
+            ta.time, state[0], state[1], pars[0], pars[1] = 0.0, o.x0, 0.0, -1.0, v_b
+            watching[0] = False
+            released = go(begin, 0.0)
+            range_[:], watching[0] = (state[0], state[0]), True
+            go(end, released)
+            seen(state[0])
+            found.append((range_[1] - range_[0]) / 2)
+        return Answer(tuple(found), 0)
+
+    return run
+
+
 def _continuous(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
     """Loop for the regularised law: its kinks at w = +-v_s are events, par 0 the sign of slip or 0 on the line."""
     import heyoka as hy

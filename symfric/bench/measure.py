@@ -16,7 +16,7 @@ from symfric.bench.result import Answer, Benchmark, Curve, Point
 from symfric.errors import SceneError
 
 _SAMPLE = 0.02  # s of CPU time that one sample should last, so that the clock's resolution does not matter
-_SLOW = 0.5  # s; a run that takes longer is measured in few rounds
+_SLOW, _SLOWEST = 0.5, 5.0  # s; runs that take longer are measured in three rounds, and in one
 
 
 @dataclass
@@ -83,7 +83,7 @@ def measure(
 def machine() -> dict[str, str]:
     """Return what the figures depend on: processor, Python, versions."""
     found = {"processor": _processor(), "python": platform.python_version()}
-    for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka"):
+    for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka", "scikit-sundae", "diffrax"):
         try:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
@@ -128,7 +128,8 @@ def _prepare(problem, peer, tolerance, rounds, start, prepared) -> _Entry:
     start = time.process_time()
     run()
     once = max(time.process_time() - start, 1e-7)
-    return _Entry(peer, tolerance, run, answer, max(1, int(_SAMPLE / once)), min(rounds, 3) if once > _SLOW else rounds)
+    most = 1 if once > _SLOWEST else 3 if once > _SLOW else rounds
+    return _Entry(peer, tolerance, run, answer, max(1, int(_SAMPLE / once)), min(rounds, most))
 
 
 def _first_line(error: Exception) -> str:
@@ -145,7 +146,7 @@ def _sample(entry: _Entry) -> float:
         start = time.process_time_ns()
         for _ in range(entry.repeats):
             run()
-        return (time.process_time_ns() - start) / (1e9 * entry.repeats)
+        return (time.process_time_ns() - start) / (1e9 * entry.repeats) * entry.answer.every
     finally:
         if enabled:
             gc.enable()
@@ -169,5 +170,5 @@ def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float,
 def achieved_error(answer: Answer, problem: Problem) -> float:
     """Return the largest difference from the reference, taken in more digits than the reference has."""
     with mp.workdps(40):
-        pairs = zip(answer.values, problem.reference, strict=True)
+        pairs = zip(answer.values, problem.reference[:: answer.every], strict=True)
         return max(float(abs(mp.mpf(float(value)) - mp.mpf(true))) for value, true in pairs)

@@ -1,7 +1,11 @@
 """The benchmark's problems: what is solved, the answer, and where the answer comes from."""
 
 from dataclasses import dataclass
+from importlib.resources import files
 
+import numpy as np
+
+from symfric.bench import larger
 from symfric.model import laws, library
 from symfric.model.outputs import End
 from symfric.model.scene import Scene
@@ -66,23 +70,30 @@ class Problem:
     name, title : str
     scene : Scene
         For the package's own routes.
-    oscillator : Oscillator
-        The same for the peers.
     reference : tuple of str
-        Final x and x', as many digits as were verified.
+        Final state, or the half range of x at each speed, as many digits as were verified.
     events : int or None
         Changes between stick, forward and backward slip; None where the law is continuous.
     source : str
         How the reference was found.
+    oscillator : Oscillator, optional
+        The same for the peers' loops that were written by hand; they take other scenes as `symfric.bench.form` writes
+        them out.
+    speeds : tuple of float
+        Belt speeds of a sweep; none otherwise.
+    window : (float, float)
+        Times between which a sweep's half ranges are taken.
     """
 
     name: str
     title: str
     scene: Scene
-    oscillator: Oscillator
     reference: tuple[str, ...]
     events: int | None
     source: str
+    oscillator: Oscillator | None = None
+    speeds: tuple[float, ...] = ()
+    window: tuple[float, float] = (0.0, 0.0)
 
 
 _SERIES = "symfric.bench.reference: Taylor series in 40-digit arithmetic, events by Newton's method on the series"
@@ -118,12 +129,66 @@ def _belt(name, title, reference, events, *, horizon=100.0, a=0.0, Omega=0.0, v_
     )
 
 
+def _sweep() -> Problem:
+    belt = _belt("P2", "", (), None)
+    lines = files("symfric.bench").joinpath("half_ranges.txt").read_text(encoding="utf-8").split()
+    return Problem(
+        name="P5",
+        title="half range over 1000 belt speeds",
+        scene=belt.scene,
+        reference=tuple(lines),
+        events=None,
+        source="heyoka's loop in 80-bit arithmetic with tolerance 1e-18; 1.3e-15 from this package at 1e-14",
+        oscillator=belt.oscillator,
+        speeds=tuple(np.linspace(0.02, 0.45, 1000).tolist()),
+        window=(150.0, 200.0),
+    )
+
+
+_CHAIN = (
+    "0.1510402503952090495988",
+    "0.2068097064217626417606",
+    "0.3193467196180088065259",
+    "0.4071351886583382242407",
+    "0.47899367188351769527",
+    "0.5467763334538130103093",
+    "0.6560330615843211797943",
+    "0.7730559800792881968899",
+    "0.8980436013442953222424",
+    "0.9938014457817561359281",
+    "-0.06167558857281547522118",
+    "0.03057649554640057945582",
+    "0.07347380348627039752127",
+    "0.01204201903299841853792",
+    "-0.02841920987232150415201",
+    "-0.09685819505254834085249",
+    "-0.03024490434079498887287",
+    "-0.1581048931791144217411",
+    "-0.0695919786384636849462",
+    "-0.4186003624648928955319",
+)
+_BRISTLES = ("0.4890983498542057403111", "0.1603759919846569179061", "-0.0003794248093012747671449")
+_ISOLATOR = ("-0.007226565694618718250006", "0")
+_SLIDES = (
+    "-2.206217499431361550322",
+    "13.53834768329674498117",
+    "-0.305559204200032386513",
+    "-1.388534067051788996194",
+)
+
+
+def _larger(name, title, scene, reference, events) -> Problem:
+    source = "symfric.bench.extrapolation: extrapolated midpoint rule in 28-digit arithmetic"
+    return Problem(name, title, scene, reference, events, source)
+
+
 def problems() -> dict[str, Problem]:
     """Return the problems by name.
 
     Notes
     -----
-    P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it.
+    P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
+    is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric.bench.larger`.
     """
     every = [
         _settling(),
@@ -144,5 +209,10 @@ def problems() -> dict[str, Problem]:
             None,
             v_s=1e-4,
         ),
+        _sweep(),
+        _larger("P6", "ten masses with ten contacts", larger.chain(), _CHAIN, 56),
+        _larger("P7", "rolling isolator under an earthquake", larger.isolator(), _ISOLATOR, 141),
+        _larger("P8", "two slides in friction", larger.slides(), _SLIDES, 11),
+        _larger("P9", "mass on a belt with bristles (LuGre)", larger.bristles(), _BRISTLES, None),
     ]
     return {p.name: p for p in every}

@@ -6,10 +6,11 @@ from dataclasses import asdict, dataclass
 
 @dataclass(frozen=True)
 class Answer:
-    """Final displacement and velocity of one run, and the events it found."""
+    """What one run ends with, the events it found, and which part of the problem it was."""
 
     values: tuple[float, ...]
     events: int
+    every: int = 1  # of a sweep, each how many-th speed was run
 
 
 @dataclass(frozen=True)
