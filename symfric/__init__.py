@@ -1,123 +1,62 @@
-"""Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design."""
+"""Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design.
 
-from symfric import design, theory
-from symfric.ensemble import motions
-from symfric.ensemble.attractors import Attractor
-from symfric.ensemble.basins import Basins, basins
-from symfric.ensemble.diagram import BifurcationDiagram, bifurcation_diagram
-from symfric.ensemble.sweep import sweep
-from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.model import laws, mechanics
-from symfric.model import library as scenes
-from symfric.model.laws import Law
-from symfric.model.library.isolator import patched_floor
-from symfric.model.names import SPEED, TIME
-from symfric.model.outputs import (
-    At,
-    End,
-    Events,
-    HalfRange,
-    Integral,
-    Max,
-    Min,
-    StopTime,
-    Trajectory,
-    friction_force,
-    slip,
-)
-from symfric.model.scene import Scene
-from symfric.model.system import Contact, Signal, System
-from symfric.orbits.branch import Branch, Special, continue_cycle
-from symfric.orbits.curve import Curve, continue_special
-from symfric.orbits.cycle import Orbit, limit_cycle
-from symfric.orbits.lyapunov import Lyapunov, lyapunov
-from symfric.orbits.section import PoincareSection, poincare
-from symfric.solve.choose import Explanation, explain, prepare, simulate
-from symfric.solve.exact.program import Exact
-from symfric.solve.function import as_function
-from symfric.solve.one_mode import Integrators
-from symfric.solve.run import Event, Run
-from symfric.solve.status import Status
-from symfric.solve.taylor.program import Taylor
-from symfric.theory import (
-    Equilibrium,
-    HopfPoint,
-    SlowFlow,
-    Stability,
-    average,
-    equilibrium,
-    hopf,
-    separate,
-    stability,
-)
+What stands here is loaded when it is asked for, so that a simulation does not wait for the design and the orbits.
+``__init__.pyi`` says the same to type checkers.
+"""
+
+from importlib import import_module
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "SPEED",
-    "TIME",
-    "At",
-    "Attractor",
-    "Basins",
-    "BifurcationDiagram",
-    "Branch",
-    "Contact",
-    "Curve",
-    "End",
-    "Equilibrium",
-    "Event",
-    "Events",
-    "Exact",
-    "Explanation",
-    "HalfRange",
-    "HopfPoint",
-    "Integral",
-    "Integrators",
-    "Law",
-    "Lyapunov",
-    "Max",
-    "Min",
-    "NoRoute",
-    "NotFound",
-    "Orbit",
-    "PoincareSection",
-    "Run",
-    "RunFailed",
-    "Scene",
-    "SceneError",
-    "Signal",
-    "SlowFlow",
-    "Special",
-    "Stability",
-    "Status",
-    "StopTime",
-    "System",
-    "Taylor",
-    "Trajectory",
-    "as_function",
-    "average",
-    "basins",
-    "bifurcation_diagram",
-    "continue_cycle",
-    "continue_special",
-    "design",
-    "equilibrium",
-    "explain",
-    "friction_force",
-    "hopf",
-    "laws",
-    "limit_cycle",
-    "lyapunov",
-    "mechanics",
-    "motions",
-    "patched_floor",
-    "poincare",
-    "prepare",
-    "scenes",
-    "separate",
-    "simulate",
-    "slip",
-    "stability",
-    "sweep",
-    "theory",
-]
+_MODULES = {
+    "design": "symfric.design",
+    "laws": "symfric.model.laws",
+    "mechanics": "symfric.model.mechanics",
+    "motions": "symfric.ensemble.motions",
+    "scenes": "symfric.model.library",
+    "theory": "symfric.theory",
+}
+_NAMES = {
+    "symfric.ensemble.attractors": "Attractor",
+    "symfric.ensemble.basins": "Basins basins",
+    "symfric.ensemble.diagram": "BifurcationDiagram bifurcation_diagram",
+    "symfric.ensemble.sweep": "sweep",
+    "symfric.errors": "NoRoute NotFound RunFailed SceneError",
+    "symfric.model.laws": "Law",
+    "symfric.model.library.isolator": "patched_floor",
+    "symfric.model.names": "SPEED TIME",
+    "symfric.model.outputs": "At End Events HalfRange Integral Max Min StopTime Trajectory friction_force slip",
+    "symfric.model.scene": "Scene",
+    "symfric.model.system": "Contact Signal System",
+    "symfric.orbits.branch": "Branch Special continue_cycle",
+    "symfric.orbits.curve": "Curve continue_special",
+    "symfric.orbits.cycle": "Orbit limit_cycle",
+    "symfric.orbits.lyapunov": "Lyapunov lyapunov",
+    "symfric.orbits.section": "PoincareSection poincare",
+    "symfric.solve.choose": "Explanation explain prepare simulate",
+    "symfric.solve.exact.program": "Exact",
+    "symfric.solve.function": "as_function",
+    "symfric.solve.one_mode": "Integrators",
+    "symfric.solve.run": "Event Run",
+    "symfric.solve.status": "Status",
+    "symfric.solve.taylor.program": "Taylor",
+    "symfric.theory": "Equilibrium HopfPoint SlowFlow Stability average equilibrium hopf separate stability",
+}
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__ = sorted([*_MODULES, *_HOME])
+
+
+def __getattr__(name: str):
+    if name in _MODULES:
+        value = import_module(_MODULES[name])
+    elif name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

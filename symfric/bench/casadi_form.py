@@ -14,9 +14,7 @@ from symfric.bench.form import Form, Loop, form_of
 from symfric.bench.problems import Problem
 from symfric.bench.result import Answer
 
-WORKAROUNDS = (
-    "a sampled input is a control on the grid of its samples",
-)
+WORKAROUNDS = ("a sampled input is a control on the grid of its samples",)
 
 
 def prepare_interpreted(problem: Problem, tolerance: float) -> Callable[[], Answer]:

@@ -91,9 +91,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
                     if released >= until:
                         return [y[0] + v_b * (until - t), v_b], released, seen
                     t, y = released, [release, v_b]
-                part = solve_ivp(
-                    slips, (t, until), y, method="DOP853", rtol=tolerance, atol=tolerance, events=guards
-                )
+                part = solve_ivp(slips, (t, until), y, method="DOP853", rtol=tolerance, atol=tolerance, events=guards)
                 seen += [x for x, _ in part.y_events[1]]
                 t, y = float(part.t[-1]), part.y[:, -1].tolist()
                 if part.status == 0:

@@ -28,15 +28,17 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def name_of(key: Key) -> str:
     """Return the name a symbol or string stands for."""
-    if isinstance(key, sp.Symbol):
-        return key.name
     if isinstance(key, str):
         return key
+    if isinstance(key, sp.Symbol):
+        return key.name
     raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
 
 
 def finite(value, what: str) -> float:
     """Return `value` as a finite float, or say what is wrong with it."""
+    if type(value) is float and math.isfinite(value):
+        return value
     if isinstance(value, bool | str):
         raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
     if isinstance(value, sp.Expr):

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy import optimize
 
 _BERNSTEIN = np.array([[math.comb(i, k) / math.comb(5, k) for k in range(6)] for i in range(6)])
 
@@ -103,6 +102,8 @@ def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] 
 
 def _fall(c: np.ndarray, below: float, beginning: bool) -> float | None:
     """Return the last root on [0, 1] before a polynomial falls below ``-below``, or None if it does not."""
+    from scipy import optimize  # slow to load, and only one route needs it
+
     polynomial = np.polynomial.Polynomial(c)
     turns = polynomial.deriv().roots()
     turns = np.sort(turns.real[(np.abs(turns.imag) < 1e-9) & (turns.real > 0) & (turns.real < 1)])

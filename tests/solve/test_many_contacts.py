@@ -92,3 +92,15 @@ def test_redundant_contacts_are_named_once(caplog):
     assert len(said) == 1
     assert "the motion is unique" in said[0]
     assert sf.explain(scene).facts.redundant == ("twin of front",)
+
+
+@pytest.mark.parametrize("order", [8, 9])
+def test_bodies_that_move_late_do_not_hold_up_the_first_steps(order):
+    q, u = sp.symbols("q:7", real=True), sp.symbols("u:7", real=True)
+    force = [(q[i - 1] if i else 0) - 2 * q[i] + (q[i + 1] if i < 6 else 0) for i in range(7)]
+    system = sf.System(q=q, u=u, mass=sp.eye(7), force=force)
+    contact = sf.Contact("first", slip=u[0] - sp.Rational(1, 5), normal=1, law=LAW)
+    scene = sf.Scene(system, [contact], initial=dict.fromkeys([*q, *u], 0.0), horizon=10.0)
+    run = sf.simulate(scene, 1e-6, route=sf.Taylor(order=order)).checked()
+    assert run.final == pytest.approx(sf.simulate(scene, route="exact").checked().final, abs=1e-6)
+    assert run.stats["steps"] < 200

@@ -16,7 +16,7 @@ def step_size(w, n_x):
     tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
     if before == 0.0:
         return _first_step(w)
-    worst, worst_below = 0.0, 0.0
+    worst, worst_below, late = 0.0, 0.0, False
     for r in range(w.c.shape[0]):
         a, b = abs(w.c[r, order]), abs(w.c[r, order - 1])
         if not (a < np.inf and b < np.inf):
@@ -28,11 +28,14 @@ def step_size(w, n_x):
             # near a singularity of a law its guard must be right relative to what is left of it
             scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, EPS * scale / tolerance)
         if scale == 0.0:
+            if _comes_late(w, r):
+                late = True
+                continue
             scale = _largest_term(w, r, before)
         worst = max(worst, a / scale)
         worst_below = max(worst_below, b / scale)
     if worst == 0.0 and worst_below == 0.0:
-        return np.inf
+        return before if late else np.inf
     if worst_below == 0.0:
         return (tolerance / worst) ** (1.0 / order)
     h = (tolerance / worst_below) ** (1.0 / (order - 1))
@@ -51,12 +54,25 @@ def _largest_term(w, r, h):
 
 
 @njit(**INNER, fastmath=FUSED)
+def _comes_late(w, r):
+    """Whether a row begins with a high power of time: a body that the motion reaches through many others.
+
+    What it is on this step is nothing beside what it will be, and its series says nothing about the step.
+    """
+    for k in range((w.c.shape[1] - 1) // 2 + 1):
+        if w.c[r, k] != 0.0:
+            return False
+    return True
+
+
+@njit(**INNER, fastmath=FUSED)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1
     tolerance = w.clock[TOLERANCE]
-    h = np.inf
+    h, late = np.inf, np.inf
     for r in range(w.c.shape[0]):
+        own = np.inf
         for last in range(order - 1, order + 1):
             a = abs(w.c[r, last])
             if not a < np.inf:
@@ -68,6 +84,10 @@ def _first_step(w):
                 if w.c[r, k] != 0.0:
                     reach = max(reach, (tolerance * abs(w.c[r, k]) / a) ** (1.0 / (last - k)))
             if reach == 0.0:
-                reach = (tolerance * max(abs(w.c[r, 0]), 1e-300) / a) ** (1.0 / last)
-            h = min(h, reach)
-    return h
+                reach = (tolerance * (abs(w.c[r, 0]) or 1.0) / a) ** (1.0 / last)
+            own = min(own, reach)
+        if _comes_late(w, r):
+            late = min(late, own)
+        else:
+            h = min(h, own)
+    return h if h < np.inf else late
