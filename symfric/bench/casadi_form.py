@@ -38,14 +38,13 @@ def _integrator(form: Form, tolerance: float) -> ca.Function:
     printed = lambda e: _as_casadi(form, e)(*arguments)  # noqa: E731
     rates, guards = printed(form.rates), printed(form.guards)
     after = x
-    n, signs = len(form.states), len(form.signs)
     for k in range(len(guards)):
         after = ca.if_else(index == k, _after(form, x, k, printed), after)
     empty = [ca.SX.sym(name, size) for name, size in (("z", 0), ("p", 0))]
     transition = ca.Function(
         "transition", [index, t, x, *empty, line], [after, ca.SX(0, 1)], ca.event_in(), ca.event_out()
     )
-    ode = ca.vertcat(*rates, ca.SX.zeros(signs + len(form.moving) + 1))
+    ode = ca.vertcat(*rates, ca.SX.zeros(len(form.signs) + len(form.moving) + 1))
     dae = {"x": x, "t": t, "u": line, "ode": ode, "zero": ca.vertcat(*guards)}
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
     options["transition"] = transition

@@ -82,7 +82,7 @@ def form_of(scene: Scene) -> Form:
     line = sp.symbols("line0 line1", real=True)
     if len(scene.inputs) > 1:
         raise NotImplementedError("several inputs")
-    known |= {s: line[0] + line[1] * TIME for s in scene.inputs}
+    known |= dict.fromkeys(scene.inputs, line[0] + line[1] * TIME)
     read = lambda e: sp.sympify(e).subs(known)  # noqa: E731
     states, mass = system.states, sp.Matrix(system.mass).subs(known)
     slips = [read(c.slip) for c in scene.contacts]
@@ -185,7 +185,7 @@ class Loop:
         return mode
 
     def after(self, t, y, mode, line, k):
-        """Return state and mode after the guard k has fallen, and whether the contact changed its direction or stuck."""
+        """Return state and mode after guard k has fallen, and whether the contact turned, stuck or was released."""
         contacts = len(self._form.moving)
         if k >= contacts:
             return y, _signed(mode, k, -mode[k]), False

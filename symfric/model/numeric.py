@@ -8,6 +8,8 @@ import sympy as sp
 
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
 LARGEST = 1 << 20  # numbers held at once in nested quadrature
+_IN_NUMPY = (sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs)
+_IN_NUMPY += (sp.Max, sp.Min, sp.Piecewise, sp.sign)
 
 
 @lru_cache(maxsize=16)
@@ -48,7 +50,10 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], node
     for e in entries:
         _collect(e, integrals)
     outer = [e.xreplace(integrals) for e in entries]
-    plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=[_EDGES, "numpy", "scipy"], cse=True)
+    modules = [_EDGES, "numpy"]
+    if any(not isinstance(f, _IN_NUMPY) for e in outer for f in e.atoms(sp.Function)):
+        modules.append("scipy")  # slow to load
+    plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=modules, cse=True)
     sums = [_quadrature(symbols, integral, nodes) for integral in integrals]
     depth = max((_depth(e) for e in entries), default=0)
 

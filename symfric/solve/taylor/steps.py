@@ -59,10 +59,7 @@ def _comes_late(w, r):
 
     What it is on this step is nothing beside what it will be, and its series says nothing about the step.
     """
-    for k in range((w.c.shape[1] - 1) // 2 + 1):
-        if w.c[r, k] != 0.0:
-            return False
-    return True
+    return not np.any(w.c[r, : (w.c.shape[1] - 1) // 2 + 1])
 
 
 @njit(**INNER, fastmath=FUSED)
