@@ -1,9 +1,12 @@
 """The work-precision picture and the table of a benchmark."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from symfric.bench.growth import Growth
+from symfric.bench.needs import Need
 from symfric.bench.result import Benchmark
 
 _MARKERS = "osD^vPX*<>"
@@ -69,3 +72,28 @@ def _row(curve) -> tuple[str, ...]:
 
 def _milliseconds(seconds: float) -> str:
     return "not reached" if math.isnan(seconds) else f"{1e3 * seconds:.3g}"
+
+
+def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
+    """Return a rich Table of what is wanted, its time in `unit` (s times `scale`) and its memory."""
+    from rich.table import Table
+
+    result = Table("wanted", title=title)
+    for name in (unit, "kB"):
+        result.add_column(name, justify="right")
+    for need in needs:
+        result.add_row(need.wanted, f"{scale * need.seconds:.3g}", f"{need.kilobytes:.4g}")
+    return result
+
+
+def growth_table(growths: Sequence[Growth]):
+    """Return a rich Table of times over sizes, with the slope of their logarithms."""
+    from rich.table import Table
+
+    result = Table(title="Growth of cost")
+    for name in ("of", "sizes", "s for one", "times", "exponent"):
+        result.add_column(name, justify="left" if name in ("of", "s for one") else "right")
+    for g in growths:
+        sizes, times = (", ".join(f"{v:.3g}" for v in row) for row in (g.sizes, g.seconds))
+        result.add_row(g.name, sizes, g.unit, times, f"{g.exponent:.2f}")
+    return result

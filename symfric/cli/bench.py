@@ -1,6 +1,7 @@
 """The command ``symfric bench``."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -14,10 +15,19 @@ from symfric.model.names import nearest
 @click.command()
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
+@click.option("--growth", "with_growth", is_flag=True, help="How cost grows, and what is not wanted, instead.")
 @click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Samples of each solver.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
 @common_options
-def bench(with_peers: bool, names: tuple[str, ...], rounds: int, out: Path | None, as_json: bool, quiet: bool):
+def bench(
+    with_peers: bool,
+    names: tuple[str, ...],
+    with_growth: bool,
+    rounds: int,
+    out: Path | None,
+    as_json: bool,
+    quiet: bool,
+):
     """Run time against error on problems with known answers.
 
     \b
@@ -35,6 +45,9 @@ def bench(with_peers: bool, names: tuple[str, ...], rounds: int, out: Path | Non
     folder = None if out is None else writable_folder(out)
     errors = Console(stderr=True)
     tell = (lambda _: None) if quiet else (lambda line: errors.print(line, style="dim"))
+    if with_growth:
+        _growth(folder, as_json, tell)
+        return
     benchmark = measure(names, with_peers=with_peers, rounds=rounds, progress=tell)
     if folder is not None:
         _write(benchmark, folder)
@@ -49,6 +62,32 @@ def bench(with_peers: bool, names: tuple[str, ...], rounds: int, out: Path | Non
     if not quiet:
         for name, lines in benchmark.workarounds.items():
             click.echo(f"{name}: " + "; ".join(lines))
+
+
+def _growth(folder: Path | None, as_json: bool, tell) -> None:
+    from rich.console import Console
+
+    from symfric.bench import growth, needs
+    from symfric.bench.picture import growth_table, needs_table
+
+    tell("what is wanted")
+    wanted = needs.needs()
+    tell("new processes")
+    processes = needs.starts()
+    grown = growth.growth(tell)
+    plain = {
+        "growth": [g.to_dict() for g in grown],
+        "wanted": [asdict(n) for n in wanted],
+        "processes": [asdict(n) for n in processes],
+    }
+    if folder is not None:
+        (folder / "growth.json").write_text(json.dumps(plain, indent=2), encoding="utf-8")
+    if as_json:
+        print_json(plain)
+        return
+    Console().print(needs_table("One motion, P2, with more and more wanted", wanted, "ms", 1e3))
+    Console().print(needs_table("A new process, caches warm", processes, "s", 1.0))
+    Console().print(growth_table(grown))
 
 
 def _write(benchmark, folder: Path) -> None:
