@@ -31,9 +31,9 @@ class Averaged:
 
     Attributes
     ----------
-    inside, outside : Function ``(v, q) -> (damping, power, friction)``
-        Damping ``c + N mubar'``, mean power of the fast motion, and mubar, for v <= q and for v >= q; at v = q the
-        damping inside is infinite.
+    inside, outside : Function ``(v, q) -> (damping, power, friction, share)``
+        Damping ``c + N mubar'``, mean power of the fast motion, mubar, and its share ``mubar(v)/mu(v)`` of the friction
+        without excitation, for v <= q and for v >= q; at v = q the damping inside is infinite.
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
     levels : tuple of float
@@ -59,10 +59,11 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
     rest, slope = (float(e) for e in pieces[0](0.0))
     steep = not np.isfinite(slope)
     v = ca.SX.sym("v")
-    unshaken = ca.Function("unshaken", [v], [belt.damping + belt.normal * _on_branch(pieces, breaks, v)])
+    unshaken = ca.Function("unshaken", [v], [belt.damping + belt.normal * _on_branch(pieces, breaks, v, 1)])
     grid = np.linspace(speeds[0], speeds[1], 65)[None, :]
     grid = grid[grid > 0][None, :]
     scale = abs(belt.damping) + float(np.max(np.abs(np.array(unshaken(grid)) - belt.damping), initial=0.0))
+    scale = scale or belt.normal * rest / q_max
     nodes = 24
     coarse = _functions(belt, pieces, breaks, rest, nodes)
     while nodes < 192:
@@ -81,10 +82,11 @@ def _compiled(expr: sp.Expr) -> ca.Function:
     return ca.Function("mu", [v], [mu, ca.jacobian(mu, v)])
 
 
-def _on_branch(pieces, breaks, v: ca.SX) -> ca.SX:
-    result = pieces[-1](v)[1]
+def _on_branch(pieces, breaks, v: ca.SX, order: int) -> ca.SX:
+    """Return the law (order 0) or its slope (1) at a speed."""
+    result = pieces[-1](v)[order]
     for piece, b in zip(reversed(pieces[:-1]), reversed(breaks), strict=True):
-        result = ca.if_else(v < b, piece(v)[1], result)
+        result = ca.if_else(v < b, piece(v)[order], result)
     return result
 
 
@@ -98,7 +100,9 @@ def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.
             slope += 2 * rest / (np.pi * ca.sqrt(gap))
         damping = belt.damping + belt.normal * slope
         power = 0.5 * belt.damping * q * q - belt.normal * q * weighted
-        found.append(ca.Function(name, [v, q], [damping, power, mean], ["v", "q"], ["damping", "power", "friction"]))
+        share = mean / _on_branch(pieces, breaks, v, 0)
+        names = ["damping", "power", "friction", "share"]
+        found.append(ca.Function(name, [v, q], [damping, power, mean, share], ["v", "q"], names))
     return found[0], found[1]
 
 

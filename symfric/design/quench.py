@@ -1,15 +1,16 @@
 """The smallest fast excitation that keeps a mass on a belt from vibrating by itself."""
 
 import itertools
-from dataclasses import dataclass
-from math import sqrt
+from collections.abc import Mapping
 
 import numpy as np
 
 from symfric.design.averaged import average_belt
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
+from symfric.design.beside import checked, decay_rate
 from symfric.design.check import Check, prepare_map, probe
 from symfric.design.finite import corrected
+from symfric.design.limits import missing, read_limits
 from symfric.design.result import Curve, Design
 from symfric.design.search import Optimum, Problem, search
 from symfric.design.worst import SHARES, Range
@@ -19,7 +20,6 @@ from symfric.model.scene import Scene
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
-BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
 FAST = 3.0  # natural frequencies: the separation of motions means nothing below
 NONE_NEEDED = "no excitation needed"
 
@@ -32,6 +32,7 @@ def quench(
     a: tuple[float, float],
     minimise: str = "intensity",
     margin: float = 0.0,
+    limits: Mapping[str, float] | None = None,
 ) -> Design:
     r"""Find the smallest excitation :math:`a\Omega^2\sin\Omega t` that keeps steady sliding stable.
 
@@ -49,6 +50,11 @@ def quench(
         ``a Omega``; the largest mean power over the belt speeds; ``a Omega^2``.
     margin : float
         Least damping ``c + N mubar'`` of the slow motion, >= 0, in the units of c; 0 is the limit of stability.
+    limits : mapping of str to float, optional
+        Any of "friction": least share, 0 to 1, of the friction without excitation that must be left as the mean at
+        every belt speed of the range (a brake must still brake); "acceleration": largest ``a Omega^2``, in the units
+        of a times those of Omega squared; "power": largest mean power at any belt speed of the range, in the units of
+        c times a squared times Omega squared, as `minimise` has it.
 
     Returns
     -------
@@ -63,8 +69,8 @@ def quench(
     SceneError
         If the scene is another one, or an argument is wrong.
     NotFound
-        If no excitation within the bounds does it; names the one that comes closest, its worst belt speed and the
-        damping that is missing.
+        If no excitation within the bounds and limits does it; names the one that comes closest, its worst belt speed
+        and the damping that is missing, or, if the limits are in the way, which of them and by how much.
 
     Notes
     -----
@@ -72,20 +78,22 @@ def quench(
     friction (41) and q = a Omega; (56)-(58) are its solutions for the cubic law. Averaging needs Omega far above the
     natural frequency: the lower bound of Omega is where the user says what far is, and the check what comes of it.
     The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
+    The mean friction is (41) too; on a belt at rest fast vibration leaves none of it, so that a limit on the friction
+    asks for a lowest belt speed above 0.
     The condition is local: large stick-slip cycles beside a stable sliding are not excluded.
     """
     belt = read_belt(scene)
-    problem = _problem(belt, speeds, Omega, a, minimise, margin)
+    problem = _problem(belt, speeds, Omega, a, minimise, margin, limits)
     still = _unshaken(problem.speeds)
     if problem.a[0] == 0 and still[0] >= problem.margin:
         return _idle(belt, problem, still)
     found = search(problem)
     if not isinstance(found, Optimum):
-        raise NotFound(_missing(problem, found, still))
+        raise NotFound(missing(problem, still))
     return _design(belt, problem, found)
 
 
-def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float) -> Problem:
+def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits) -> Problem:
     """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
@@ -105,8 +113,13 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float) -> Prob
             f"the lower bound of Omega is {Omega[0]:g}; fast vibration needs at least {FAST:g} times the natural "
             f"frequency {belt.frequency:.6g}, and the averaged model becomes exact far above it"
         )
+    limits = read_limits(limits)
+    if "friction" in limits:
+        least = min(np.linspace(low, high, 200)[low == 0 :], key=belt.law)
+        if not belt.law(least) > 0:
+            raise SceneError(f"without excitation there is no friction at v_b = {least:.6g}, so no share of it to keep")
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
-    return Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin)
+    return Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
 
 
 def _bounds(pair, name: str, what: str) -> tuple[float, float]:
@@ -134,22 +147,6 @@ def _unshaken(speeds: Range) -> tuple[float, float]:
     return float(y[k]), float(v[k])
 
 
-def _missing(problem: Problem, closest: tuple[float, str], still: tuple[float, float]) -> str:
-    q, regime = closest
-    point = problem.speeds.worst(regime, q)[0] if q > 0 else None
-    damping, v = (point.value, point.v) if point else still
-    if problem.a[0] == 0 and still[0] >= damping:
-        q, (damping, v) = 0.0, still
-    low, high = (e / problem.gain for e in problem.intensities)
-    short = problem.margin - damping
-    return (
-        f"no excitation with a*Omega from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
-        f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, a*Omega = "
-        f"{q / problem.gain:.6g}, leaves the damping at v_b = {v:.6g} short by "
-        + (f"{short:.6g}" if np.isfinite(short) else "any amount, because the friction falls there with infinite slope")
-    )
-
-
 def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     """Return the design without excitation."""
     speeds, Omega = problem.speeds, problem.Omega[0]
@@ -159,7 +156,7 @@ def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     rest = belt.normal * belt.law(at) / belt.stiffness
     damping = float(speeds.averaged.unshaken(at))
     program, duration = prepare_map(belt, (0.0, Omega), at)
-    seen = probe(belt, program, duration, (0.0, Omega), at, rest, _rate(belt, damping))
+    seen = probe(belt, program, duration, (0.0, Omega), at, rest, decay_rate(belt, damping))
     values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
     found = _placed(belt.scene, values, at)
     return Design(values, 0.0, (NONE_NEEDED,), found, Check(0.0, (seen,), ()), "optimal", curve)
@@ -177,9 +174,10 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
     marks = sorted(set(marks))
     active = [f"damping at v_b = {v:.6g}" for v in marks]
     if problem.minimise == "power" and speeds.low < speeds.high:
-        active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, power=True)[0].v:.6g}")
+        active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, 'power')[0].v:.6g}")
+    active += _on_limits(problem, found)
     active += _on_bounds((AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega))
-    check = _checked(belt, problem, found)
+    check = checked(belt, problem, found)
     values = {AMPLITUDE: a, FREQUENCY: Omega}
     scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
     status = "infimum" if limit else "optimal"
@@ -198,6 +196,18 @@ def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], ma
     if not found or None in found:
         return None
     return {AMPLITUDE: max(found), FREQUENCY: Omega}
+
+
+def _on_limits(problem: Problem, found: Optimum) -> list[str]:
+    """Return the limits that hold with equality."""
+    a, Omega = problem.excitation(found.q)
+    active = []
+    for c in problem.conditions[1:]:
+        worst = problem.speeds.worst(found.regime, found.q, c.kind)[0]
+        if c.slack(worst.value) <= ACTIVE:
+            active.append(f"limit on the {c.kind} at v_b = {worst.v:.6g}")
+    largest = problem.limits.get("acceleration", np.inf)
+    return [*active, "limit on the acceleration"] if a * Omega**2 >= largest * (1 - ACTIVE) else active
 
 
 def _on_bounds(*variables) -> list[str]:
@@ -223,67 +233,9 @@ def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
         part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))
         part = part[part < q] if inside else part
         v += [part, [np.nan]]
-        y += [problem.speeds.on(inside, part, np.full(part.shape, q))[0], [np.nan]]
+        y += [problem.speeds.on(inside, part, np.full(part.shape, q))["damping"], [np.nan]]
     return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
 
 
 def _curve(problem: Problem, v, y, marks) -> Curve:
     return Curve(v, y, problem.margin, "belt speed v_b", "damping of the slow motion", marks)
-
-
-@dataclass(frozen=True)
-class _Side:
-    """An excitation beside the optimum and its worst belt speed; damping and friction of the averaged model there."""
-
-    excitation: tuple[float, float]
-    v_b: float
-    damping: float
-    friction: float
-
-
-def _checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
-    """Ask the full model with a changed by a step: 1 % and what averaging misses, more if nothing shows yet below."""
-    a, Omega = problem.excitation(found.q)
-    step = 0.01 + 4 * (belt.frequency / Omega) ** 2
-    for _ in range(4):
-        below = _side(belt, problem, ((1 - step) * a, Omega))
-        if below.damping < 0 or problem.margin > 0 or step > 0.2:
-            break
-        step *= 2
-    above = _side(belt, problem, ((1 + step) * a, Omega))
-    program, duration = prepare_map(belt, (a, Omega), above.v_b)
-    probes = []
-    for side in (above, below):
-        rest = belt.normal * side.friction / belt.stiffness
-        rate = _rate(belt, side.damping)
-        probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
-    return Check(step, (probes[0],), (probes[1],))
-
-
-def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
-    """Return the worst belt speed under an excitation, a little beside the kinks, where the full model grazes.
-
-    At finite frequency the amplitude of the fast velocity is that of the linear oscillator, q/(1 - (omega/Omega)^2).
-    """
-    a, Omega = excitation
-    speeds = problem.speeds
-    q = belt.gain * a * Omega / abs(1 - (belt.frequency / Omega) ** 2)
-    regime = "outside" if q <= speeds.low else "mixed" if q <= speeds.high else "inside"
-    worst = speeds.worst(regime, q)[0].v
-    beside = [worst]
-    for kink in (abs(level + side * q) for level in speeds.averaged.levels for side in (-1, 1)):
-        if abs(worst - kink) < BESIDE * q:
-            beside = [min(max(kink + side * BESIDE * q, speeds.low), speeds.high) for side in (-1, 1)]
-    found = []
-    for v in beside:
-        damping, _, friction = (speeds.averaged.inside if v < q else speeds.averaged.outside)(v, q)
-        found.append((float(damping), float(v), float(friction)))
-    damping, v, friction = min(found)
-    return _Side(excitation, v, damping, friction)
-
-
-def _rate(belt: Belt, damping: float) -> float:
-    """Return the decay rate of ``m x'' + damping x' + k x = 0``."""
-    half = damping / (2 * belt.mass)
-    beyond = half**2 - belt.frequency**2
-    return half - sqrt(beyond) if beyond > 0 and half > 0 else half + sqrt(max(beyond, 0.0)) * (1 if half > 0 else -1)

@@ -1,17 +1,18 @@
-"""The least excitation under a condition at every belt speed of a range: a coarse scan, then IPOPT with exchange.
+"""The least excitation under conditions at every belt speed of a range: a coarse scan, then IPOPT with exchange.
 
-The condition is semi-infinite. IPOPT sees it at a few belt speeds; the worst speed of its answer joins them, until the
-answer violates it nowhere. The feasible intensities may fall into several intervals, so the scan starts one search in
-each and keeps the best.
+The conditions are semi-infinite. IPOPT sees them at a few belt speeds; the worst speed of its answer joins them, until
+the answer violates them nowhere. The feasible intensities may fall into several intervals, so the scan starts one
+search in each and keeps the best.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from math import sqrt
 
 import casadi as ca
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from symfric.design.worst import Point, Range
+from symfric.design.worst import ROWS, Point, Range
 
 EXCHANGES = 30
 IPOPT = {
@@ -30,9 +31,29 @@ IPOPT = {
 }
 
 
+@dataclass(frozen=True)
+class Condition:
+    """What must hold at every belt speed: a damping or a friction not below a level, a power not above it.
+
+    Attributes
+    ----------
+    kind : {"damping", "friction", "power"}
+    level, size : float
+        The size makes what is missing a number without unit.
+    """
+
+    kind: str
+    level: float
+    size: float
+
+    def slack(self, value):
+        """Return by how much a value, a float, an array or CasADi's, is on the right side, over the size."""
+        return (self.level - value if self.kind == "power" else value - self.level) / self.size
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is minimised, over which excitations, under which condition.
+    """What is minimised, over which excitations, under which conditions.
 
     Attributes
     ----------
@@ -43,6 +64,8 @@ class Problem:
     Omega, a : (float, float)
     margin : float
         Least damping.
+    limits : dict of str to float
+        Least share of the "friction", largest "acceleration" ``a Omega^2`` and "power"; those that are asked for.
     """
 
     speeds: Range
@@ -51,11 +74,22 @@ class Problem:
     Omega: tuple[float, float]
     a: tuple[float, float]
     margin: float
+    limits: dict[str, float] = field(default_factory=dict)
 
     @property
     def intensities(self) -> tuple[float, float]:
-        """Smallest and largest q within the bounds."""
-        return self.gain * self.a[0] * self.Omega[0], self.gain * self.a[1] * self.Omega[1]
+        """Smallest and largest q within the bounds and the limit on the acceleration; none if the first is larger."""
+        largest = self.a[1] * self.Omega[1]
+        if "acceleration" in self.limits:  # grows with q, at the lowest frequency that reaches it
+            highest = self.limits["acceleration"]
+            largest = min(largest, highest / self.Omega[0], sqrt(highest * self.a[1]))
+        return self.gain * self.a[0] * self.Omega[0], self.gain * largest
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """What must hold at every belt speed, the damping first."""
+        asked = [Condition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
+        return Condition("damping", self.margin, self.speeds.averaged.scale), *asked
 
     def excitation(self, q: float) -> tuple[float, float]:
         """Return the a and Omega of least force among those with the fast slip q: the lowest frequency."""
@@ -64,13 +98,13 @@ class Problem:
         return intensity / Omega, Omega
 
     def slack(self, regime: str, q: float) -> float:
-        """Return the least damping over the belt speeds beyond the margin."""
-        return self.speeds.worst(regime, q)[0].value - self.margin
+        """Return what the conditions leave over the belt speeds, the least of them."""
+        return min(c.slack(self.speeds.worst(regime, q, c.kind)[0].value) for c in self.conditions)
 
     def objective(self, regime: str, q: float) -> float:
         """Return what is minimised, at the best a and Omega of the fast slip q."""
         if self.minimise == "power":
-            return self.speeds.worst(regime, q, power=True)[0].value
+            return self.speeds.worst(regime, q, "power")[0].value
         a, Omega = self.excitation(q)
         return a * Omega if self.minimise == "intensity" else a * Omega**2
 
@@ -109,7 +143,7 @@ def search(problem: Problem) -> Optimum | tuple[float, str]:
     return closest if best is None else best
 
 
-def _grid(low: float, high: float) -> np.ndarray:
+def grid_of(low: float, high: float) -> np.ndarray:
     """Return intensities that resolve both ends, and decades where the bounds are wide."""
     near = low + (high - low) * np.concatenate([np.logspace(-7, -1, 25), 1 - np.logspace(-7, -1, 25)])
     decades = np.geomspace(max(low, 1e-4 * high), high, 60) if high > 0 else np.array([high])
@@ -120,11 +154,11 @@ def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
     """Scan every regime for feasible intervals; q = 0 is no excitation and has been tried before."""
     starts, closest, least = [], (0.0, "mixed"), -np.inf
     for regime, (low, high) in problem.speeds.regimes(*problem.intensities).items():
-        q = _grid(low, high)
+        q = grid_of(low, high)
         q = q[q > 0]
-        slack, power = problem.speeds.scan(regime, q)
-        slack = slack - problem.margin
-        q, slack, power = _refined(problem, regime, q, slack, power)
+        seen = problem.speeds.scan(regime, q)
+        slack = np.min([c.slack(seen[c.kind]) for c in problem.conditions], axis=0)
+        q, slack, power = refined(problem, regime, q, slack, seen["power"])
         k = int(np.argmax(slack))
         if slack[k] > least:
             least, closest = slack[k], (float(q[k]), regime)
@@ -134,10 +168,11 @@ def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
     return sorted(starts, key=key), closest
 
 
-def _refined(problem: Problem, regime: str, q, slack, power):
+def refined(problem: Problem, regime: str, q, slack, power):
     """Add the local maxima of the slack that the grid missed: a feasible interval may be narrower than a cell."""
-    inner = slack[1:-1]
-    peaks = 1 + np.flatnonzero((inner < 0) & np.isfinite(inner) & (inner >= np.maximum(slack[:-2], slack[2:])))
+    inner, beside = slack[1:-1], (slack[:-2], slack[2:])
+    peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # no plateau of rounding
+    peaks = 1 + np.flatnonzero((inner < 0) & np.isfinite(inner) & peak)
     extra = []
     for k in peaks[np.argsort(-slack[peaks])][:3]:
         found = minimize_scalar(
@@ -149,7 +184,7 @@ def _refined(problem: Problem, regime: str, q, slack, power):
         return q, slack, power
     more, values = (np.array(e) for e in zip(*extra, strict=True))
     order = np.argsort(np.concatenate([q, more]))
-    joined = ((q, more), (slack, values), (power, problem.speeds.scan(regime, more)[1]))
+    joined = ((q, more), (slack, values), (power, problem.speeds.scan(regime, more)["power"]))
     return tuple(np.concatenate(e)[order] for e in joined)
 
 
@@ -166,23 +201,27 @@ def _exchange(problem: Problem, start: Start) -> float:
     """Return q of the optimum near a start by IPOPT; the start itself if IPOPT fails."""
     if not start.high > start.low:
         return start.q
-    speeds, tolerance = problem.speeds, 1e-12 * problem.speeds.averaged.scale
-    dampings = speeds.worst(start.regime, start.q)
-    powers = speeds.worst(start.regime, start.q, power=True) if problem.minimise == "power" else []
+    speeds = problem.speeds
+    points = [(c, speeds.worst(start.regime, start.q, c.kind)) for c in problem.conditions]
+    powers = speeds.worst(start.regime, start.q, "power") if problem.minimise == "power" else []
     q = start.q
     for _ in range(EXCHANGES):
-        found = _solve(problem, start, dampings, powers)
+        found = _solve(problem, start, points, powers)
         if found is None:
             return start.q
         q, bound = found
-        new = [p for p in speeds.worst(start.regime, q) if p.value < problem.margin - tolerance]
+        new = []
+        for c, known in points:
+            worst = speeds.worst(start.regime, q, c.kind)
+            new.append(_unknown([p for p in worst if c.slack(p.value) < -1e-12], known))
         more = []
         if powers:
-            more = [p for p in speeds.worst(start.regime, q, power=True) if p.value > bound + 1e-12 * abs(bound)]
-        new, more = _unknown(new, dampings), _unknown(more, powers)
-        if not new and not more:
+            more = [p for p in speeds.worst(start.regime, q, "power") if p.value > bound + 1e-12 * abs(bound)]
+            more = _unknown(more, powers)
+        if not any(new) and not more:
             break
-        dampings, powers = dampings + new, powers + more
+        points = [(c, known + added) for (c, known), added in zip(points, new, strict=True)]
+        powers = powers + more
     return q
 
 
@@ -190,9 +229,9 @@ def _unknown(points: list[Point], known: list[Point]) -> list[Point]:
     return [p for p in points if not any(replace(p, value=k.value, v=k.v) == k for k in known)]
 
 
-def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[Point]) -> tuple[float, float] | None:
-    """Minimise over scaled a Omega, Omega and the bound on the power, with the condition at the given speeds."""
-    speeds, scale = problem.speeds, problem.speeds.averaged.scale
+def _solve(problem: Problem, start: Start, points, powers: list[Point]) -> tuple[float, float] | None:
+    """Minimise over scaled a Omega, Omega and the bound on the power, with each condition at the given speeds."""
+    speeds = problem.speeds
     q_size, O_size = start.high, problem.Omega[1]
     P_size = max((abs(p.value) for p in powers), default=0.0) or 1.0
     z = ca.SX.sym("z", 3)
@@ -200,10 +239,11 @@ def _solve(problem: Problem, start: Start, dampings: list[Point], powers: list[P
     intensity = q / problem.gain
     g = [intensity - problem.a[0] * Omega, problem.a[1] * Omega - intensity]
     g = [e / (q_size / problem.gain) for e in g]
-    for p in dampings:
-        g.append((_at(speeds, p, q)[0] - problem.margin) / scale)
-    for p in powers:
-        g.append((power - _at(speeds, p, q)[1]) / P_size)
+    if "acceleration" in problem.limits:
+        g.append(1 - intensity * Omega / problem.limits["acceleration"])
+    for c, known in points:
+        g += [c.slack(_at(speeds, p, q)[ROWS[c.kind]]) for p in known]
+    g += [(power - _at(speeds, p, q)[ROWS["power"]]) / P_size for p in powers]
     cost = {"intensity": z[0], "force": z[0] * z[1], "power": z[2] if powers else z[0]}[problem.minimise]
     solver = ca.nlpsol("quench", "ipopt", {"x": z, "f": cost, "g": ca.vertcat(*g)}, IPOPT)
     first = problem.excitation(start.q)[1]
@@ -232,7 +272,7 @@ def _polished(problem: Problem, start: Start, q: float) -> float:
     for end in (start.low, start.high):
         if abs(q - end) < 1e-7 * max(q, end) and problem.slack(start.regime, end) >= 0:
             return end
-    edge = abs(slack) < 1e-6 * problem.speeds.averaged.scale
+    edge = abs(slack) < 1e-6
     if not edge and slack >= 0:
         return q
     for width in (1e-8, 1e-6, 1e-4, 1.0):

@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from symfric.design.averaged import Averaged
 
 _ENDS = np.logspace(-5, -1.1, 12)
+ROWS = {"damping": 0, "power": 1, "friction": 3}  # which output of the averaged contact a condition looks at
 SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))  # of an interval, denser at its ends
 
 
@@ -41,7 +42,7 @@ class Point:
     Attributes
     ----------
     value : float
-        Damping or mean power there.
+        Damping, mean power or share of the friction there.
     v, share : float
     inside : bool
     low, high : Edge
@@ -85,47 +86,49 @@ class Range:
         """Return which of inside and outside there are."""
         return {"outside": (False,), "mixed": (True, False), "inside": (True,)}[regime]
 
-    def on(self, inside: bool, v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return damping and power on arrays of equal shape."""
+    def on(self, inside: bool, v: np.ndarray, q: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what `ROWS` names on arrays of equal shape."""
         function = self.averaged.inside if inside else self.averaged.outside
-        damping, power, _ = (np.array(e).reshape(v.shape) for e in function(v.reshape(1, -1), q.reshape(1, -1)))
+        outputs = [np.array(e).reshape(v.shape) for e in function(v.reshape(1, -1), q.reshape(1, -1))]
+        found = {kind: outputs[row] for kind, row in ROWS.items()}
         if not inside and self.averaged.falls_steeply:
-            damping = np.where(v <= q, -np.inf, damping)
-        return damping, power
+            found["damping"] = np.where(v <= q, -np.inf, found["damping"])
+        return found
 
-    def scan(self, regime: str, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least damping and the largest power over the belt speeds of a grid, shapes (n,)."""
-        least, most = np.full(q.size, np.inf), np.full(q.size, -np.inf)
+    def scan(self, regime: str, q: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the worst of each kind over a grid of the belt speeds, shapes (n,)."""
+        parts: dict[str, list[np.ndarray]] = {kind: [] for kind in ROWS}
         for inside in self.sides(regime):
             low, high = (np.broadcast_to(e(q), q.shape)[:, None] for e in self.interval(regime, inside))
-            kinks = np.abs(q[:, None, None] * [-1.0, 1.0] + np.array(self.averaged.levels)[:, None])
+            kinks = np.abs(q[:, None, None] * [-1.0, 0.0, 1.0] + np.array(self.averaged.levels)[:, None])
             kinks = np.clip(kinks.reshape(q.size, -1), low, high)
             v = np.hstack([low + (high - low) * SHARES, kinks])
-            damping, power = self.on(inside, v, np.broadcast_to(q[:, None], v.shape))
-            least, most = np.minimum(least, damping.min(axis=1)), np.maximum(most, power.max(axis=1))
-        return least, most
+            for kind, values in self.on(inside, v, np.broadcast_to(q[:, None], v.shape)).items():
+                parts[kind].append(values.max(axis=1) if kind == "power" else values.min(axis=1))
+        return {k: np.max(p, axis=0) if k == "power" else np.min(p, axis=0) for k, p in parts.items()}
 
-    def worst(self, regime: str, q: float, *, power: bool = False) -> list[Point]:
-        """Return the local minima of the damping (maxima of the power) over the belt speeds, the worst first.
+    def worst(self, regime: str, q: float, kind: str = "damping") -> list[Point]:
+        """Return the local minima of the damping or the friction, maxima of the power, over the belt speeds.
 
-        Every interval between kinks is searched on a grid, and each low point of the grid polished.
+        The worst comes first. Every interval between kinks is searched on a grid, and each low point of it polished.
         """
         found = []
         for inside in self.sides(regime):
-            for low, high in itertools.pairwise(self._edges(regime, inside, q)):
+            for low, high in itertools.pairwise(self._edges(regime, inside, q, kind)):
                 # kinks themselves are left out by a hair: the slope can be infinite on one of their sides
                 hair = 1e-12 * q
                 a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
-                for v, value in self._least(inside, q, a, max(a, b), power):
+                for v, value in self._least(inside, q, a, max(a, b), kind):
                     width = high(q) - low(q)
                     share = (v - low(q)) / width if width > 0 else 0.0
                     found.append(Point(value, v, share, inside, low, high))
-        return sorted(found, key=lambda p: -p.value if power else p.value)
+        return sorted(found, key=lambda p: -p.value if kind == "power" else p.value)
 
-    def _edges(self, regime: str, inside: bool, q: float) -> list[Edge]:
-        """Return the ends of the interval and the kinks in it, in order."""
+    def _edges(self, regime: str, inside: bool, q: float, kind: str) -> list[Edge]:
+        """Return the ends of the interval and the kinks in it, in order; friction without excitation has its own."""
         low, high = self.interval(regime, inside)
-        kinks = {}
+        own = [Edge(level, 0.0) for level in self.averaged.levels] if kind == "friction" else []
+        kinks = {edge(q): edge for edge in own if low(q) < edge(q) < high(q)}
         for level in self.averaged.levels:
             for side in (-1.0, 1.0):
                 sign = 1.0 if level + side * q >= 0 else -1.0
@@ -134,11 +137,11 @@ class Range:
                     kinks[kink(q)] = kink
         return [low, *(kinks[v] for v in sorted(kinks)), high]
 
-    def _least(self, inside: bool, q: float, a: float, b: float, power: bool) -> list[tuple[float, float]]:
-        sign, row = (-1.0, 1) if power else (1.0, 0)
+    def _least(self, inside: bool, q: float, a: float, b: float, kind: str) -> list[tuple[float, float]]:
+        sign = -1.0 if kind == "power" else 1.0
         v = a + (b - a) * SHARES if b > a else np.array([a])
-        y = sign * self.on(inside, v, np.full(v.shape, q))[row]
-        size = np.max(np.abs(y[np.isfinite(y)]), initial=0.0 if power else self.averaged.scale)
+        y = sign * self.on(inside, v, np.full(v.shape, q))[kind]
+        size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
         rounding = 1e-13 * float(size)
         left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
         found = []
@@ -148,7 +151,7 @@ class Range:
             if np.isfinite(y[k]) and np.max(beside) > y[k] + rounding:  # no plateau
                 ends = v[max(k - 1, 0)], v[min(k + 1, v.size - 1)]
                 polished = minimize_scalar(
-                    lambda s: sign * self.on(inside, np.array([s]), np.array([q]))[row][0],
+                    lambda s: sign * self.on(inside, np.array([s]), np.array([q]))[kind][0],
                     bounds=ends,
                     method="bounded",
                     options={"xatol": 1e-9 * (ends[1] - ends[0])},
