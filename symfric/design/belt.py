@@ -1,4 +1,7 @@
-"""Reading the one kind of scene that `quench` designs for: one mass, one belt, one fast harmonic force."""
+"""Reading the one kind of scene that `quench` designs for: one mass, one belt, one fast harmonic force.
+
+Several contacts may rub between mass and belt, as pads do on a disc: their characteristics add up to one.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -24,9 +27,9 @@ class Belt:
     scene : Scene
         The one given.
     mass, damping, stiffness, normal : float
-        m, c, k > 0 and N, the last with the contact's profile.
+        m, c, k > 0 and N, the last with the contact's profile; of several contacts the sum.
     law : Law
-        In numbers.
+        In numbers; of several contacts ``sum N_i mu_i / sum N_i``.
     gain : float
         Amplitude of the fast slip over ``a Omega``; 1 for `symfric.scenes.mass_on_belt`.
     start : tuple of Expr
@@ -41,6 +44,17 @@ class Belt:
     law: Law
     gain: float
     start: tuple[sp.Expr, sp.Expr]
+
+    @property
+    def single(self) -> Scene:
+        """The scene with one contact that rubs as all do: events of several at one time have no derivatives."""
+        if len(self.scene.contacts) == 1:
+            return self.scene
+        scene = self.scene.wanting({"end": End()})
+        contact = replace(scene.contacts[0], normal=self.normal, profile=1, law=self.law)
+        starts = (sp.sympify(e) for e in scene.initial.values())
+        used = contact.free_symbols.union(*(e.free_symbols for e in (*scene.system.expressions, *starts)))
+        return replace(scene, contacts=[contact], values={k: v for k, v in scene.values.items() if k in used})
 
     @property
     def frequency(self) -> float:
@@ -60,7 +74,8 @@ def read_belt(scene: Scene) -> Belt:
     Raises
     ------
     SceneError
-        If it is no mass on a belt with linear spring and damper under a harmonic force proportional to ``a Omega^2``.
+        If it is no mass on a belt with linear spring and damper under a harmonic force proportional to ``a Omega^2``,
+        or if one of several contacts slips otherwise than ``u - v_b``.
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene; quench takes sf.scenes.mass_on_belt(...) and scenes like it")
@@ -71,37 +86,64 @@ def read_belt(scene: Scene) -> Belt:
     for k, v in given.items():
         if v is None:
             raise SceneError(f"no value for {k.name}; add it to Scene.values, or scene.where({{'{k.name}': ...}})")
-    (contact,) = scene.contacts
     slow = _slow(scene, designed)
     (x,), (u,), (force,) = scene.system.q, scene.system.u, slow.system.force
     numbers = {
         "the mass": scene.system.mass[0],
         "the damping": -force.diff(u),
         "the stiffness": -force.diff(x),
-        "the normal load with its profile": contact.normal * contact.profile,
     }
-    mass, damping, stiffness, normal = (_constant(e, given, what) for what, e in numbers.items())
+    mass, damping, stiffness = (_constant(e, given, what) for what, e in numbers.items())
     if not stiffness > 0:
         raise SceneError(
             f"the stiffness is {stiffness:g}; quench needs a spring, so that there is something to vibrate"
         )
-    if not normal > 0:
-        raise SceneError(f"the normal load of contact {contact.name!r} is {normal:g}; without it nothing rubs")
+    normal, law = _together(scene, given)
     (q,) = slow.contacts[0].law.breaks
     start = tuple(sp.sympify(-slow.initial[s]).subs(given) for s in (x, u))
-    law = contact.law.where({k: v for k, v in given.items() if k in contact.law.free_symbols})
-    if law.free_symbols:
-        names = ", ".join(sorted(s.name for s in law.free_symbols))
-        raise SceneError(f"the law of contact {contact.name!r} depends on {names}; quench needs it in numbers")
     return Belt(scene, mass, damping, stiffness, normal, law, _gain(q, given, named), start)
+
+
+def _together(scene: Scene, given: dict) -> tuple[float, Law]:
+    """Return the load of all contacts and the law that, under it, rubs as all of them do."""
+    loads, found = [], []
+    for contact in scene.contacts:
+        what = f"the normal load of contact {contact.name!r}, with its profile,"
+        loads.append(_constant(contact.normal * contact.profile, given, what))
+        if loads[-1] < 0 or (loads[-1] == 0 and len(scene.contacts) == 1):
+            raise SceneError(f"{what} is {loads[-1]:g}; without a positive one nothing rubs")
+        law = contact.law.where({k: v for k, v in given.items() if k in contact.law.free_symbols})
+        if law.free_symbols:
+            names = ", ".join(sorted(s.name for s in law.free_symbols))
+            raise SceneError(f"the law of contact {contact.name!r} depends on {names}; quench needs it in numbers")
+        found.append(law)
+    normal = sum(loads)
+    if not normal > 0:
+        raise SceneError("the normal loads of all contacts are 0; without a positive one nothing rubs")
+    if len(found) == 1:
+        return normal, found[0]
+    parts = [(load / normal, law) for load, law in zip(loads, found, strict=True) if load > 0]
+    breaks, steep = ({b for _, law in parts for b in getattr(law, name)} for name in ("breaks", "steep"))
+    together = Law(
+        kinetic=sum((share * law.kinetic for share, law in parts), sp.Integer(0)),
+        stick=sum((share * law.stick for share, law in parts), sp.Integer(0)),
+        breaks=tuple(_apart(breaks)),
+        steep=tuple(_apart(steep)),
+    )
+    return normal, together
+
+
+def _apart(speeds: set[sp.Expr]) -> list[sp.Expr]:
+    """Return numbers in order, each once: .1 and 1/10 are the same speed."""
+    return [e for _, e in sorted({float(e): e for e in speeds}.items())]
 
 
 def _check_shape(scene: Scene) -> None:
     system = scene.system
-    if len(system.q) != 1 or system.z or len(scene.contacts) != 1:
+    if len(system.q) != 1 or system.z or not scene.contacts:
         raise SceneError(
             f"the scene has {len(system.q)} coordinates, {len(system.z)} first-order states and {len(scene.contacts)} "
-            "contacts; quench takes one mass with one contact"
+            "contacts; quench takes one mass with contacts on one belt"
         )
     if scene.inputs:
         raise SceneError(f"the scene has the sampled input {next(iter(scene.inputs)).name}; quench takes none")
@@ -113,10 +155,12 @@ def _check_shape(scene: Scene) -> None:
                 f"the scene has no parameter {name}, {role}; quench takes scenes with v_b, a and Omega, as "
                 "sf.scenes.mass_on_belt has them"
             )
-    (contact,), (u,) = scene.contacts, system.u
-    v_b = scene.parameter(SPEED_NAME)
-    if sp.expand(contact.slip - (u - v_b)) != 0 and sp.expand(contact.slip + (u - v_b)) != 0:
-        raise SceneError(f"the slip of contact {contact.name!r} is {contact.slip}; quench takes {u} - {v_b}")
+    (u,), v_b = system.u, scene.parameter(SPEED_NAME)
+    for contact in scene.contacts:
+        if sp.expand(contact.slip - (u - v_b)) != 0 and sp.expand(contact.slip + (u - v_b)) != 0:
+            raise SceneError(
+                f"the slip of contact {contact.name!r} is {contact.slip}; quench takes {u} - {v_b} for every contact"
+            )
 
 
 def _slow(scene: Scene, designed: set[sp.Symbol]) -> Scene:

@@ -36,7 +36,7 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
     matrix Phi over the forcing period T: at margin 0 the Neimark-Sacker point, Thomsen's bound at finite frequency.
     """
     a, Omega = excitation
-    scene = belt.scene.where({AMPLITUDE: a, FREQUENCY: Omega, SPEED_NAME: v_b})
+    scene = belt.single.where({AMPLITUDE: a, FREQUENCY: Omega, SPEED_NAME: v_b})
     flow = flow_of(scene, (AMPLITUDE,))
     values = {s.name: v for s, v in scene.values.items()}
     target = margin * flow.period(values) / belt.mass

@@ -39,9 +39,10 @@ def quench(
     Parameters
     ----------
     scene : Scene
-        One mass on a linear spring and damper, one contact with slip ``u - v_b``, any law, and a harmonic force that
-        shakes it with velocity a Omega: `symfric.scenes.mass_on_belt` or one like it with parameters v_b, a and Omega.
-        Its own values of these three are not used.
+        One mass on a linear spring and damper, a contact with slip ``u - v_b`` or several, of any laws and constant
+        loads (pads on one disc: what they rub with adds up), and a harmonic force that shakes it with velocity a Omega:
+        `symfric.scenes.mass_on_belt` or one like it with parameters v_b, a and Omega. Its own values of these three are
+        not used.
     speeds : (float, float)
         Lowest and highest belt speed, 0 <= low <= high > 0.
     Omega, a : (float, float)
