@@ -1,4 +1,4 @@
-"""The smallest damper that keeps a sliding system quiet over a range of speeds."""
+"""The smallest damper that keeps a sliding system quiet over a range of speeds, or ends a motion in time."""
 
 from dataclasses import asdict, dataclass
 
@@ -7,8 +7,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from symfric.design.cycles import Requirement, Summit, outermost, summit
 from symfric.design.result import Curve, Design
+from symfric.design.settling import Transient, settled
 from symfric.errors import NotFound, SceneError
-from symfric.model.names import Key, finite
+from symfric.model.names import Key, finite, name_of
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
@@ -69,24 +70,26 @@ def damper(
     scene: Scene,
     parameter: Key,
     bounds: tuple[float, float],
-    speeds: tuple[float, float],
+    speeds: tuple[float, float] | None = None,
     half_range: float = 0.0,
     *,
     sticking: bool = True,
     speed: Key = "v_b",
+    settle: float | None = None,
 ) -> Design:
-    """Find the smallest damping with which a system slides quietly at every speed of a range.
+    """Find the smallest damping with which a system slides quietly at every speed of a range, or settles in time.
 
     Parameters
     ----------
     scene : Scene
         Autonomous, with steady sliding at the speeds of the range. Its own values of the two parameters are not used.
+        With `settle`: the motion from its initial state is what must settle.
     parameter : Symbol or str
         What is made small: a damping, or anything that quiets the system as it grows.
     bounds : (float, float)
         Of the parameter.
     speeds : (float, float)
-        Lowest and highest speed.
+        Lowest and highest speed. May be left out with `settle`, for the scene as it is.
     half_range : float
         Of the first coordinate, the largest that is allowed; 0.0: no vibration at all, not even beside a stable
         sliding that a large disturbance leaves for good.
@@ -95,11 +98,16 @@ def damper(
         unless `half_range` limits it.
     speed : Symbol or str
         Name of the speed.
+    settle : float, optional
+        Time by which the motion must be over. With ``half_range=0`` it is at rest by then, in the sense of
+        `symfric.StopTime`; else the first coordinate moves over no more than `half_range` from then until the scene's
+        horizon, at every speed of the range. Limit cycles play no part.
 
     Returns
     -------
     Design
-        Its active condition names the speed that decides.
+        Its active condition names the speed that decides. With `settle` and rest it mostly lies on a jump of the time
+        of rest, which the condition names with both times: a hair less damping costs a half cycle more.
 
     Raises
     ------
@@ -116,14 +124,25 @@ def damper(
     samples. For one mass on a belt whose law falls steepest at rest it is ``2 beta = eta`` as the speed goes to zero,
     Thomsen (19).
     """
-    name, speed = scene.parameter(parameter).name, scene.parameter(speed).name
+    name = scene.parameter(parameter).name
     low, high = _pair(bounds, f"bounds of {name}")
-    slow, fast = _pair(speeds, f"speeds {speed}")
     half_range = finite(half_range, "half_range")
     if half_range < 0:
         raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    if speeds is None and settle is None:
+        raise SceneError("give the speeds (lowest, highest), or settle, the time by which the motion must be over")
+    speed = name_of(speed) if speeds is None else scene.parameter(speed).name
     if name == speed:
         raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")
+    slow, fast = (None, None) if speeds is None else _pair(speeds, f"speeds {speed}")
+    if settle is not None:
+        settle = finite(settle, "settle")
+        if not settle > 0:
+            raise SceneError(f"settle is {settle:g}; it is a time, so positive")
+        if not sticking:
+            raise SceneError("sticking=False speaks of limit cycles; leave it out with settle")
+        ends = None if speeds is None else (slow, fast)
+        return settled(Transient(scene, name, (low, high), settle, half_range, speed, ends))
     requirement = Requirement(name, speed, (low, high), (slow, fast), half_range, sticking)
     scene = scene.where({name: low, speed: max(slow, 1e-9 * fast)})
     return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
