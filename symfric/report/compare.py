@@ -1,14 +1,16 @@
 """Predicted beside computed: each formula that applies, and the number the solver gives for the same quantity."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from symfric.design.compared import Comparison
+from symfric.design.result import Design
 from symfric.errors import NotFound, SceneError
 from symfric.model.outputs import End, Max
 from symfric.model.scene import Scene
 from symfric.report.measure import SETTLE, is_excited
-from symfric.scenefile import SceneFile
+from symfric.scenefile import DesignPlan, SceneFile
 
 
 @dataclass(frozen=True)
@@ -38,23 +40,25 @@ def closed_forms_apply(file: SceneFile) -> bool:
     return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
 
 
-def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, quenched) -> tuple[Row, ...]:
+def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -> tuple[Row, ...]:
     """Return the lines of the table.
 
     Parameters
     ----------
     base : Scene
         Of the slow motion if the file's scene is excited.
-    equilibrium, onset, steady, quenched : result or None
+    equilibrium, onset, steady : result or None
         What the study found.
+    designs : tuple of DesignResult
     """
     rows = []
     if steady is not None:
         rows += _of_vibration(file, base, equilibrium, steady)
     if closed_forms_apply(file):
         rows += _of_belt(file.scene, onset, steady)
-    if quenched is not None and closed_forms_apply(file):
-        rows += _of_quench(file, quenched)
+    for found in designs:
+        if found.design.value is not None:
+            rows += _of_design(file, found.plan, found.design.value)
     first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
     rows.sort(key=lambda r: first[r.quantity])  # one quantity after the other
     return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
@@ -158,13 +162,36 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def _of_quench(file: SceneFile, quenched) -> list[Row]:
+def _of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
+    """Return the closed forms of a design, and what it says of itself against the event-driven model."""
+    rows = []
+    if closed_forms_apply(file) and plan.kind == "quench":
+        rows += _of_quench(file.scene, plan.arguments, design)
+    if closed_forms_apply(file) and plan.kind == "damper":
+        rows += _of_damper(plan.arguments, design)
+    if isinstance(design.check, Comparison):
+        words = f"[design.{plan.kind}]; computed: event-driven"
+        rows += [Row(r.quantity, r.predicted, r.computed, words) for r in design.check.rows]
+    return rows
+
+
+def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
     """Return the closed forms for the smallest intensity against the design."""
     from symfric.theory import belt
 
-    if file.quench.minimise != "intensity" or file.quench.margin:
+    if asked["minimise"] != "intensity" or asked["margin"] or asked.get("limits"):
         return []
-    low, high = file.quench.speeds
-    worst = min(max(_try(lambda: belt.quench_intensity(file.scene)), low), high)  # (57) is largest at v_b = a Omega*
-    formula = _try(lambda: belt.quench_intensity_at(file.scene, worst))
-    return [Row("intensity a*Omega that quenches", formula, float(quenched.design.objective), "Thomsen (56)-(58)")]
+    low, high = asked["speeds"]
+    worst = min(max(_try(lambda: belt.quench_intensity(scene)), low), high)  # (57) is largest at v_b = a Omega*
+    formula = _try(lambda: belt.quench_intensity_at(scene, worst))
+    return [Row("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
+
+
+def _of_damper(asked: Mapping, design: Design) -> list[Row]:
+    """Return the onset of vibration with the designed damping against the speed that decided, if stability did."""
+    from symfric.theory import belt
+
+    if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):
+        return []
+    formula = _try(lambda: belt.onset_speed(design.scene))
+    return [Row("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")]

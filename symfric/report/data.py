@@ -51,6 +51,7 @@ def to_dict(result: StudyResult) -> dict:
             "steady": _steady(result),
             "sweep": _sweep(result),
             "quench": _quench(result),
+            "designs": {d.plan.kind: _asked(d.design) for d in result.designs},
             "comparison": [
                 {
                     "quantity": r.quantity,

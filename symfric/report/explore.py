@@ -182,7 +182,8 @@ def _coarse_first(values: np.ndarray) -> np.ndarray:
 
 def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...]:
     """Return a range around each value; those that are zero take the bounds of the design, or 0 to 1."""
-    bounds = {} if file.quench is None else {"a": file.quench.a, "Omega": file.quench.Omega}
+    plan = file.plan("quench")
+    bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
     found = []
     for symbol, value in file.scene.values.items():
         low, high = (value / 10, 3 * value) if value > 0 else (3 * value, value / 10) if value < 0 else (0.0, 1.0)

@@ -6,10 +6,10 @@ from importlib import resources
 
 import numpy as np
 
-from symfric.report import words
+from symfric.report import designs, words
 from symfric.report.mathml import equations_of_motion, friction_of_contact, inline, law_in_letters
-from symfric.report.pictures import Picture, pictures
-from symfric.report.study import StudyResult
+from symfric.report.pictures import Picture, designs_shown, pictures
+from symfric.report.study import DesignResult, StudyResult
 
 
 def page(result: StudyResult) -> str:
@@ -27,7 +27,7 @@ def page(result: StudyResult) -> str:
         _motion(result, shown["motion"]),
         _friction(result, shown["friction"]),
         _amplitude(result, shown["amplitude"]),
-        _quench(result, shown["quench"]),
+        _designs(result, designs_shown(result)),
         _skipped(result),
         _footer(result),
     ]
@@ -194,13 +194,25 @@ def _amplitude(result: StudyResult, shown: list[Picture]) -> str:
     return "\n".join(parts)
 
 
-def _quench(result: StudyResult, shown: list[Picture]) -> str:
-    head = _heading("Stopping the vibration by a fast excitation", "quench")
-    if result.quench.value is None:
-        return head + _note(f"Not designed: {result.quench.note}.")
-    rows = [[inline_name(k), number(v), escape(result.file.units.get(k, ""))] for k, v in words.design_rows(result)]
-    parts = [head, *(f"<p>{escape(s)}</p>" for s in words.design(result))]
-    return "\n".join([*parts, _rows(["name", "value", "unit"], rows, {1}), _gallery(shown)])
+def _designs(result: StudyResult, shown: dict[str, list[Picture]]) -> str:
+    if not result.designs:
+        return _heading("Design", "design") + _note(
+            "Nothing designed: the file has no [design.quench] or other design."
+        )
+    return "\n".join(_design(result, d, shown[d.plan.kind]) for d in result.designs)
+
+
+def _design(result: StudyResult, made: DesignResult, shown: list[Picture]) -> str:
+    head = _heading(designs.heading(made.plan), made.plan.kind) + f"<p>{escape(designs.asked(made.plan))}</p>"
+    if made.design.value is None:
+        return head + _note(f"Not designed: {made.design.note.rstrip('.')}.")
+    lines = "".join(f"<p>{escape(s)}</p>" for s in designs.found(made.design.value))
+    names = list(made.design.value.values)
+    rows = [
+        [inline_name(name) if name in names else escape(name), number(value), escape(unit)]
+        for name, value, unit in designs.rows(made.plan, made.design.value, result.file)
+    ]
+    return "\n".join([head, lines, _rows(["name", "value", "unit"], rows, {1}), _gallery(shown)])
 
 
 def _skipped(result: StudyResult) -> str:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from symfric.report import figures
 from symfric.report import words as sentences
-from symfric.report.study import StudyResult
+from symfric.report.study import DesignResult, StudyResult
 from symfric.scenefile import belt_speeds
 
 MOST_COORDINATES = 6
@@ -33,7 +33,6 @@ def pictures(result: StudyResult) -> dict[str, list[Picture]]:
         "motion": _motion,
         "friction": _friction,
         "amplitude": _amplitude,
-        "quench": _quench,
     }
     return {section: make(result) for section, make in makers.items()}
 
@@ -99,13 +98,21 @@ def _amplitude(result: StudyResult) -> list[Picture]:
     return [Picture(figures.to_svg(ax), alt, caption)]
 
 
-def _quench(result: StudyResult) -> list[Picture]:
-    found = result.quench.value
-    if found is None:
+def designs_shown(result: StudyResult) -> dict[str, list[Picture]]:
+    """Draw every design, by its kind."""
+    return {d.plan.kind: _design(result, d) for d in result.designs}
+
+
+def _design(result: StudyResult, made: DesignResult) -> list[Picture]:
+    design = made.design.value
+    if design is None:
         return []
+    ax, caption = design.plot(figures.new_axes()), "What limits the design; dashed: the level at which it does."
+    limit = Picture(figures.to_svg(ax), f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}", caption)
+    found = result.quench.value
+    if made.plan.kind != "quench" or found is None:
+        return [limit]
     q = result.plan.coordinate
     ax = figures.plot_before_after(found.before, found.after, q, result.file.units)
     caption = f"At {found.speed} = {found.shown:.4g}, without and with the designed excitation."
-    shown = [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption)]
-    ax, caption = found.design.plot(figures.new_axes()), "What limits the design; dashed: the level it must keep."
-    return [*shown, Picture(figures.to_svg(ax), f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}", caption)]
+    return [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption), limit]

@@ -13,7 +13,7 @@ from symfric.report.friction import FrictionCurve, friction_curves
 from symfric.report.measure import Motion, Vibration, as_run, is_excited, motion, settling, vibration, vibrations
 from symfric.report.predict import Curve, averaged_curves, belt_curves
 from symfric.report.versions import versions
-from symfric.scenefile import SceneFile, SweepPlan, belt_speeds
+from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
 
 Progress = Callable[[str, float], None]
 FINE = 201  # points of a predicted curve, at most
@@ -63,6 +63,21 @@ class SweepResult:
 
 
 @dataclass(frozen=True, eq=False)
+class DesignResult:
+    """One design the file asks for.
+
+    Attributes
+    ----------
+    plan : DesignPlan
+    design : Answer
+        Of a Design.
+    """
+
+    plan: DesignPlan
+    design: Answer
+
+
+@dataclass(frozen=True, eq=False)
 class QuenchResult:
     """The designed excitation and one motion without and with it.
 
@@ -93,6 +108,9 @@ class StudyResult:
     slow : Answer
         The scene of slow motions if the file's scene is excited, else the scene itself.
     equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : Answer
+        The quench with its motions; its design is among `designs` too.
+    designs : tuple of DesignResult
+        All that the file asks for.
     friction : tuple of FrictionCurve
     rows : tuple of Row
     versions : dict of str to str
@@ -108,6 +126,7 @@ class StudyResult:
     steady: Answer
     sweep: Answer
     quench: Answer
+    designs: tuple[DesignResult, ...]
     explanation: Answer
     friction: tuple[FrictionCurve, ...]
     rows: tuple[Row, ...]
@@ -121,9 +140,13 @@ class StudyResult:
 
     def skipped(self) -> dict[str, str]:
         """Return what has no answer and why."""
-        topics = ("slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep", "quench")
+        topics = ["slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep"]
+        if not self.designs or self.file.plan("quench") is not None:
+            topics.append("quench")
         words = {"slow": "slow motion", "hopf": "onset of vibration", "steady": "steady vibration"}
         found = {words.get(t, t): getattr(self, t).note for t in topics if getattr(self, t).value is None}
+        others = (d for d in self.designs if d.plan.kind != "quench" and d.design.value is None)
+        found |= {f"design {d.plan.kind}": d.design.note for d in others}
         if self.sweep.value is not None and self.sweep.value.curves_note:
             found["predicted amplitudes"] = self.sweep.value.curves_note
         return found
@@ -175,8 +198,8 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     tell("steady vibration", 0.15)
     steady = answer(_steady, scene, plan)
     swept = _swept(file, slow, onset, lambda f: tell("sweep", 0.2 + 0.4 * f))
-    tell("design", 0.6)
-    quenched = _quench(file)
+    designs = _designs(file, lambda f: tell("design", 0.6 + 0.1 * f))
+    quenched = _quench(file, designs)
     if quenched.value is not None and swept.value is not None:
         swept = _with_excitation(
             scene, plan, quenched.value, swept.value, lambda f: tell("sweep with design", 0.7 + 0.2 * f)
@@ -193,9 +216,10 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         steady,
         swept,
         quenched,
+        designs,
         answer(explain, as_run(scene)),
         curves,
-        compare(file, base, at_rest.value, onset.value, steady.value, quenched.value),
+        compare(file, base, at_rest.value, onset.value, steady.value, designs),
         versions(),
         time.monotonic() - started,
     )
@@ -246,29 +270,28 @@ def _curves(file: SceneFile, slow: Answer) -> tuple[tuple[Curve, ...], str]:
     return tuple(curves), "" if curves else note
 
 
-def _quench(file: SceneFile) -> Answer:
+def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[DesignResult, ...]:
+    """Return every design the file asks for."""
+    found = []
+    for k, plan in enumerate(file.designs):
+        progress(k / len(file.designs))
+        found.append(DesignResult(plan, answer(plan, file.scene)))
+    return tuple(found)
+
+
+def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer:
     """Return the excitation the file asks for, with one motion without and one with it."""
-    if file.quench is None:
+    found = next((d for d in designs if d.plan.kind == "quench"), None)
+    if found is None:
         return Answer(None, "the file has no [design.quench]")
-    return answer(_designed, file)
+    return answer(_shown, file.scene, found) if found.design.value else found.design
 
 
-def _designed(file: SceneFile) -> QuenchResult:
-    from symfric.design import quench
-
-    ask, scene = file.quench, file.scene
-    design = quench(
-        scene,
-        speeds=tuple(ask.speeds),
-        minimise=ask.minimise,
-        Omega=tuple(ask.Omega),
-        a=tuple(ask.a),
-        margin=ask.margin,
-    )
-    speeds = belt_speeds(scene)
+def _shown(scene: Scene, found: DesignResult) -> QuenchResult:
+    speeds, design = belt_speeds(scene), found.design.value
     if not speeds:
         raise SceneError("no contact has a belt speed, so there is nothing to show the design at")
-    shown = 0.5 * sum(ask.speeds)
+    shown = 0.5 * sum(found.plan.arguments["speeds"])
     still = scene.where({speeds[0].name: shown, "a": 0.0})
     shaken = scene.where({speeds[0].name: shown, **design.values})
     return QuenchResult(design, speeds[0].name, shown, motion(still), motion(shaken))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import sympy as sp
 
+from symfric.report import designs
 from symfric.report.measure import is_excited
 from symfric.report.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
@@ -75,7 +76,7 @@ def role(symbol: sp.Symbol, file: SceneFile) -> str:
         roles.append("drives a contact")
     if file.sweep is not None and file.sweep.parameter == symbol.name:
         roles.append(f"swept from {file.sweep.start:g} to {file.sweep.stop:g}")
-    if file.quench is not None and symbol.name in ("a", "Omega"):
+    if any(symbol.name in plan.varied for plan in file.designs):
         roles.append("designed")
     return ", ".join(roles)
 
@@ -93,8 +94,8 @@ def summary(result: StudyResult) -> list[str]:
         lines.append(_settled(result))
     if result.hopf.value is not None:
         lines.append(onset(result))
-    if result.quench.value is not None:
-        lines.append(_designed(result))
+    made = ((d.plan, d.design.value) for d in result.designs if d.design.value is not None)
+    lines += [designs.sentence(plan, design, file) for plan, design in made]
     return lines or ["Nothing could be said of this scene; the reasons are at the end of the page."]
 
 
@@ -174,29 +175,3 @@ def amplitude(result: StudyResult) -> list[str]:
     if sweep.curves_note:
         lines.append(f"No prediction: {sweep.curves_note}.")
     return lines
-
-
-def _designed(result: StudyResult) -> str:
-    design = result.quench.value.design
-    file, values = result.file, ", ".join(f"{k} = {_measure(v, k, result.file)}" for k, v in design.values.items())
-    low, high = file.quench.speeds
-    return f"The excitation {values} is designed to keep it quiet for belt speeds from {low:g} to {high:g}."
-
-
-def design(result: StudyResult) -> list[str]:
-    """Return what was asked of the design and what the full model says of it."""
-    ask, found = result.file.quench, result.quench.value.design
-    low, high = ask.speeds
-    lines = [f"Asked: the smallest {ask.minimise} that stops the vibration for belt speeds from {low:g} to {high:g}."]
-    active = ", ".join(str(a) for a in found.active)
-    status = found.status
-    if status == "infimum":
-        status += " (anything above these values will do, however little; these values themselves will not)"
-    lines.append(f"Status: {status}." + (f" Active bounds and conditions: {active}." if active else ""))
-    lines.append(f"The full model at the optimum: {str(found.check).rstrip('.')}.")
-    return lines
-
-
-def design_rows(result: StudyResult) -> list[tuple[str, float]]:
-    """Return the designed values."""
-    return list(result.quench.value.design.values.items())

@@ -1,9 +1,11 @@
 """Scene files: TOML to `Scene`. They are data: expressions pass a whitelist, nothing in a file is executed."""
 
 from symfric.scenefile.build import LawSpec, friction_laws, ready_scenes
+from symfric.scenefile.designs import DesignPlan
 from symfric.scenefile.read import SceneFile, SweepPlan, belt_speeds, read_scene_file, read_scene_text
 
 __all__ = [
+    "DesignPlan",
     "LawSpec",
     "SceneFile",
     "SweepPlan",

@@ -63,11 +63,11 @@ def friction_laws() -> dict[str, Callable]:
     return functions_returning(laws, Law)
 
 
-def build_scene(document: Document) -> tuple[Scene, tuple[LawSpec, ...]]:
-    """Return the scene a document describes and its laws for reading."""
+def build_scene(document: Document, motion=None) -> tuple[Scene, tuple[LawSpec, ...]]:
+    """Return the scene a document describes and its laws for reading; `motion` is that of the ground, read before."""
     _check_names(document)
     if isinstance(document.scene, ReadyScene):
-        scene, specs = _from_library(document, document.scene)
+        scene, specs = _from_library(document, document.scene, motion)
     else:
         scene, specs = _from_equations(document, document.scene)
     if document.outputs:
@@ -89,7 +89,7 @@ def _check_names(document: Document) -> None:
             raise SceneError(f"{place}: {name} is taken ({'time' if name == TIME.name else 'a function'}); rename it")
 
 
-def _call(place: str, function: Callable, arguments: Mapping):
+def call(place: str, function: Callable, arguments: Mapping):
     """Call a function of the model layer; a wrong kind of argument is the file's fault, not ours."""
     try:
         return function(**arguments)
@@ -99,7 +99,7 @@ def _call(place: str, function: Callable, arguments: Mapping):
         raise SceneError(f"{place}: {function.__name__} cannot use these arguments ({shorten(error, 100)})") from None
 
 
-def _check_arguments(place: str, function: Callable, given: Mapping, elsewhere: str = "") -> None:
+def check_arguments(place: str, function: Callable, given: Mapping, elsewhere: str = "") -> None:
     """Raise on an argument the function does not have and on one it needs."""
     parameters = inspect.signature(function).parameters
     for name in given:
@@ -118,7 +118,7 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values:
     if friction.law not in known:
         raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
     function, given = known[friction.law], friction.__pydantic_extra__
-    _check_arguments(f"[{place}]", function, given)
+    check_arguments(f"[{place}]", function, given)
 
     def read(value, where: str, own: Mapping[str, sp.Expr]):
         if isinstance(value, list):
@@ -135,7 +135,7 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values:
         own = {**names, SPEED.name: SPEED} if key == "kinetic" else names
         coefficients[key] = read(value, f"{place}.{key}", own)
     try:
-        law = _call(f"[{place}]", function, coefficients)
+        law = call(f"[{place}]", function, coefficients)
     except SceneError as error:
         raise SceneError(f"[{place}]: {str(error).removeprefix(f'[{place}]: ')}") from None
     numbers = {names[n]: v for n, v in values.items() if n in names}
@@ -165,7 +165,7 @@ def _real(names) -> dict[str, sp.Symbol]:
     return {name: sp.Symbol(name, real=True) for name in names}
 
 
-def _from_library(document: Document, section: ReadyScene) -> tuple[Scene, tuple[LawSpec, ...]]:
+def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scene, tuple[LawSpec, ...]]:
     """Return a ready scene; `[values]` holds its numbers, `[scene]` its options, `[friction]` its law."""
     known = ready_scenes()
     if section.model not in known:
@@ -177,6 +177,10 @@ def _from_library(document: Document, section: ReadyScene) -> tuple[Scene, tuple
         raise SceneError(f"scene.{own[0]}: a ready scene brings its own equations; remove {own[0]}, or model")
     arguments = dict(section.__pydantic_extra__)
     _check_options(function, arguments)
+    if motion is not None:
+        arguments["motion"] = motion
+    elif "motion" in parameters:
+        raise SceneError("scene.motion is missing; give a record's path, or a table: {kind = 'synthetic', seed = 1}")
     law_values = {}
     for name, value in document.values.items():
         if name in arguments:
@@ -190,8 +194,8 @@ def _from_library(document: Document, section: ReadyScene) -> tuple[Scene, tuple
         if name in unknown:
             hint = nearest(name, [p for p in parameters if p != "law"])
             raise SceneError(f"values.{name}: {section.model} has no argument {name}{hint}")
-    _check_arguments("[scene]", function, arguments, "[values]")
-    scene = _call("[scene]", function, arguments)
+    check_arguments("[scene]", function, arguments, "[values]")
+    scene = call("[scene]", function, arguments)
     unset = {s.name: law_values.get(s.name, document.values.get(s.name)) for s, v in scene.values.items() if v is None}
     scene = scene.where({n: v for n, v in unset.items() if v is not None})
     specs = tuple(replace(spec, contact=scene.contacts[0].name) for spec in specs)
@@ -267,7 +271,7 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     initial = {n: read(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
     numbers = {s: document.values[n] for n, s in parameters.items()}
     _check_start(system, contacts, initial, numbers)
-    scene = _call(
+    scene = call(
         "[scene]",
         Scene,
         {

@@ -13,8 +13,9 @@ from symfric.errors import SceneError
 from symfric.model.names import nearest
 from symfric.model.scene import Scene
 from symfric.scenefile.build import LawSpec, build_scene
+from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
 from symfric.scenefile.expressions import shorten
-from symfric.scenefile.schema import Designs, Quench, Sweep, read_document
+from symfric.scenefile.schema import Sweep, read_document
 
 MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # brackets in TOML itself; its reader recurses
@@ -67,7 +68,8 @@ class SceneFile:
     sweep : SweepPlan or None
     grid : dict of str to tuple of float
         Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
-    quench : Quench or None
+    designs : tuple of DesignPlan
+        One for each table of ``[design]``.
     """
 
     path: str
@@ -79,7 +81,11 @@ class SceneFile:
     units: Mapping[str, str]
     sweep: SweepPlan | None
     grid: Mapping[str, tuple[float, ...]]
-    quench: Quench | None
+    designs: tuple[DesignPlan, ...]
+
+    def plan(self, kind: str) -> DesignPlan | None:
+        """Return the design of a kind, None if the file asks for none."""
+        return next((p for p in self.designs if p.kind == kind), None)
 
 
 def read_scene_file(path: str | Path) -> SceneFile:
@@ -90,19 +96,19 @@ def read_scene_file(path: str | Path) -> SceneFile:
     SceneError
         If it cannot be read, is not TOML, or does not describe a scene; one line, naming file, place and cure.
     """
-    return _named(str(path), lambda: _text_of(Path(path)))
+    return _named(str(path), lambda: _text_of(Path(path)), Path(path).parent)
 
 
 def read_scene_text(text: str, name: str = "scene file") -> SceneFile:
-    """Read the text of a scene file; `name` stands for the file in messages."""
-    return _named(name, lambda: text)
+    """Read the text of a scene file; `name` stands for the file in messages. It can name no records."""
+    return _named(name, lambda: text, None)
 
 
-def _named(name: str, text_of) -> SceneFile:
+def _named(name: str, text_of, folder: Path | None) -> SceneFile:
     """Read, with the file's name before every message."""
     shown = shorten(name, 120)
     try:
-        return _scene_file(name, text_of())
+        return _scene_file(name, text_of(), folder)
     except (SceneError, RecursionError) as error:
         message = str(error) if isinstance(error, SceneError) else "is nested too deeply; write it simpler"
         for python, toml in (("Scene.values", "[values]"), ("Scene.initial", "scene.initial"), ("sf.TIME", "t")):
@@ -178,9 +184,11 @@ def _lower(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
-def _scene_file(name: str, text: str) -> SceneFile:
+def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     document = read_document(_toml(text))
-    scene, laws = build_scene(document)
+    ground = getattr(document.scene, "motion", None)
+    motion = None if ground is None else read_motion(ground, "scene.motion", folder)
+    scene, laws = build_scene(document, motion)
     if None in scene.values.values():
         scene.numbers()  # raises, naming the value
     for key in document.units:
@@ -198,7 +206,7 @@ def _scene_file(name: str, text: str) -> SceneFile:
         units=document.units,
         sweep=plan,
         grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
-        quench=_checked_quench(document.design, scene),
+        designs=read_designs(document.design, scene, getattr(document.scene, "model", None), folder),
     )
 
 
@@ -255,23 +263,3 @@ def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
         except SceneError as error:
             raise SceneError(f"sweep.{key}: with {parameter} = {value:g}, {error}") from None
     return SweepPlan(parameter, sweep.from_, sweep.to, sweep.number, coordinate, sweep.settle, sweep.window)
-
-
-def _checked_quench(design: Designs, scene: Scene) -> Quench | None:
-    """Return the quench question with its ranges and the values it varies checked."""
-    quench = design.quench
-    if quench is None:
-        return None
-    for key in ("speeds", "Omega", "a"):
-        low, high = getattr(quench, key)
-        if not 0 <= low <= high:
-            raise SceneError(f"design.quench.{key} is [{low:g}, {high:g}]; write [smallest, largest], not negative")
-    if quench.margin < 0:
-        raise SceneError(f"design.quench.margin is {quench.margin:g}; it must not be negative")
-    names = [s.name for s in scene.parameters]
-    for key in ("a", "Omega"):
-        if key not in names:
-            raise SceneError(
-                f"design.quench: the scene has no value {key}; it needs an excitation a*Omega**2*sin(Omega*t)"
-            )
-    return quench

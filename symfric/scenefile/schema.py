@@ -1,101 +1,28 @@
 """The sections of a scene file and the types of their keys; pydantic's findings become one line with place and cure."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 
 from symfric.errors import SceneError
 from symfric.model.names import nearest
-from symfric.scenefile.expressions import LARGEST, shorten
-
-MAX_TABLES = 200  # entries of one table or list
-MAX_AXIS = 100_000  # values of one axis of a sweep
-
-
-def _number(value) -> float:
-    """Return a TOML number as a float; anything else is an error, a number in quotes too."""
-    if isinstance(value, str):
-        raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"is {_kind(value)}, not a number; write a plain number")
-    if not abs(value) <= LARGEST:
-        raise ValueError(f"is {shorten(value, 20)}; it must be finite")
-    return float(value)
-
-
-def _term(value) -> float | str:
-    """Return a number or the text of an expression."""
-    return value if isinstance(value, str) else _number(value)
-
-
-def _coefficient(value) -> float | str | list[float | str]:
-    """Return what a friction law takes: a number, an expression, or a list of them."""
-    return [_term(v) for v in value] if isinstance(value, list) else _term(value)
-
-
-def _option(value) -> float | str | bool | list:
-    """Return an option of a ready scene."""
-    return value if isinstance(value, bool) else _coefficient(value)
-
-
-def _mass(value) -> list[list[float | str]]:
-    """Return the rows of the mass matrix: one entry, the diagonal, or all rows may be given."""
-    entries = _as_list(value)
-    if any(isinstance(row, list) for row in entries):
-        if not all(isinstance(row, list) for row in entries):
-            raise ValueError("mixes rows and entries; write all rows, or the diagonal alone")
-        return [[_term(e) for e in row] for row in entries]
-    return [[_term(e) if i == j else 0.0 for j in range(len(entries))] for i, e in enumerate(entries)]
-
-
-def _axis(value) -> list[float]:
-    """Return the values of one axis of a grid: a list, or a table of start, stop and count."""
-    if isinstance(value, list):
-        if not 1 <= len(value) <= MAX_AXIS:
-            raise ValueError(f"has {len(value)} values; give 1 to {MAX_AXIS}")
-        return [_number(v) for v in value]
-    if not isinstance(value, dict) or set(value) != {"start", "stop", "count"}:
-        raise ValueError("is no axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
-    start, stop, count = _number(value["start"]), _number(value["stop"]), value["count"]
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_AXIS:
-        raise ValueError(f"has the count {shorten(count, 20)}; write a whole number from 1 to {MAX_AXIS}")
-    step = (stop - start) / max(count - 1, 1)
-    return [start, *(start + step * k for k in range(1, count - 1)), *([stop] if count > 1 else [])]
-
-
-def _text(value) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"is {_kind(value)}, not text; put it in quotes")
-    return value
-
-
-def _as_list(value) -> list:
-    """Let a single entry stand for a list of one."""
-    return value if isinstance(value, list) else [value]
-
-
-def _kind(value) -> str:
-    names = {bool: "true or false", int: "a number", float: "a number", list: "a list", dict: "a table"}
-    return names.get(type(value), f"a {type(value).__name__}")
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-Positive = Annotated[float, BeforeValidator(_number), Field(gt=0)]
-Term = Annotated[float | str, BeforeValidator(_term)]
-Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
-Option = Annotated[Any, BeforeValidator(_option)]
-Text = Annotated[str, BeforeValidator(_text), Field(max_length=10_000)]
-Names = Annotated[list[Text], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
-Terms = Annotated[list[Term], BeforeValidator(_as_list), Field(max_length=MAX_TABLES)]
-Axis = Annotated[Any, BeforeValidator(_axis)]
-Mass = Annotated[Any, BeforeValidator(_mass)]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
-
-
-class Section(BaseModel):
-    """A table that knows its keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
+from symfric.scenefile.expressions import shorten
+from symfric.scenefile.fields import (
+    MAX_TABLES,
+    Axis,
+    Coefficient,
+    Mass,
+    Names,
+    Number,
+    Option,
+    Positive,
+    Section,
+    Term,
+    Terms,
+    Text,
+    kind_of,
+)
+from symfric.scenefile.questions import Designs, Ground
 
 
 class ReadyScene(Section):
@@ -105,7 +32,8 @@ class ReadyScene(Section):
     __pydantic_extra__: dict[str, Option]
 
     model: Text
-    initial: dict[str, Number] = {}
+    motion: Ground | None = None
+    initial: dict[str, Number] = Field(default_factory=dict)
 
 
 class OwnScene(Section):
@@ -115,8 +43,8 @@ class OwnScene(Section):
     velocities: Names
     mass: Mass
     force: Terms
-    z: Names = []
-    z_rate: Terms = []
+    z: Names = Field(default_factory=list)
+    z_rate: Terms = Field(default_factory=list)
     initial: dict[str, Term]
     horizon: Positive
 
@@ -147,23 +75,7 @@ class Sweep(Section):
     coordinate: Text | None = None
     settle: Positive | None = None
     window: Positive | None = None
-    grid: Annotated[dict[str, Axis], Field(max_length=MAX_TABLES)] = {}
-
-
-class Quench(Section):
-    """``[design.quench]``: the arguments of ``sf.design.quench``."""
-
-    speeds: Range
-    Omega: Range
-    a: Range
-    minimise: Literal["intensity", "power", "force"] = "intensity"
-    margin: Number = 0.0
-
-
-class Designs(Section):
-    """``[design]``: one table for each question."""
-
-    quench: Quench | None = None
+    grid: Annotated[dict[str, Axis], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
 class Document(Section):
@@ -172,12 +84,12 @@ class Document(Section):
     title: Text = ""
     description: Text = ""
     scene: ReadyScene | OwnScene
-    values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = {}
-    friction: Annotated[list[Friction], Field(max_length=MAX_TABLES)] = []
-    outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = {}
+    values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
+    friction: Annotated[list[Friction], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
+    outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
     design: Designs = Designs()
-    units: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = {}
+    units: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
 def read_document(raw: dict) -> Document:
@@ -206,7 +118,7 @@ def read_document(raw: dict) -> Document:
 
 def _table(value, place: str) -> dict:
     if not isinstance(value, dict):
-        raise SceneError(f"{place} is {_kind(value)}; write a section [{place}]")
+        raise SceneError(f"{place} is {kind_of(value)}; write a section [{place}]")
     return value
 
 
@@ -268,7 +180,7 @@ def _one_line(kind: type[Section], finding: dict, place: str, extra: tuple[str, 
         case "greater_than":
             return f"{where} is {finding['input']}; it must be positive"
         case "dict_type" | "model_type":
-            return f"{where} is {_kind(finding['input'])}; write a section [{where}]"
+            return f"{where} is {kind_of(finding['input'])}; write a section [{where}]"
         case "literal_error":
             return f"{where} is {shorten(repr(finding['input']), 30)}; it must be {finding['ctx']['expected']}"
         case "string_too_long":
@@ -280,7 +192,5 @@ def _one_line(kind: type[Section], finding: dict, place: str, extra: tuple[str, 
 def _inner(section: type[Section], step) -> type[Section]:
     """Return the section a key leads to, where it is one."""
     field = section.model_fields.get(step) if isinstance(step, str) else None
-    for candidate in (Sweep, Designs, Quench, ReadyScene, OwnScene, Friction):
-        if field is not None and candidate in (field.annotation, *getattr(field.annotation, "__args__", ())):
-            return candidate
-    return section
+    kinds = () if field is None else (field.annotation, *getattr(field.annotation, "__args__", ()))
+    return next((k for k in kinds if isinstance(k, type) and issubclass(k, Section)), section)

@@ -1,0 +1,155 @@
+"""The designs a scene file asks for: the checked tables of ``[design]`` as calls of the functions in ``sf.design``."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from symfric import design
+from symfric.design.result import Design
+from symfric.ensemble import generate, record_files
+from symfric.ensemble.motion import Motion
+from symfric.errors import SceneError
+from symfric.model.names import nearest
+from symfric.model.scene import Scene
+from symfric.scenefile import questions
+from symfric.scenefile.build import call, check_arguments
+from symfric.scenefile.expressions import shorten
+from symfric.scenefile.fields import Section
+
+MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "isolator": "rolling_isolator"}
+OF_PARAMETERS = ("damper", "contact_damper", "isolator")  # designs whose parameters are values of the scene
+
+
+@dataclass(frozen=True)
+class DesignPlan:
+    """What one table of ``[design]`` asks for.
+
+    Attributes
+    ----------
+    kind : str
+        Name of the function in `symfric.design`.
+    arguments : mapping of str to object
+        Its arguments, those that the table gives.
+    """
+
+    kind: str
+    arguments: Mapping[str, object]
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of what is designed."""
+        fixed = {"quench": ("a", "Omega"), "absorber": ("tuning", "damping")}
+        given = self.arguments
+        return fixed.get(self.kind) or ((given["parameter"],) if "parameter" in given else tuple(given["bounds"]))
+
+    def __call__(self, scene: Scene) -> Design:
+        """Return the design; what cannot be met or makes no sense is raised as by the function itself."""
+        function = getattr(design, self.kind)
+        return function(**self.arguments) if self.kind == "absorber" else function(scene, **self.arguments)
+
+
+def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Motion:
+    """Return the motion of the ground a table describes.
+
+    Parameters
+    ----------
+    place : str
+        Of the table, for messages.
+    folder : Path or None
+        The scene file's, where records are looked for; None if there is no file.
+    """
+    given = dict(motion.__pydantic_extra__)
+    if (motion.file is None) == (motion.kind is None):
+        raise SceneError(f"{place} needs one of file, a record's path, and kind, 'synthetic' or 'sine_burst'")
+    if motion.kind is not None:
+        function = getattr(generate, motion.kind)
+    else:
+        if folder is None:
+            raise SceneError(f"{place}.file: a record is found beside a scene file, and this text is none")
+        function = record_files.read_at2 if motion.file.lower().endswith(".at2") else record_files.read_text
+        given = {"path": folder / motion.file, **given}
+    check_arguments(place, function, given)
+    try:
+        return call(place, function, given)
+    except SceneError as error:
+        raise SceneError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
+
+
+def read_designs(asked: questions.Designs, scene: Scene, model: str | None, folder: Path | None) -> tuple:
+    """Return a plan for each table, its ranges and the names it uses checked against the scene.
+
+    Parameters
+    ----------
+    asked : Designs
+    scene : Scene
+    model : str or None
+        Name of the ready scene.
+    folder : Path or None
+        Where records are looked for.
+
+    Returns
+    -------
+    tuple of DesignPlan
+    """
+    return tuple(
+        DesignPlan(kind, _arguments(kind, section, scene, model, folder))
+        for kind, section in asked
+        if section is not None
+    )
+
+
+def _arguments(kind: str, section: Section, scene: Scene, model: str | None, folder: Path | None) -> dict:
+    place = f"design.{kind}"
+    if MODELS.get(kind, model) != model:
+        raise SceneError(
+            f"[{place}] takes the ready scene {MODELS[kind]}; this file has {model or 'equations of its own'}"
+        )
+    given = {key: _plain(value) for key, value in section if value is not None}
+    for key, value in given.items():
+        _check_ranges(f"{place}.{key}", value, negative=kind == "positioning" and key == "bounds")
+    names = [s.name for s in scene.parameters]
+    if kind in OF_PARAMETERS:
+        for key in {"parameter", "speed", "bounds"} & set(given):
+            for name in [given[key]] if isinstance(given[key], str) else given[key]:
+                if isinstance(name, str) and name not in names:
+                    raise SceneError(f"{place}.{key}: no value {shorten(name, 40)!r}{nearest(name, names)}")
+    if kind == "quench":
+        _check_quench(given, names)
+    if kind == "absorber" and "mass_ratio" not in given:
+        if model != "absorber":
+            raise SceneError(f"{place}.mass_ratio is missing; add it")
+        given["mass_ratio"] = scene.values[scene.parameter("mass_ratio")]
+    if kind == "isolator":
+        motions = enumerate(section.motions)
+        given["motions"] = [read_motion(m, f"{place}.motions[{i}]", folder) for i, m in motions]
+    return given
+
+
+def _plain(value):
+    """Return what the functions take: dicts for tables, tuples for lists of numbers."""
+    if isinstance(value, Section):
+        return {k: v for k, v in value if v is not None}
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _check_ranges(place: str, value, negative: bool) -> None:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            _check_ranges(f"{place}.{shorten(key, 40)}", inner, negative)
+    elif isinstance(value, tuple) and all(isinstance(e, float) for e in value):
+        low, high = value
+        if not low <= high or (low < 0 and not negative):
+            words = "" if negative else ", not negative"
+            raise SceneError(f"{place} is [{low:g}, {high:g}]; write [smallest, largest]{words}")
+
+
+def _check_quench(given: Mapping, names: list[str]) -> None:
+    if given["margin"] < 0:
+        raise SceneError(f"design.quench.margin is {given['margin']:g}; it must not be negative")
+    for key in ("a", "Omega"):
+        if key not in names:
+            raise SceneError(
+                f"design.quench: the scene has no value {key}; it needs an excitation a*Omega**2*sin(Omega*t)"
+            )

@@ -1,0 +1,96 @@
+"""The types of the keys of a scene file; what is wrong with one is said in words that follow its place."""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from symfric.scenefile.expressions import LARGEST, shorten
+
+MAX_TABLES = 200  # entries of one table or list
+MAX_AXIS = 100_000  # values of one axis of a sweep
+
+
+def _number(value) -> float:
+    """Return a TOML number as a float; anything else is an error, a number in quotes too."""
+    if isinstance(value, str):
+        raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"is {kind_of(value)}, not a number; write a plain number")
+    if not abs(value) <= LARGEST:
+        raise ValueError(f"is {shorten(value, 20)}; it must be finite")
+    return float(value)
+
+
+def _term(value) -> float | str:
+    """Return a number or the text of an expression."""
+    return value if isinstance(value, str) else _number(value)
+
+
+def _coefficient(value) -> float | str | list[float | str]:
+    """Return what a friction law takes: a number, an expression, or a list of them."""
+    return [_term(v) for v in value] if isinstance(value, list) else _term(value)
+
+
+def _option(value) -> float | str | bool | list:
+    """Return an option of a ready scene."""
+    return value if isinstance(value, bool) else _coefficient(value)
+
+
+def _mass(value) -> list[list[float | str]]:
+    """Return the rows of the mass matrix: one entry, the diagonal, or all rows may be given."""
+    entries = as_list(value)
+    if any(isinstance(row, list) for row in entries):
+        if not all(isinstance(row, list) for row in entries):
+            raise ValueError("mixes rows and entries; write all rows, or the diagonal alone")
+        return [[_term(e) for e in row] for row in entries]
+    return [[_term(e) if i == j else 0.0 for j in range(len(entries))] for i, e in enumerate(entries)]
+
+
+def _axis(value) -> list[float]:
+    """Return the values of one axis of a grid: a list, or a table of start, stop and count."""
+    if isinstance(value, list):
+        if not 1 <= len(value) <= MAX_AXIS:
+            raise ValueError(f"has {len(value)} values; give 1 to {MAX_AXIS}")
+        return [_number(v) for v in value]
+    if not isinstance(value, dict) or set(value) != {"start", "stop", "count"}:
+        raise ValueError("is no axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
+    start, stop, count = _number(value["start"]), _number(value["stop"]), value["count"]
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_AXIS:
+        raise ValueError(f"has the count {shorten(count, 20)}; write a whole number from 1 to {MAX_AXIS}")
+    step = (stop - start) / max(count - 1, 1)
+    return [start, *(start + step * k for k in range(1, count - 1)), *([stop] if count > 1 else [])]
+
+
+def _text(value) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"is {kind_of(value)}, not text; put it in quotes")
+    return value
+
+
+def as_list(value) -> list:
+    """Let a single entry stand for a list of one."""
+    return value if isinstance(value, list) else [value]
+
+
+def kind_of(value) -> str:
+    names = {bool: "true or false", int: "a number", float: "a number", list: "a list", dict: "a table"}
+    return names.get(type(value), f"a {type(value).__name__}")
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Positive = Annotated[float, BeforeValidator(_number), Field(gt=0)]
+Term = Annotated[float | str, BeforeValidator(_term)]
+Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
+Option = Annotated[Any, BeforeValidator(_option)]
+Text = Annotated[str, BeforeValidator(_text), Field(max_length=10_000)]
+Names = Annotated[list[Text], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
+Terms = Annotated[list[Term], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
+Axis = Annotated[Any, BeforeValidator(_axis)]
+Mass = Annotated[Any, BeforeValidator(_mass)]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Section(BaseModel):
+    """A table that knows its keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
