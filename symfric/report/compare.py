@@ -58,7 +58,7 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -
         rows += _of_belt(file.scene, onset, steady)
     for found in designs:
         if found.design.value is not None:
-            rows += _of_design(file, found.plan, found.design.value)
+            rows += of_design(file, found.plan, found.design.value)
     first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
     rows.sort(key=lambda r: first[r.quantity])  # one quantity after the other
     return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
@@ -162,7 +162,7 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def _of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
+def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
     """Return the closed forms of a design, and what it says of itself against the event-driven model."""
     rows = []
     if closed_forms_apply(file) and plan.kind == "quench":

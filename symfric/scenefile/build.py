@@ -124,7 +124,7 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values:
         if isinstance(value, list):
             return [read(v, f"{where}[{i}]", own) for i, v in enumerate(value)]
         if not isinstance(value, str):
-            return _exact(value)
+            return exact(value)
         result = parse_expression(value, own, where)
         if not result.free_symbols:
             raise SceneError(f"{where} is the string {shorten(value, 30)!r}; write the number without quotes")
@@ -145,7 +145,7 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values:
     return law
 
 
-def _exact(value: float) -> float | int:
+def exact(value: float) -> float | int:
     """Return a whole number as such, so that equations read 2*x and not 2.0*x."""
     return int(value) if value.is_integer() and abs(value) < 1e15 else value
 
@@ -241,7 +241,7 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     def read(value, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
         if isinstance(value, str):
             return parse_expression(value, known, place)
-        return sp.sympify(_exact(value))
+        return sp.sympify(exact(value))
 
     rows = [[read(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
     if len({len(row) for row in rows}) > 1:

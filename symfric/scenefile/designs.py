@@ -12,11 +12,12 @@ from symfric.errors import SceneError
 from symfric.model.names import nearest
 from symfric.model.scene import Scene
 from symfric.scenefile import questions
-from symfric.scenefile.build import call, check_arguments
+from symfric.scenefile.build import call, check_arguments, exact
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.fields import Section
 
 MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "isolator": "rolling_isolator"}
+MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # of a motion made from a table
 OF_PARAMETERS = ("damper", "contact_damper", "isolator")  # designs whose parameters are values of the scene
 
 
@@ -58,7 +59,7 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
     folder : Path or None
         The scene file's, where records are looked for; None if there is no file.
     """
-    given = dict(motion.__pydantic_extra__)
+    given = {k: exact(v) if isinstance(v, float) else v for k, v in motion.__pydantic_extra__.items()}
     if (motion.file is None) == (motion.kind is None):
         raise SceneError(f"{place} needs one of file, a record's path, and kind, 'synthetic' or 'sine_burst'")
     if motion.kind is not None:
@@ -69,10 +70,20 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
         function = record_files.read_at2 if motion.file.lower().endswith(".at2") else record_files.read_text
         given = {"path": folder / motion.file, **given}
     check_arguments(place, function, given)
+    if motion.kind is not None:
+        _check_size(place, given)
     try:
         return call(place, function, given)
     except SceneError as error:
         raise SceneError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
+
+
+def _check_size(place: str, given: Mapping) -> None:
+    """Raise on a motion that would take all memory or time; a synthetic one limits its samples itself."""
+    numbers = {k: v for k, v in given.items() if isinstance(v, float | int) and v > 0}
+    each = 1 / numbers["dt"] / numbers.get("frequency", 1.0) if "dt" in numbers else 200
+    if numbers.get("cycles", 10) * each > MAX_SAMPLES or numbers.get("iterations", 0) > MAX_ITERATIONS:
+        raise SceneError(f"{place} has more than {MAX_SAMPLES} samples or {MAX_ITERATIONS} iterations; take fewer")
 
 
 def read_designs(asked: questions.Designs, scene: Scene, model: str | None, folder: Path | None) -> tuple:
