@@ -3,10 +3,16 @@
 from dataclasses import dataclass
 from math import sqrt
 
-from symfric.design.belt import Belt
-from symfric.design.check import Check, prepare_map, probe
-from symfric.design.search import Optimum, Problem
+import numpy as np
 
+from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.design.check import TOLERANCE, Check, forced, prepare_map, probe
+from symfric.design.compared import Compared
+from symfric.design.search import Optimum, Problem
+from symfric.model.outputs import Integral, friction_force
+from symfric.solve.choose import Program, prepare
+
+NEAR = 20.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
 BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
 
 
@@ -36,7 +42,36 @@ def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
         rest = belt.normal * side.friction / belt.stiffness
         rate = decay_rate(belt, side.damping)
         probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
-    return Check(step, (probes[0],), (probes[1],))
+    return Check(step, (probes[0],), (probes[1],), _limited(belt, problem, found, program, duration))
+
+
+def _limited(belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float) -> tuple[Compared, ...]:
+    """Return what the limits on friction and power speak of beside the full model, forced at its finite frequency."""
+    asked = [c.kind for c in problem.conditions[1:]]
+    if not asked:
+        return ()
+    a, Omega = problem.excitation(found.q)
+    scene, (u,) = belt.scene, belt.scene.system.u
+    (force,) = scene.system.force
+    shaking = force - force.subs(scene.parameter(AMPLITUDE), 0)
+    rubbing = sum(friction_force(c.name) * c.slip.diff(u) for c in scene.contacts)
+    outputs = {"friction": Integral(rubbing), "power": Integral(shaking * u)}
+    placed = scene.where({AMPLITUDE: a, FREQUENCY: Omega}).until(duration)
+    meter, rows = prepare(placed.wanting({kind: outputs[kind] for kind in asked}), TOLERANCE), []
+    for kind in asked:
+        worst = problem.speeds.worst(found.regime, found.q, kind)[0]
+        averaged = problem.speeds.averaged.inside if worst.inside else problem.speeds.averaged.outside
+        rest = belt.normal * float(averaged(worst.v, found.q)[2]) / belt.stiffness
+        start = forced(belt, program, (a, Omega), worst.v, rest)
+        mean = np.nan
+        if np.all(np.isfinite(list(start.values()))):
+            run = meter.run(values={SPEED_NAME: worst.v}, initial=start)
+            mean = float(run[kind]) / duration if run.status == 0 else np.nan
+        unit = belt.normal * belt.law(worst.v) if kind == "friction" else 1.0
+        tolerance = NEAR * (belt.frequency / Omega) ** 2 * min(1.0, abs(worst.value))
+        words = {"friction": "share of the friction", "power": "mean power"}[kind]
+        rows.append(Compared(f"{words} at v_b = {worst.v:.6g}", worst.value, mean / unit, tolerance))
+    return tuple(rows)
 
 
 def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:

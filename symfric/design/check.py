@@ -6,6 +6,7 @@ from math import nan, pi
 import numpy as np
 
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.design.compared import Compared
 from symfric.solve.choose import Program, prepare
 from symfric.solve.run import Run
 
@@ -65,23 +66,29 @@ class Check:
         Relative change of a; the optimum itself lies at the limit.
     above, below : tuple of Probe
         At the worst belt speeds of the averaged model; none below where no excitation is needed.
+    limits : tuple of Compared
+        What limits speak of, on the forced vibration at the optimum and at the worst belt speed of each.
     """
 
     step: float
     above: tuple[Probe, ...]
     below: tuple[Probe, ...]
+    limits: tuple[Compared, ...] = ()
 
     @property
     def agrees(self) -> bool:
-        """Whether the full model is stable and self-excited where the averaged one is."""
+        """Whether the full model is stable and self-excited where the averaged one is, and within limits as it is."""
         probes = (*self.above, *self.below)
-        return all(p.status == "OK" and p.self_excited == (p.averaged_rate < 0) for p in probes)
+        return all(row.agrees for row in self.limits) and all(
+            p.status == "OK" and p.self_excited == (p.averaged_rate < 0) for p in probes
+        )
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
         sides = {"above": self.above, "below": self.below}
         rows = {k: [{**asdict(p), "self_excited": p.self_excited} for p in side] for k, side in sides.items()}
-        return {"step": self.step, "agrees": self.agrees, **rows}
+        limits = [{**asdict(row), "agrees": row.agrees} for row in self.limits]
+        return {"step": self.step, "agrees": self.agrees, **rows, "limits": limits}
 
     def __str__(self) -> str:
         words = []
@@ -94,6 +101,7 @@ class Check:
                 state = state if p.status == "OK" else f"no answer ({p.status})"
                 rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
                 words.append(f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})")
+        words += [f"{r.quantity}: {r.computed:.4g}, averaged model {r.predicted:.4g}" for r in self.limits]
         return "; ".join(words)
 
 
@@ -113,18 +121,8 @@ def probe(
         Decay rate of the averaged model.
     """
     a, Omega = excitation
-    names = [s.name for s in belt.scene.system.states]
-    values = {SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega}
-    speed = belt.gain * a * Omega or v_b
-    size = np.array([speed / belt.frequency, speed])
     runs: list[Run] = []
-
-    def strobe(x: np.ndarray) -> np.ndarray:
-        if runs and runs[-1].status != 0:  # one failure is enough
-            return np.full(2, np.nan)
-        runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
-        return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
-
+    strobe, size = _strobe(belt, program, excitation, v_b, runs)
     start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
     x, slopes = _fixed_point(strobe, start, size)
     found = bool(np.all(np.isfinite(slopes)))
@@ -141,6 +139,30 @@ def probe(
         status = "OK" if found else "no forced vibration of the forcing's period was found"
     decay = -float(np.log(max(largest, 1e-300))) / duration
     return Probe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
+
+
+def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, rest: float) -> dict[str, float]:
+    """Return the state at the start of the forced vibration about `rest`, by name; NaN if it is not found."""
+    strobe, size = _strobe(belt, program, excitation, v_b, [])
+    x, slopes = _fixed_point(strobe, np.array([rest, 0.0]) + belt.fast_start(*excitation), size)
+    names = [s.name for s in belt.scene.system.states]
+    return dict(zip(names, (x if np.all(np.isfinite(slopes)) else np.full(2, np.nan)).tolist(), strict=True))
+
+
+def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, runs: list[Run]):
+    """Return the map over the time of a program, which adds its runs to a list, and the sizes of its two states."""
+    a, Omega = excitation
+    names = [s.name for s in belt.scene.system.states]
+    values = {SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega}
+    speed = belt.gain * a * Omega or v_b
+
+    def strobe(x: np.ndarray) -> np.ndarray:
+        if runs and runs[-1].status != 0:  # one failure is enough
+            return np.full(2, np.nan)
+        runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
+        return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
+
+    return strobe, np.array([speed / belt.frequency, speed])
 
 
 def _followed(strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:

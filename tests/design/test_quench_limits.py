@@ -95,6 +95,22 @@ def test_what_bounds_and_limits_exclude_is_told_apart():
         quench(CUBIC, (0.1, 1.0), Omega=(20, 60), a=(0.012, 0.05), margin=0.0, limits={"acceleration": 1.0, "power": 9})
 
 
+def test_the_full_model_keeps_the_limits_as_averaging_says():
+    """Measured over whole periods of the forced vibration; what averaging misses falls with Omega squared."""
+    errors = []
+    for Omega in (20.0, 40.0):
+        limits = {"friction": 0.1, "power": 0.9}
+        found = quench(CUBIC, (0.1, 0.4), Omega=(Omega, Omega), a=(0, 0.05), limits=limits)
+        assert found.check.agrees
+        share, power = found.check.limits
+        assert (share.quantity, power.quantity) == ("share of the friction at v_b = 0.1", "mean power at v_b = 0.1")
+        assert share.predicted == pytest.approx(cubic_share(0.1, intensity(found)), abs=1e-8)
+        errors.append([abs(r.computed / r.predicted - 1) for r in (share, power)])
+    assert np.log2(np.divide(*errors)) == pytest.approx([2.0, 2.0], abs=0.1)
+    assert found.check.to_dict()["limits"][0]["agrees"]
+    assert "share of the friction at v_b = 0.1: 0.1095" in str(found.check)
+
+
 def grid_values(name, speeds, q):
     """Least damping, largest power and least share of the friction over belt speeds, by the midpoint rule."""
     _, beta, mu, slope = LAWS[name]
