@@ -12,7 +12,7 @@ from symfric.design.search import Optimum, Problem
 from symfric.model.outputs import Integral, friction_force
 from symfric.solve.choose import Program, prepare
 
-NEAR = 20.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
+NEAR = 12.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
 BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
 
 

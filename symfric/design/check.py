@@ -1,7 +1,7 @@
 """What the full event-driven model does beside an optimum: multipliers of the stroboscopic map at finite frequency."""
 
 from dataclasses import asdict, dataclass
-from math import nan, pi
+from math import isfinite, nan, pi
 
 import numpy as np
 
@@ -101,7 +101,9 @@ class Check:
                 state = state if p.status == "OK" else f"no answer ({p.status})"
                 rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
                 words.append(f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})")
-        words += [f"{r.quantity}: {r.computed:.4g}, averaged model {r.predicted:.4g}" for r in self.limits]
+        for r in self.limits:
+            seen = f"{r.computed:.4g}" if isfinite(r.computed) else "no answer"
+            words.append(f"{r.quantity}: {seen}, averaged model {r.predicted:.4g}")
         return "; ".join(words)
 
 
