@@ -63,7 +63,8 @@ def quench(
         With values "a" and "Omega". Where several reach the optimum, the one of least force: the lowest frequency.
         Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
         does not. `corrected` holds the amplitude at which the forced motion of the full model is as stable as asked for
-        at the belt speeds that decide; None where it sticks or touches zero slip.
+        at the belt speeds that decide, whatever the limits; None where it sticks or touches zero slip. With limits on
+        friction or power the check holds what the full model leaves and spends at the optimum.
 
     Raises
     ------

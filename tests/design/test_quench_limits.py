@@ -48,9 +48,9 @@ def test_a_share_of_the_friction_asks_for_more_shaking_with_the_cubic_law(share)
     assert found.check.agrees
 
 
-@pytest.mark.parametrize("v", [0.37, 0.42])
-def test_friction_that_the_excitation_does_not_touch(v):
+def test_friction_that_the_excitation_does_not_touch():
     """Faster than the fast motion the cubic law rubs more than without: the limit of 1 binds nothing."""
+    v = 0.42
     found = quench(CUBIC, (v, v), Omega=(20, 60), a=(0, 0.05), limits={"friction": 1.0})
     free = quench(CUBIC, (v, v), Omega=(20, 60), a=(0, 0.05))
     assert found.values == free.values
@@ -80,12 +80,12 @@ def test_acceleration_couples_amplitude_and_frequency():
     just = quench(CUBIC, **bounds, limits={"acceleration": 100 * needed**2 * (1 + 1e-12)})
     assert intensity(just) == pytest.approx(needed, abs=1e-8)
     assert "limit on the acceleration" in just.active
-    with pytest.raises(sf.NotFound, match="its acceleration .* above the limit 12 by") as error:
-        quench(CUBIC, **bounds, limits={"acceleration": 12.0})
-    assert misses(str(error.value)) == pytest.approx([100 * needed**2 - 12], abs=1e-8)
-    with pytest.raises(sf.NotFound, match="above the limit 12 by .*, and it leaves .* short of 0.5 by") as error:
+    with pytest.raises(
+        sf.NotFound, match="its acceleration .* above the limit 12 by .*, and it leaves .* short of"
+    ) as e:
         quench(CUBIC, **bounds, limits={"acceleration": 12.0, "friction": 0.5})
-    assert len(misses(str(error.value))) == 2
+    expected = [100 * needed**2 - 12, 0.5 - cubic_share(0.1, needed)]
+    assert misses(str(e.value)) == pytest.approx(expected, abs=1e-8)
 
 
 def test_what_bounds_and_limits_exclude_is_told_apart():
@@ -128,7 +128,6 @@ def grid_values(name, speeds, q):
 
 
 CASES = [
-    ("cubic", "intensity", {"friction": 0.19, "power": 1.0}, "limit on the friction"),
     ("cubic", "power", {"friction": 0.19, "acceleration": 40.0}, "limit on the friction"),
     ("cubic", "force", {"friction": 0.15, "power": 0.5, "acceleration": 30.0}, "limit on the friction"),
     ("gauss", "power", {"acceleration": 8.0}, "damping"),  # strong shaking spends less, and is excluded
