@@ -6,13 +6,14 @@ from math import sqrt
 import numpy as np
 
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
-from symfric.design.check import TOLERANCE, Check, forced, prepare_map, probe
+from symfric.design.check import Check, forced, prepare_map, probe
 from symfric.design.compared import Compared
 from symfric.design.search import Optimum, Problem
-from symfric.model.outputs import Integral, friction_force
-from symfric.solve.choose import Program, prepare
+from symfric.model.outputs import Integral, Output, friction_force
+from symfric.solve.choose import Program
 
 NEAR = 12.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
+AT = 1e-8  # of a limit: so near to it the design is at it
 BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
 
 
@@ -30,42 +31,49 @@ def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
     """Ask the full model with a changed by a step: 1 % and what averaging misses, more if nothing shows yet below."""
     a, Omega = problem.excitation(found.q)
     step = 0.01 + 4 * (belt.frequency / Omega) ** 2
+    worst = (c.slack(problem.speeds.worst(found.regime, found.q, c.kind)[0].value) for c in problem.conditions[1:])
+    limited = min(worst, default=1.0) < AT  # then nothing need show below
     for _ in range(4):
         below = _side(belt, problem, ((1 - step) * a, Omega))
-        if below.damping < 0 or problem.margin > 0 or step > 0.2:
+        if below.damping < 0 or problem.margin > 0 or limited or step > 0.2:
             break
         step *= 2
     above = _side(belt, problem, ((1 + step) * a, Omega))
-    program, duration = prepare_map(belt, (a, Omega), above.v_b)
+    meters = _meters(belt, [c.kind for c in problem.conditions[1:]])
+    program, duration = prepare_map(belt, (a, Omega), above.v_b, meters)
     probes = []
     for side in (above, below):
         rest = belt.normal * side.friction / belt.stiffness
         rate = decay_rate(belt, side.damping)
         probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
-    return Check(step, (probes[0],), (probes[1],), _limited(belt, problem, found, program, duration))
+    return Check(step, (probes[0],), (probes[1],), _limited(belt, problem, found, program, duration, tuple(meters)))
 
 
-def _limited(belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float) -> tuple[Compared, ...]:
-    """Return what the limits on friction and power speak of beside the full model, forced at its finite frequency."""
-    asked = [c.kind for c in problem.conditions[1:]]
-    if not asked:
-        return ()
-    a, Omega = problem.excitation(found.q)
+def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
+    """Return the integrals of the friction, along the slip u - v_b, and of the power of the excitation."""
     scene, (u,) = belt.scene, belt.scene.system.u
     (force,) = scene.system.force
     shaking = force - force.subs(scene.parameter(AMPLITUDE), 0)
     rubbing = sum(friction_force(c.name) * c.slip.diff(u) for c in scene.contacts)
-    outputs = {"friction": Integral(rubbing), "power": Integral(shaking * u)}
-    placed = scene.where({AMPLITUDE: a, FREQUENCY: Omega}).until(duration)
-    meter, rows = prepare(placed.wanting({kind: outputs[kind] for kind in asked}), TOLERANCE), []
-    for kind in asked:
+    both = {"friction": Integral(rubbing), "power": Integral(shaking * u)}
+    return {kind: both[kind] for kind in kinds}
+
+
+def _limited(
+    belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
+) -> tuple[Compared, ...]:
+    """Return what the limits on friction and power speak of beside the full model, forced at its finite frequency."""
+    a, Omega = problem.excitation(found.q)
+    rows = []
+    for kind in kinds:
         worst = problem.speeds.worst(found.regime, found.q, kind)[0]
         averaged = problem.speeds.averaged.inside if worst.inside else problem.speeds.averaged.outside
         rest = belt.normal * float(averaged(worst.v, found.q)[2]) / belt.stiffness
         start = forced(belt, program, (a, Omega), worst.v, rest)
         mean = np.nan
         if np.all(np.isfinite(list(start.values()))):
-            run = meter.run(values={SPEED_NAME: worst.v}, initial=start)
+            values = {SPEED_NAME: worst.v, AMPLITUDE: a, FREQUENCY: Omega}
+            run = program.run(values=values, initial=start)
             mean = float(run[kind]) / duration if run.status == 0 else np.nan
         unit = belt.normal * belt.law(worst.v) if kind == "friction" else 1.0
         tolerance = NEAR * (belt.frequency / Omega) ** 2 * min(1.0, abs(worst.value))

@@ -1,5 +1,6 @@
 """What the full event-driven model does beside an optimum: multipliers of the stroboscopic map at finite frequency."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import isfinite, nan, pi
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.design.compared import Compared
+from symfric.model.outputs import Output, Trajectory
 from symfric.solve.choose import Program, prepare
 from symfric.solve.run import Run
 
@@ -194,12 +196,17 @@ def _jacobian(strobe, x: np.ndarray, size: np.ndarray) -> np.ndarray:
     return np.column_stack([(strobe(x + d) - strobe(x - d)) / (2e-6 * s) for d, s in zip(step, size, strict=True)])
 
 
-def prepare_map(belt: Belt, excitation: tuple[float, float], v_b: float) -> tuple[Program, float]:
-    """Compile the scene over whole forcing periods that last about half a slow period; return it and their time."""
+def prepare_map(
+    belt: Belt, excitation: tuple[float, float], v_b: float, meters: Mapping[str, Output] | None = None
+) -> tuple[Program, float]:
+    """Compile the scene over whole forcing periods that last about half a slow period; return it and their time.
+
+    `meters` are outputs wanted beside the trajectory.
+    """
     a, Omega = excitation
     half = pi / belt.frequency
     if a * Omega != 0:
         forcing = 2 * pi / Omega
         half = forcing * min(max(1, round(half / forcing)), PERIODS)
     scene = belt.scene.where({SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega})
-    return prepare(scene.wanting(None).until(half), TOLERANCE), half
+    return prepare(scene.wanting({"path": Trajectory(), **(meters or {})}).until(half), TOLERANCE), half

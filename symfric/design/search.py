@@ -15,6 +15,7 @@ from scipy.optimize import brentq, minimize_scalar
 from symfric.design.worst import ROWS, Point, Range
 
 EXCHANGES = 30
+FAR = 0.02  # slack that a peak lacks, over its condition's size, at a first look that makes a second one idle
 IPOPT = {
     "print_time": False,
     "error_on_fail": False,
@@ -175,9 +176,13 @@ def refined(problem: Problem, regime: str, q, slack, power):
     peaks = 1 + np.flatnonzero((inner < 0) & np.isfinite(inner) & peak)
     extra = []
     for k in peaks[np.argsort(-slack[peaks])][:3]:
-        found = minimize_scalar(
-            lambda s: -problem.slack(regime, s), bounds=(q[k - 1], q[k + 1]), method="bounded", options={"xatol": 1e-9}
-        )
+        low, high = q[k - 1], q[k + 1]
+        for tolerance in (1e-3 * (high - low), 1e-9):
+            found = minimize_scalar(
+                lambda s: -problem.slack(regime, s), bounds=(low, high), method="bounded", options={"xatol": tolerance}
+            )
+            if found.fun > FAR:
+                break
         if -found.fun > slack[k]:
             extra.append((float(found.x), -float(found.fun)))
     if not extra:
