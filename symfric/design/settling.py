@@ -52,6 +52,11 @@ class Transient:
     speed : str
     speeds : (float, float) or None
         None where the scene has its own.
+    route : str or None
+        Of the runs; None for the cheapest.
+    tolerance : float
+    known : dict
+        What was seen, by the parameter.
     """
 
     scene: Scene
