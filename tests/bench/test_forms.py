@@ -1,0 +1,77 @@
+"""Scenes as the peers take them: every loop that is there finds the motion of the package's own routes."""
+
+import importlib.util
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import symfric as sf
+from symfric.bench import casadi_form, extrapolation, heyoka_form, larger, scipy_form, sundae_form
+from symfric.bench.form import form_of
+from symfric.bench.problems import problems
+
+LOOPS = {
+    "scipy": scipy_form.prepare_events,
+    "casadi": casadi_form.prepare_interpreted,
+    "heyoka": heyoka_form.prepare,
+    "sksundae": sundae_form.prepare,
+}
+SCENES = {
+    "slides": larger.slides().until(12.0),
+    "chain": larger.chain(2, horizon=6.0),
+    "record": larger.isolator().until(1.6),
+    "bristles": larger.bristles().until(1.0),
+}
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return {name: sf.simulate(scene, 1e-12).checked() for name, scene in SCENES.items()}
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+@pytest.mark.parametrize("name", SCENES)
+def test_every_loop_finds_the_motion(loop, name, truth):
+    if importlib.util.find_spec(loop) is None:
+        pytest.skip(f"{loop} is not installed")
+    run = LOOPS[loop](replace(problems()["P8"], scene=SCENES[name]), 1e-8)
+    answer, again = run(), run()
+    assert answer.values == pytest.approx(truth[name].final, abs=2e-6)
+    assert answer.events == truth[name].stats["events"]
+    assert again == answer
+
+
+def test_many_digits_agree_with_the_routes():
+    scene = SCENES["slides"].until(1.0)
+    answer = extrapolation.solved(scene, 20)
+    run = sf.simulate(scene, 1e-14).checked()
+    assert np.array(answer.values, dtype=float) == pytest.approx(run.final, abs=2e-14)
+    assert answer.events == run.stats["events"]
+
+
+def test_scenes_that_the_loops_cannot_take_say_so():
+    with pytest.raises(NotImplementedError, match="two contacts work on one body"):
+        form_of(_doubled())
+
+
+def _doubled():
+    scene = sf.scenes.mass_on_belt(v_b=0.2)
+    (contact,) = scene.contacts
+    return sf.Scene(
+        scene.system, [contact, replace(contact, name="second")], scene.values, scene.initial, scene.horizon
+    )
+
+
+def test_references_of_the_sweep_are_the_half_ranges():
+    problem = problems()["P5"]
+    assert len(problem.reference) == len(problem.speeds) == 1000
+    for k in (3, 500, 900):
+        first = sf.simulate(problem.scene.where({"v_b": problem.speeds[k]}).until(150.0), 1e-13).checked()
+        second = (
+            problem.scene.where({"v_b": problem.speeds[k]})
+            .until(50.0)
+            .starting(dict(zip("xu", first.final, strict=True)))
+        )
+        half = sf.simulate(second.wanting({"half": sf.HalfRange(second.system.q[0])}), 1e-13).outputs["half"]
+        assert half == pytest.approx(float(problem.reference[k]), abs=1e-12)
