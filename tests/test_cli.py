@@ -232,7 +232,7 @@ def test_output_folder_that_cannot_be_written(tmp_path):
         (["reproduce", "thomsen-1", "-o", "{unit}/below"], "name another folder with -o"),
         (["reproduce", "thomsen-1", "--records", "{unit}"], "is no folder of records"),
         (["sweep", "{good}", "-o", "{unit}/below"], "name another folder with -o"),
-        (["bench", "--problem", "P9"], "no problem 'P9'"),
+        (["bench", "--problem", "Q1"], "no problem 'Q1'"),
         (["bench", "-o", "{unit}"], "is a file; name a folder for the results with -o"),
         (["bench", "--rounds", "few"], "'few' is not a valid integer"),
     ],
