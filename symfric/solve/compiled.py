@@ -17,8 +17,9 @@ from symfric.model.numeric import numeric
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.memory import addresses
-from symfric.solve.run import Path, Raw
+from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
+from symfric.solve.widened import widened
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
@@ -188,6 +189,51 @@ class Loop:
         )
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
         return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw
+
+
+class Compiled:
+    """What the compiled routes share: a prepared scene that `run` repeats with other numbers.
+
+    A route sets `scene`, `tolerance`, `built_in`, `general`, `remade`, `_numbers` and `_loop`; `_extra` joins the
+    counts.
+    """
+
+    route = ""
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start.
+
+        Parameters
+        ----------
+        values, initial : mapping of symbol or name to number
+            Changes to the scene's own. The first change of a parameter that was zero, or that a law's mean over fast
+            vibration contains, compiles again, for all values of it.
+        progress : callable, optional
+            Called with the fraction done, about once for every million steps.
+
+        Returns
+        -------
+        Run
+        """
+        values = {} if values is None else values
+        initial = {} if initial is None else initial
+        y, p = self._numbers.start
+        if values or initial:
+            general = widened(self, values)
+            if general is not None:
+                return general.run(values, initial, progress)
+            y, p = self._numbers.changed(values, initial)
+        status = self._loop.drive(y, p, progress)
+        final, t_final, stats, raw = self._loop.collect(len(self.scene.system.states))
+        stats.update(self._extra)
+        return Run(
+            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+        )
 
 
 def _double(array: np.ndarray) -> np.ndarray:

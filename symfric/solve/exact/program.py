@@ -1,24 +1,21 @@
 """The route `exact`: closed forms between events, for scenes that are linear there."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
-from symfric.model.names import Key
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, check_tolerance, wanted_of
+from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance, wanted_of
 from symfric.solve.exact.entry import launch
 from symfric.solve.exact.form import Form, form_of
 from symfric.solve.exact.oscillator import LEFT
 from symfric.solve.exact.record_program import record_loop
 from symfric.solve.exact.room import make_room
-from symfric.solve.run import Run
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import Taylor, TaylorProgram, series_loop
 from symfric.solve.taylor.workspace import T_END
-from symfric.solve.widened import widened
 
 ORDER = 28  # of the powers of a matrix
 ROUNDED = 1e-16  # of the variation of a state: what the powers leave out of a step
@@ -42,10 +39,11 @@ class Exact:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
 
-class ExactProgram:
+class ExactProgram(Compiled):
     """A scene in closed form; `run` repeats it with other numbers. Not to be shared between threads."""
 
     route = "exact"
+    _extra: ClassVar[dict[str, float]] = {}
 
     def __init__(
         self,
@@ -75,27 +73,6 @@ class ExactProgram:
         except NoRoute:
             budgets = Taylor(max_steps=self.settings.max_steps, max_events=self.settings.max_events)
             return TaylorProgram(self.scene, self.tolerance, budgets, varied)
-
-    def run(
-        self,
-        values: Mapping[Key, float] | None = None,
-        initial: Mapping[Key, float] | None = None,
-        progress: Callable[[float], None] | None = None,
-    ) -> Run:
-        """Run with other parameter values or another start; see `TaylorProgram.run`."""
-        values = {} if values is None else values
-        initial = {} if initial is None else initial
-        y, p = self._numbers.start
-        if values or initial:
-            general = widened(self, values)
-            if general is not None:
-                return general.run(values, initial, progress)
-            y, p = self._numbers.changed(values, initial)
-        status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect(len(self.scene.system.states))
-        return Run(
-            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
-        )
 
 
 def _closed_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:

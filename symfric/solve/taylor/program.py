@@ -1,7 +1,7 @@
 """The route `taylor`: a scene compiled once, run many times."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -9,16 +9,13 @@ import casadi as ca
 from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.lower.variations import Variations
-from symfric.model.names import Key
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Loop, Numbers, Wanted, check_tolerance, wanted_of
-from symfric.solve.run import Run
+from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, Wanted, check_tolerance, wanted_of
 from symfric.solve.segments import segments
 from symfric.solve.taylor.entry import launch
 from symfric.solve.taylor.jets import Series, expand, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import Workspace, make_workspace
-from symfric.solve.widened import widened
 
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
 
@@ -56,7 +53,7 @@ def order_for(tolerance: float, n_states: int) -> int:
     return math.ceil(-0.5 * math.log(tolerance)) + (6 if n_states <= 4 else 4)
 
 
-class TaylorProgram:
+class TaylorProgram(Compiled):
     """A scene compiled for one tolerance; `run` repeats it with other numbers. Not to be shared between threads."""
 
     route = "taylor"
@@ -67,6 +64,7 @@ class TaylorProgram:
         wanted = wanted_of(scene)
         self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
         self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states))
+        self._extra = {"order": order}
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = variants_of(self.automaton, order, sticker)
         budgets = settings.max_steps, settings.max_events
@@ -88,41 +86,6 @@ class TaylorProgram:
     def remade(self, varied: frozenset[str]) -> "TaylorProgram":
         """Return the program in which the parameters `varied` may be anything."""
         return TaylorProgram(self.scene, self.tolerance, self.settings, varied)
-
-    def run(
-        self,
-        values: Mapping[Key, float] | None = None,
-        initial: Mapping[Key, float] | None = None,
-        progress: Callable[[float], None] | None = None,
-    ) -> Run:
-        """Run with other parameter values or another start.
-
-        Parameters
-        ----------
-        values, initial : mapping of symbol or name to number
-            Changes to the scene's own. The first change of a parameter that was zero, or that a law's mean over fast
-            vibration contains, compiles again, for all values of it.
-        progress : callable, optional
-            Called with the fraction done, about once for every million steps.
-
-        Returns
-        -------
-        Run
-        """
-        values = {} if values is None else values
-        initial = {} if initial is None else initial
-        y, p = self._numbers.start
-        if values or initial:
-            general = widened(self, values)
-            if general is not None:
-                return general.run(values, initial, progress)
-            y, p = self._numbers.changed(values, initial)
-        status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect(len(self.automaton.states))
-        stats["order"] = self.order
-        return Run(
-            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
-        )
 
 
 def series_loop(
