@@ -25,7 +25,7 @@ from symfric.solve.taylor.workspace import DOUBTS, T_END
 
 BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
 _ROUGH = 1e-8  # tolerance of a motion that serves as a guess
-_MOST_FLOWS = 16
+_MOST_FLOWS, _MOST_MOTIONS = 16, 8  # programs kept
 _FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations
 
 
@@ -112,6 +112,8 @@ class Flow:
     def motion(self, scene: Scene, horizon: float) -> Run:
         """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
         if horizon not in self._motions:
+            if len(self._motions) == _MOST_MOTIONS:
+                self._motions.pop(next(iter(self._motions)))
             self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
         numbers = scene.numbers()
         initial = {s.name: numbers[s] for s in scene.system.states}
