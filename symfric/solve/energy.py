@@ -1,6 +1,10 @@
 """The balance of energy along a computed motion: a check that does not use the solver's own error estimate."""
 
+from collections.abc import Mapping
+
+import casadi as ca
 import numpy as np
+import sympy as sp
 
 from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
@@ -33,10 +37,23 @@ def energy_residual(run) -> float:
         from symfric.solve.choose import simulate
 
         run = simulate(run.scene.wanting({"path": Trajectory()}), run.tolerance, run.route)
-    path = run.raw.path
+    return imbalance(run, *energy_functions(run.scene), run.scene.numbers())
+
+
+def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp.Symbol, float]) -> float:
+    """Return the residual of a run that kept its trajectory.
+
+    Parameters
+    ----------
+    run : Run
+    power, kinetic : casadi.Function
+        `energy_functions` of its scene; they serve for any values of the parameters.
+    numbers : mapping of Symbol to float
+        Parameters of the run.
+    """
+    path, scene = run.path, run.base
     if path.coefficients.shape[0] == 0:
         return 0.0
-    power, kinetic = energy_functions(run.scene)
     nodes, weights = gauss_legendre(_NODES)
     inner = path.h[:, None] * nodes
     times = path.t[:, None] + inner
@@ -44,11 +61,12 @@ def energy_residual(run) -> float:
     for k in range(path.coefficients.shape[2] - 2, -1, -1):
         states = states * inner[:, :, None] + path.coefficients[:, None, :, k]
     states = states.reshape(-1, path.coefficients.shape[1]).T
-    parameters = _parameters(run.scene, np.repeat(path.t, _NODES))
+    parameters = _parameters(scene, numbers, np.repeat(path.t, _NODES))
     modes = np.repeat(path.mode, _NODES, axis=0).T
     applied, contact = (
         np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes)
     )
+    contact[np.isnan(contact)] = 0.0  # a root of a speed that rounding brought below zero: no speed, no power
     share = path.h[:, None] * weights
     work = np.cumsum((share * (applied + contact)).sum(axis=1))
     moved = np.cumsum((share * applied).sum(axis=1))
@@ -59,9 +77,8 @@ def energy_residual(run) -> float:
     return float(np.max(np.abs(imbalance)) / largest)
 
 
-def _parameters(scene, times: np.ndarray) -> np.ndarray:
+def _parameters(scene, numbers: Mapping[sp.Symbol, float], times: np.ndarray) -> np.ndarray:
     """Return parameters, then start, value and slope of every input, at each time: shape (n_p, n_t)."""
-    numbers = scene.numbers()
     fixed = np.array([numbers[s] for s in scene.parameters])
     edges, data = segments(list(scene.inputs.values()), scene.horizon)
     row = np.clip(np.searchsorted(edges, times, side="right") - 1, 0, data.shape[0] - 1)

@@ -136,10 +136,12 @@ def reach(f, value, slope, level, t, end, tau_end):
             if after * before < 0.0 or high >= end:
                 break
             low, before, step = high, after, 2.0 * step
-    if after == 0.0 or (after > 0.0) == (before > 0.0):
+    if after == 0.0:
         return NEVER
-    if before == 0.0:
-        return low
+    if before == 0.0 or (before > 0.0) == (after > before):
+        return low  # it was there already: what lifted the motion from the level was lost in rounding
+    if (after > 0.0) == (before > 0.0):
+        return NEVER
     return _polish(f, value, slope, level, low, high, before, after)
 
 

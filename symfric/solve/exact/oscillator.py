@@ -342,7 +342,7 @@ def _way(w):
 def _doubt(w):
     """Return the part of its bound by which rounding may have falsified the stick force."""
     if w.m[STARTED] == 0:
-        return ROUNDING
+        return TIE
     d = w.data
     pull = abs(d[PULL]) * d[LOAD] * d[STATIC]
     size = abs(d[A_X]) * w.largest[0] + abs(d[A_U]) * w.largest[1] + abs(d[A_0])

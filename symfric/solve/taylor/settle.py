@@ -217,10 +217,11 @@ def _change_contact(w, n_x, n_c, horizon, least):
 def _doubt(w, i):
     """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
 
-    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound.
+    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. At the
+    start it is the tie: a smaller excess would release a slip whose acceleration then counts as none.
     """
     if w.counts[STEPS] == 0:
-        return ROUNDING
+        return TIE
     pull, size = w.gauge[2, i] * natural_time(w), w.span[1, i]
     ratio = size / pull if pull > 0.0 else 0.0
     return max(ROUNDING, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
