@@ -340,7 +340,11 @@ def _parallels(scene: Scene) -> list[tuple[int, float]]:
 
 
 def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
-    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds."""
+    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
+
+    Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
+    bound of zero.
+    """
     parallels = _parallels(low.scene)
     shared = ca.SX(friction)
     for first in {k for k, _ in parallels}:
@@ -350,9 +354,12 @@ def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
         sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factor * friction[i], 0) for i, factor in group)
         reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
-        reach = ca.if_else(reach > 0, reach, 1) if not ca.depends_on(reach, ca.vertcat(low.y, low.t)) else reach
+        loaded = ca.SX(1)
+        if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
+            loaded = reach > 0
+            reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
-            shared[i] = ca.if_else(sticks[i], math.copysign(1, factor) * bounds[i] * whole / reach, friction[i])
+            shared[i] = ca.if_else(sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i])
     return shared
 
 
