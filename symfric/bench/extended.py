@@ -226,5 +226,3 @@ def _solve(rows: list[list]) -> list:
     for k in reversed(range(size)):
         solution[k] = (rows[k][-1] - mp.fdot(rows[k][k + 1 : -1], solution[k + 1 :])) / rows[k][k]
     return solution
-
-

@@ -170,9 +170,26 @@ class Dice:
         elif kind == "unloaded":
             values = {name: 0.0 if name[0] in "Nkdrc" and rng.random() < 0.4 else v for name, v in values.items()}
         _bounded_coupling(values)
+        self._keep_apart(values)
         if kind in ("surface", "edge", "near"):
             start = self._on_surface(rng, values, start, kind)
         return Draw(kind, values, dict(zip(self.states, start.tolist(), strict=True)))
+
+    def _keep_apart(self, values: dict) -> None:
+        """Give belts of one slip but for their speeds speeds of their own.
+
+        Contacts that only numbers make parallel share no load; where friction drops after rest, the end of their
+        sticking is then not determined.
+        """
+        slip, slopes, _, _ = self._look(values, np.zeros(2 * self._n))
+        for i in range(self._n_c):
+            for j in range(i):
+                first = np.flatnonzero(slopes[j])[0]
+                factor = slopes[i][first] / slopes[j][first]
+                alike = np.array_equal(slopes[i], factor * slopes[j]) and slip[i] == factor * slip[j]
+                if alike and f"v{i + 1}" in values:
+                    values[f"v{i + 1}"] += 0.0625 * (i + 1)
+                    slip = self._look(values, np.zeros(2 * self._n))[0]
 
     def _look(self, values: dict, start: np.ndarray):
         """Return slips, dw/du, static bounds and forces at the start."""

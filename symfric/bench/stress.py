@@ -151,13 +151,21 @@ def stress(
     return StressResult(tuple(found))
 
 
+def scene_named(name: str) -> tuple[int, int]:
+    """Return seed and number of a scene's name, such as "17/42"; raise `SceneError` if it is none."""
+    parts = name.split("/")
+    if len(parts) != 2 or not all(p.isdecimal() for p in parts):
+        raise SceneError(f"{name!r} is no scene's name; give seed and number, such as 17/42")
+    return int(parts[0]), int(parts[1])
+
+
 def examine(seed: int, numbers: Sequence[int]) -> list[Verdict]:
     """Run one structure with the draws of these numbers."""
-    bench = _Bench(seed)
+    bench = Comparison(seed)
     return [bench.verdict(number) for number in numbers]
 
 
-class _Bench:
+class Comparison:
     """One structure, compiled for every route that takes it."""
 
     def __init__(self, seed: int):

@@ -15,6 +15,7 @@ COMMANDS = {  # name: module and attribute, imported when asked for
     "scenes": "symfric.cli.commands:scenes",
     "reproduce": "symfric.cli.reproduce:reproduce",
     "bench": "symfric.cli.bench:bench",
+    "stress": "symfric.cli.stress:stress",
 }
 
 

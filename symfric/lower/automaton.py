@@ -359,7 +359,9 @@ def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
             loaded = reach > 0
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
-            shared[i] = ca.if_else(sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i])
+            shared[i] = ca.if_else(
+                sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i]
+            )
     return shared
 
 

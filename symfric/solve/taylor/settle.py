@@ -19,6 +19,7 @@ EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
 TIE = 1e-13  # of a derivative, relative to its scale
 MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
+_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -99,6 +100,7 @@ def settle(w):
             continue
         if _change_switch(w, n_x, n_c, n_s, horizon):
             continue
+        _hold_more(w, n_x, n_c, horizon)
         _mark_fresh(w, n_x, n_c, n_s)
         return _OK
     return _UNDECIDED
@@ -186,16 +188,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
     for i in range(n_c):
-        if not w.zero[i]:
-            continue
-        if w.m[i] == 2.0:
-            size, where = _drift(w, n_x + 2 * i, w.gauge[2, i])
-        elif w.m[i] > 0.5:
-            size, where = _excess(w, n_x + 2 * i, horizon, _doubt(w, i))
-        else:
-            size, where = _backing(w, n_x + 2 * i, w.gauge[2, i], horizon), 0
-        if size <= TIE and w.turns[i] >= 2:
-            continue  # a tie to rounding: either mode is right
+        size, where = _contradiction(w, n_x, i, horizon)
         if size > measure:
             worst, measure, side = i, size, where
             if least:
@@ -211,6 +204,47 @@ def _change_contact(w, n_x, n_c, horizon, least):
     else:
         w.m[n_c + worst] = -w.m[n_c + worst]
     return True
+
+
+@njit(**INNER)
+def _contradiction(w, n_x, i, horizon):
+    """Return by how much the mode of contact i contradicts its forces, and the way it would slip."""
+    size, where = 0.0, 0
+    if w.zero[i]:
+        if w.m[i] == 2.0:
+            size, where = _drift(w, n_x + 2 * i, w.gauge[2, i])
+        elif w.m[i] > 0.5:
+            size, where = _excess(w, n_x + 2 * i, horizon, _doubt(w, i))
+        else:
+            size = _backing(w, n_x + 2 * i, w.gauge[2, i], horizon)
+    if size <= TIE and w.turns[i] >= 2:
+        return 0.0, 0  # a tie to rounding: either mode is right
+    return size, where
+
+
+@njit(**INNER)
+def _hold_more(w, n_x, n_c, horizon):
+    """Stick where static friction holds what was released on the way to the mode found.
+
+    Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
+    """
+    for i in range(n_c - 1, -1, -1):
+        reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
+        drop = w.gauge[3, i] * w.gauge[4, i] * w.gauge[5 + i, i]
+        if not w.zero[i] or w.m[i] > 0.5 or reached or w.sticks[i] == 0 or drop <= _DROP * w.gauge[2, i]:
+            continue
+        w.m[i] = 1.0
+        _share(w, n_c)
+        prelude(w)
+        probe(w)
+        consistent = w.m[i] == 1.0
+        for j in range(n_c):
+            consistent = consistent and _contradiction(w, n_x, j, horizon)[0] == 0.0
+        if not consistent:
+            w.m[i] = 0.0
+            _share(w, n_c)
+            prelude(w)
+            probe(w)
 
 
 @njit(**INLINE)
@@ -269,13 +303,16 @@ def _backing(w, row, pull, horizon):
 
 @njit(**INNER)
 def natural_time(w):
-    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration."""
+    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
+
+    What a belt carries changes its speed by rounding alone; no time is longer than the run.
+    """
     time = 0.0
     n = w.limits[N_Q]
     for i in range(n):
         if w.scale[n + i] > 0.0:
             time = max(time, w.scale[i] / w.scale[n + i])
-    return time if time > 0.0 else 1e-3 * w.clock[T_END]
+    return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
 @njit(**INLINE)

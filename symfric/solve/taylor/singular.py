@@ -11,7 +11,7 @@ from numba import njit
 from symfric.solve.memory import INNER
 from symfric.solve.status import Status
 from symfric.solve.taylor.settle import TIE, expand, natural_time
-from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL
+from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL, T_END
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
 NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none
@@ -41,7 +41,7 @@ def start_singular(w, n_x, n_c):
             time = size / pull if size > 0.0 else time
             if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[2, i]:
                 weight = 0.5
-    h = FRACTION * time
+    h = min(FRACTION * time, w.clock[T_END] - w.y[n_x])
     for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
         if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
             w.base[2, r] = 0.0

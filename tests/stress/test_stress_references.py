@@ -1,0 +1,74 @@
+"""A dozen motions against steps in multiple precision that know nothing of the solvers."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.bench.extended import extended
+from symfric.bench.problems import problems
+
+X, U, Y, W = sp.symbols("x u y w", real=True)
+LAWS = {
+    "coulomb with a drop": sf.laws.coulomb(0.4, 0.3),
+    "cubic": sf.laws.cubic(0.4, 0.25, 0.5),
+    "stribeck": sf.laws.stribeck(0.4, 0.25, 0.3),
+    "lorentz": sf.laws.lorentz(0.4, 0.5, b=0.02),
+    "gauss": sf.laws.gauss(0.4, 0.5, b=0.02),
+    "exponential": sf.laws.exponential(0.4, 0.7),
+    "custom": sf.laws.custom(0.2 + 0.1 / (1 + sf.SPEED) ** 2, 0.35),
+}
+
+
+def shaken(law):
+    force = [sp.cos(sf.TIME) / 2 - sp.sin(X)]
+    system = sf.System(q=[X], u=[U], mass=[[1]], force=force)
+    return sf.Scene(system, [sf.Contact("belt", U - 0.2, 1, law)], initial={X: 0.5, U: 0.0}, horizon=4.0)
+
+
+def pair(contacts, *, mass=((1, 0), (0, 1)), force=(-X - (X - Y) + sp.cos(sf.TIME), -Y - (Y - X)), start=(0.5, 0.0)):
+    system = sf.System(q=[X, Y], u=[U, W], mass=mass, force=force)
+    initial = {X: start[0], Y: start[1], U: 0.0, W: 0.0}
+    return sf.Scene(system, contacts, initial=initial, horizon=4.0)
+
+
+def each(first, second):
+    return [sf.Contact("one", U - 0.1, 1, first), sf.Contact("two", W, 0.7, second)]
+
+
+SCENES = {
+    **{name: shaken(law) for name, law in LAWS.items()},
+    "two masses": pair(each(LAWS["coulomb with a drop"], LAWS["stribeck"])),
+    "coupled by mass": pair(each(LAWS["cubic"], LAWS["coulomb with a drop"]), mass=((2, 0.3), (0.3, 1))),
+    "on each other": pair([sf.Contact("face", W - U, 0.8, LAWS["stribeck"]), sf.Contact("floor", U, 1, LAWS["gauss"])]),
+    "pendulum": pair(
+        each(LAWS["lorentz"], LAWS["exponential"]),
+        mass=((2, sp.cos(X) / 3), (sp.cos(X) / 3, 1)),
+        force=(-X, -3 * sp.sin(Y) + W**2 / 5),
+        start=(1.0, 0.5),
+    ),
+    "loads that vary": pair(
+        [
+            sf.Contact("one", U - 0.1, 1 + sp.sin(Y) / 4, LAWS["cubic"], 1 + sp.cos(X) / 5),
+            sf.Contact("two", W, 0.5 + sp.cos(2 * sf.TIME) / 4, LAWS["coulomb with a drop"]),
+        ]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_motions_agree_with_multiple_precision(name):
+    reference = extended(SCENES[name], digits=24)
+    final = np.array([float(x) for x in reference.final])
+    for tolerance in (1e-6, 1e-9, 1e-13):
+        run = sf.simulate(SCENES[name], tolerance).checked()
+        assert run.stats["events"] == reference.events > 0
+        assert np.max(np.abs(run.final - final)) < 10 * tolerance
+
+
+def test_the_reference_agrees_with_that_of_the_benchmark():
+    problem = problems()["P2"]
+    found = extended(problem.scene.until(10.0), digits=24)
+    run = sf.simulate(problem.scene.until(10.0), 1e-15)
+    assert found.events == run.stats["events"]
+    assert [float(x) for x in found.final] == pytest.approx(run.final, abs=3e-15)
