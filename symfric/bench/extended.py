@@ -17,6 +17,7 @@ from symfric.model.scene import Scene
 _COLUMNS = 9  # of the extrapolation: order 18
 _LONGEST = 0.4  # step
 _MOST_STEPS = 5_000
+_NOISE = 1e4  # roundings
 _LOCATE = 60  # iterations for the time of an event
 
 
@@ -173,9 +174,9 @@ def _guards(equations: _Equations, mode, y, t, pull, slip) -> list:
 
 
 def _first_fallen(guards: list[list]) -> int | None:
-    """Return the contact whose guard is first negative after the beginning."""
+    """Return the contact whose guard is first negative after the beginning, by more than rounding leaves of zero."""
     for row in guards[1:]:
-        if min(row) < 0:
+        if min(row) < -_NOISE * mp.eps:
             return row.index(min(row))
     return None
 
@@ -184,7 +185,7 @@ def _locate(equations: _Equations, mode, y, t, h, guards) -> tuple[list, mp.mpf,
     """Return state and time where the first guard falls, by the Illinois rule on the length of the step."""
     which = _first_fallen(guards)
     nodes = len(guards) - 1
-    k = next(k for k in range(1, nodes + 1) if guards[k][which] < 0)
+    k = next(k for k in range(1, nodes + 1) if guards[k][which] < -_NOISE * mp.eps)
 
     def value(length) -> tuple[mp.mpf, list]:
         state = _step(equations, mode, y, t, length)[0]

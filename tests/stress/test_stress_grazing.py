@@ -31,7 +31,7 @@ def circling(amplitude):
     if amplitude <= SPEED:
         return MU + amplitude * math.cos(HORIZON), -amplitude * math.sin(HORIZON)
     ahead = math.sqrt((amplitude - SPEED) * (amplitude + SPEED))
-    caught = math.pi + math.asin(SPEED / amplitude)
+    caught = math.pi + math.atan2(SPEED, ahead)
     left = HORIZON - caught - ahead / SPEED
     return MU + SPEED * math.sin(left), SPEED * math.cos(left)
 
@@ -90,7 +90,7 @@ def test_what_static_friction_holds_stays_at_rest_when_another_lets_go():
         assert run.final[[0, 2]].tolist() == [0.2, 0.0]
 
 
-@pytest.mark.parametrize("n", [2, 5])
+@pytest.mark.parametrize("n", [2, 4])
 def test_equal_masses_with_equal_contacts_move_as_one(n):
     q, u = sp.symbols(f"q:{n}", real=True), sp.symbols(f"u:{n}", real=True)
     force = [-q[i] + sum(q[j] - q[i] for j in (i - 1, i + 1) if 0 <= j < n) for i in range(n)]

@@ -9,15 +9,15 @@ import sympy as sp
 import symfric as sf
 
 X, U = sp.symbols("x u", real=True)
-m, k, N, v, F, Omega = sp.symbols("m k N v F Omega", positive=True)
+m, k, N, v_b, F, Omega = sp.symbols("m k N v_b F Omega", positive=True)
 MU_S, MU_K = 0.4, 0.3
 
 
 def belt(law, horizon, *, force=-k * X, **values):
-    names = {s.name: s for s in (m, k, N, v, F, Omega)}
+    names = {s.name: s for s in (m, k, N, v_b, F, Omega)}
     system = sf.System(q=[X], u=[U], mass=[[m]], force=[force])
     values = {names[n]: x for n, x in values.items()}
-    return sf.Scene(system, [sf.Contact("belt", U - v, N, law)], values, {X: 0.0, U: 0.0}, horizon, {"end": sf.End()})
+    return sf.Scene(system, [sf.Contact("belt", U - v_b, N, law)], values, {X: 0.0, U: 0.0}, horizon, {"end": sf.End()})
 
 
 def stick_slip(speed):
@@ -31,7 +31,7 @@ def test_a_million_events(route):
     speed, periods = 0.5, 500_000
     period = stick_slip(speed)
     start = MU_S / speed  # carried from rest at x = 0 to the static bound; the belt catches it at once
-    scene = belt(sf.laws.coulomb(MU_S, MU_K), start + (periods - 0.5) * period, m=1, k=1, N=1, v=speed)
+    scene = belt(sf.laws.coulomb(MU_S, MU_K), start + (periods - 0.5) * period, m=1, k=1, N=1, v_b=speed)
     run = sf.prepare(scene, 1e-13, route).run(initial={"u": speed}).checked()
     assert run.stats["events"] == 2 * periods - 1
     slip = 2 * (math.pi - math.atan((MU_S - MU_K) / speed))
@@ -47,7 +47,7 @@ def test_a_million_events(route):
 @pytest.mark.parametrize("horizon", [1e3, 1e6])
 def test_a_long_free_slip_keeps_its_phase(route, horizon):
     # on Coulomb friction a mass that is slower than the belt circles about mu N
-    run = sf.prepare(belt(sf.laws.coulomb(0.3), horizon, m=1, k=1, N=1, v=0.5), 1e-14, route).run().checked()
+    run = sf.prepare(belt(sf.laws.coulomb(0.3), horizon, m=1, k=1, N=1, v_b=0.5), 1e-14, route).run().checked()
     first = -0.3 * np.array([math.cos(horizon), -math.sin(horizon)])
     assert run.stats["events"] == 0
     assert run.final == pytest.approx(np.array([0.3, 0.0]) + first, abs=1e-15 * horizon + 1e-12)
@@ -57,10 +57,10 @@ def test_a_long_free_slip_keeps_its_phase(route, horizon):
 @pytest.mark.parametrize("which", ["time", "length", "force"])
 def test_units_over_twelve_decades(power, which):
     law = sf.laws.coulomb(MU_S, MU_K)
-    one = sf.simulate(belt(law, 30.0, m=1, k=1, N=1, v=0.3), 1e-12).checked()
+    one = sf.simulate(belt(law, 30.0, m=1, k=1, N=1, v_b=0.2), 1e-12).checked()
     unit = 10.0**power
     time, length, force = (unit if which == name else 1.0 for name in ("time", "length", "force"))
-    values = {"m": force * time**2 / length, "k": force / length, "N": force, "v": 0.3 * length / time}
+    values = {"m": force * time**2 / length, "k": force / length, "N": force, "v_b": 0.2 * length / time}
     for route in ("exact", "taylor"):
         run = sf.simulate(belt(law, 30.0 * time, **values), 1e-11, route).checked()
         assert run.stats["events"] == one.stats["events"] > 4
@@ -72,8 +72,8 @@ def test_excitation_up_to_a_million_radians_a_second(fast):
     # the same motion with another unit of time
     law = sf.laws.stribeck(0.4, 0.25, 0.3)
     force = F * sp.sin(Omega * sf.TIME) - k * X
-    slow = sf.simulate(belt(law, 40.0, force=force, m=1, k=0.5, N=1, v=0.1, F=0.9, Omega=1), 1e-12).checked()
-    values = {"m": fast**-2, "k": 0.5, "N": 1, "v": 0.1 * fast, "F": 0.9, "Omega": fast}
+    slow = sf.simulate(belt(law, 40.0, force=force, m=1, k=0.5, N=1, v_b=0.1, F=0.9, Omega=1), 1e-12).checked()
+    values = {"m": fast**-2, "k": 0.5, "N": 1, "v_b": 0.1 * fast, "F": 0.9, "Omega": fast}
     law = sf.laws.stribeck(0.4, 0.25, 0.3 * fast)
     run = sf.simulate(belt(law, 40.0 / fast, force=force, **values), 1e-12).checked()
     assert run.stats["events"] == slow.stats["events"] > 10
@@ -83,9 +83,9 @@ def test_excitation_up_to_a_million_radians_a_second(fast):
 @pytest.mark.parametrize("v_s", [1e-3, 1e-5, 1e-6])
 def test_a_stiff_law_stays_near_the_set_valued_one(v_s):
     law = sf.laws.coulomb(0.4)
-    exact = sf.simulate(belt(law, 2.0, m=1, k=1, N=1, v=0.2), 1e-12).final
+    exact = sf.simulate(belt(law, 2.0, m=1, k=1, N=1, v_b=0.2), 1e-12).final
     for tolerance in (1e-6, 1e-10):
-        scene = belt(law.regularised(v_s), 2.0, m=1, k=1, N=1, v=0.2)
+        scene = belt(law.regularised(v_s), 2.0, m=1, k=1, N=1, v_b=0.2)
         run = sf.simulate(scene, tolerance, sf.Taylor(max_steps=3_000_000)).checked()
         assert run.final == pytest.approx(exact, abs=3 * v_s + 10 * tolerance)
 
@@ -93,7 +93,7 @@ def test_a_stiff_law_stays_near_the_set_valued_one(v_s):
 @pytest.mark.parametrize("tolerance", [10.0**-k for k in range(3, 16)])
 def test_tolerances_from_1e_3_to_1e_15(tolerance):
     speed = 0.5
-    scene = belt(sf.laws.coulomb(MU_S, MU_K), 0.25 + MU_S / speed + 3 * stick_slip(speed), m=1, k=1, N=1, v=speed)
+    scene = belt(sf.laws.coulomb(MU_S, MU_K), 0.25 + MU_S / speed + 3 * stick_slip(speed), m=1, k=1, N=1, v_b=speed)
     run = sf.simulate(scene.starting({"u": speed}), tolerance, "taylor").checked()
     turned = math.atan((MU_S - MU_K) / speed) + 0.25
     radius = math.hypot(MU_S - MU_K, speed)
