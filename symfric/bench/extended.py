@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import mpmath as mp
 import sympy as sp
 
+from symfric.bench.extrapolation import midpoint
 from symfric.errors import NotFound
 from symfric.model.names import SPEED, TIME
 from symfric.model.scene import Scene
@@ -142,27 +143,17 @@ def _mode(equations: _Equations, y, t, known: dict[int, int], little, before=Non
 
 def _step(equations: _Equations, mode, y, t, h) -> tuple[list, mp.mpf, list[list]]:
     """Advance by h; return the state, its error, and the guards of the contacts at the nodes of the finest column."""
-    n = equations.n
-    column: list[list] = []
-    for j in range(1, _COLUMNS + 1):
-        m, guards = 2 * j, []
-        d = h / m
-        old, new = y, None
-        for k in range(m):
-            now = y if new is None else new
-            rate, pull, slip, _ = equations.forces(now, t + k * d, mode)
-            guards.append(_guards(equations, mode, now, t + k * d, pull, slip))
-            slope = [*now[n:], *rate]
-            step = d if k == 0 else 2 * d
-            old, new = now, [a + step * b for a, b in zip(old, slope, strict=True)]
-        row = [new]  # the midpoint rule without its last smoothing has an error in even powers of d too
-        for c, coarser in enumerate(column[-1] if column else []):
-            factor = (mp.mpf(j) / (j - c - 1)) ** 2 - 1
-            row.append([a + (a - b) / factor for a, b in zip(row[-1], coarser, strict=True)])
-        column.append(row)
-    final = column[-1][-1]
+    n, seen = equations.n, []
+
+    def rate(at, now):
+        accelerations, pull, slip, _ = equations.forces(now, at, mode)
+        seen.append(_guards(equations, mode, now, at, pull, slip))
+        return [*now[n:], *accelerations]
+
+    final, before = midpoint(rate, t, y, h, _COLUMNS)
+    guards = [seen[0], *seen[-2 * _COLUMNS : -1]]
     scale = [max(abs(a), abs(b), mp.mpf(1) / 10) for a, b in zip(final, y, strict=True)]
-    error = max(abs(a - b) / s for a, b, s in zip(final, column[-1][-2], scale, strict=True))
+    error = max(abs(a - b) / s for a, b, s in zip(final, before, scale, strict=True))
     _, pull, slip, _ = equations.forces(final, t + h, mode)
     guards.append(_guards(equations, mode, final, t + h, pull, slip))
     return final, error, guards

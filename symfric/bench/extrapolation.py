@@ -69,20 +69,27 @@ class _Stepper:
 
     def _step(self, t, y, constants, h):
         """Return the state after h and the difference of the last two columns."""
-        rows, errors = [], mp.mpf(0)
-        start = self._rates(t, *y, *constants)
-        for j in range(1, _COLUMNS + 1):
-            n = 2 * j
-            part = h / n
-            before, now = y, [a + part * b for a, b in zip(y, start, strict=True)]
-            for i in range(1, n):
-                rate = self._rates(t + i * part, *now, *constants)
-                before, now = now, [a + 2 * part * b for a, b in zip(before, rate, strict=True)]
-            rate = self._rates(t + h, *now, *constants)
-            row = [[(a + b + part * c) / 2 for a, b, c in zip(now, before, rate, strict=True)]]
-            for i in range(1, j):
-                factor = (mp.mpf(n) / (2 * (j - i))) ** 2 - 1
-                row.append([a + (a - b) / factor for a, b in zip(row[-1], rows[-1][i - 1], strict=True)])
-            rows.append(row)
-        errors = max(abs(a - b) for a, b in zip(rows[-1][-1], rows[-1][-2], strict=True))
-        return rows[-1][-1], errors
+        final, before = midpoint(lambda at, now: self._rates(at, *now, *constants), t, y, h, _COLUMNS)
+        return final, max(abs(a - b) for a, b in zip(final, before, strict=True))
+
+
+def midpoint(rate, t, y: list, h, columns: int) -> tuple[list, list]:
+    """Extrapolate Gragg's midpoint rule over a step h; return the state of the last column and of the one before.
+
+    ``rate(t, y)`` is asked at the start once, and then, column after column, at the inner nodes and the end of each.
+    """
+    row: list[list] = []
+    start = rate(t, y)
+    for j in range(1, columns + 1):
+        n = 2 * j
+        part = h / n
+        before, now = y, [a + part * b for a, b in zip(y, start, strict=True)]
+        for i in range(1, n):
+            slope = rate(t + i * part, now)
+            before, now = now, [a + 2 * part * b for a, b in zip(before, slope, strict=True)]
+        slope = rate(t + h, now)
+        coarser, row = row, [[(a + b + part * c) / 2 for a, b, c in zip(now, before, slope, strict=True)]]
+        for i, old in enumerate(coarser, 1):
+            factor = (mp.mpf(n) / (2 * (j - i))) ** 2 - 1
+            row.append([a + (a - b) / factor for a, b in zip(row[-1], old, strict=True)])
+    return row[-1], row[-2]
