@@ -14,7 +14,7 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
     It is prepared once and kept as ``program.general``.
     """
     built_in = program.built_in
-    if not built_in or not any(built_in.get(name_of(k), v) != v for k, v in values.items()):
+    if not built_in or not any(name_of(k) in built_in and v != built_in[name_of(k)] for k, v in values.items()):
         return None
     names = {name_of(k) for k in values}
     if program.general is None or not names <= program.general.varied:
