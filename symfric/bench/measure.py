@@ -77,6 +77,7 @@ def measure(
         machine=machine(),
         workarounds={p.name: p.workarounds for p in chosen if p.workarounds},
         absent={p.name: ", ".join(p.missing) for p in chosen if p.missing},
+        titles={name: known[name].title for name in (names or known)},
     )
 
 

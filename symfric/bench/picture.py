@@ -9,7 +9,7 @@ from symfric.bench.growth import Growth
 from symfric.bench.needs import Need
 from symfric.bench.result import Benchmark
 
-_MARKERS = "osD^vPX*<>"
+_MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
 _SMALLEST = 1e-16  # an error of zero is drawn here
 
 
@@ -17,30 +17,55 @@ def work_precision(benchmark: Benchmark, ax=None):
     """Draw CPU time against achieved error, one panel a problem and one curve a solver; return the Axes."""
     import matplotlib.pyplot as plt
 
-    names = list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
-    solvers = list(dict.fromkeys(c.solver for c in benchmark.curves))
+    problems, solvers = _problems(benchmark), list(dict.fromkeys(c.solver for c in benchmark.curves))
     if ax is None:
-        _, ax = plt.subplots(1, max(1, len(names)), figsize=(4.2 * max(1, len(names)), 4), squeeze=False)
-    panels, named = np.atleast_1d(ax).ravel(), set()
-    for panel, name in zip(panels, names, strict=False):
+        ax = _panels(plt.figure(figsize=_size(len(problems)), layout="constrained"), len(problems))
+    panels = np.atleast_1d(ax).ravel()
+    for panel, name in zip(panels, problems, strict=False):
         for curve in (c for c in benchmark.curves if c.problem == name and c.points):
             k = solvers.index(curve.solver)
             errors = [max(p.error, _SMALLEST) for p in curve.points]
             seconds = [p.seconds for p in curve.points]
-            panel.loglog(
-                errors,
-                seconds,
-                marker=_MARKERS[k % 10],
-                color=f"C{k % 10}",
-                label=None if curve.solver in named else curve.solver,
-            )
-            named.add(curve.solver)
+            panel.loglog(errors, seconds, marker=_MARKERS[k % 12], color=_COLORS[k % 12], label=curve.solver)
         panel.invert_xaxis()
-        panel.set(xlabel="error", ylabel="CPU time / s", title=name)
+        panel.set(xlabel="error", ylabel="CPU time / s", title=f"{name}: {benchmark.titles[name]}")
+        panel.title.set_fontsize("medium")
         panel.grid(True, which="major", alpha=0.3)
-        if panel.get_legend_handles_labels()[1]:
-            panel.legend(fontsize="small")  # every solver is named once, where it first appears
+    named = {}
+    for panel in panels:
+        handles, labels = panel.get_legend_handles_labels()
+        named = dict(zip(labels, handles, strict=True)) | named
+    if panels.size == 1:
+        panels[0].legend(fontsize="small")
+    else:
+        panels[0].figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=5, fontsize="small")
     return ax if np.ndim(ax) == 0 else (panels[0] if panels.size == 1 else ax)
+
+
+def picture(benchmark: Benchmark):
+    """Return the Figure of `work_precision`, three panels in a row."""
+    from matplotlib.figure import Figure
+
+    number = len(_problems(benchmark))
+    figure = Figure(figsize=_size(number), layout="constrained")
+    work_precision(benchmark, _panels(figure, number))
+    return figure
+
+
+def _problems(benchmark: Benchmark) -> list[str]:
+    return list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
+
+
+def _size(number: int) -> tuple[float, float]:
+    return 4.6 * min(number, 3), 3.8 * math.ceil(number / 3) + 0.6
+
+
+def _panels(figure, number: int):
+    """Return as many Axes, three in a row."""
+    axes = figure.subplots(math.ceil(number / 3), min(number, 3), squeeze=False).ravel()
+    for unused in axes[number:]:
+        unused.remove()
+    return axes[:number]
 
 
 def table(benchmark: Benchmark):

@@ -110,6 +110,8 @@ class Benchmark:
         Per peer, what was done so that it does its best.
     absent : dict
         Peers that were left out, and what they need.
+    titles : dict
+        Of the problems.
     """
 
     curves: tuple[Curve, ...]
@@ -117,6 +119,7 @@ class Benchmark:
     machine: dict[str, str]
     workarounds: dict[str, tuple[str, ...]]
     absent: dict[str, str]
+    titles: dict[str, str]
 
     def curve(self, problem: str, solver: str) -> Curve:
         """Return one curve; raise KeyError if it was not measured."""

@@ -91,11 +91,8 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
 
 
 def _write(benchmark, folder: Path) -> None:
-    from matplotlib.figure import Figure
+    from symfric.bench.picture import picture
 
     (folder / "bench.json").write_text(json.dumps(benchmark.to_dict(), indent=2), encoding="utf-8")
-    names = list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
-    if names:
-        figure = Figure(figsize=(4.2 * len(names), 4.2), layout="constrained")
-        benchmark.plot(figure.subplots(1, len(names), squeeze=False).ravel())
-        figure.savefig(folder / "bench.png", dpi=120)
+    if any(c.points for c in benchmark.curves):
+        picture(benchmark).savefig(folder / "bench.png", dpi=120)
