@@ -206,14 +206,14 @@ def _as_sum(integral: sp.Integral) -> sp.Expr:
 def _sum(terms: list[ca.SX]) -> ca.SX:
     result = terms[0]
     for term in terms[1:]:
-        result = result + term
+        result = ca.SX.binary(ca.OP_ADD, result, term)  # as ``+``, which would try other types of operands first
     return result
 
 
 def _fold(factors: list[ca.SX]) -> ca.SX:
     result = ca.SX(1)
     for factor in factors:
-        result = result * factor
+        result = ca.SX.binary(ca.OP_MUL, result, factor)
     return result
 
 
