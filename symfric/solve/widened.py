@@ -14,9 +14,9 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
     It is prepared once and kept as ``program.general``.
     """
     built_in = program.built_in
-    if not built_in or not any(name_of(k) in built_in and v != built_in[name_of(k)] for k, v in values.items()):
-        return None
     names = {name_of(k) for k in values}
+    if not any(name_of(k) in built_in and built_in[name_of(k)] != v for k, v in values.items()):
+        return None
     if program.general is None or not names <= program.general.varied:
         program.general = program.remade(program.varied | names)
     return program.general
