@@ -6,6 +6,7 @@ guard that stays positive as long as the sign is right. Every printed expression
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import casadi as ca
 import sympy as sp
@@ -67,12 +68,16 @@ class Printer:
         Collects the kinks.
     scope : str
         Distinguishes switches of equal SymPy expressions whose symbols stand for different SX.
+    nodes : tuple of (Symbol, Expr, Expr, float)
+        Variable and ends of the integrals around the expression, the innermost last, and the share of the way between
+        the ends at which it is printed; they tell the switches of the nodes apart.
     """
 
     symbols: dict[sp.Symbol, ca.SX]
     moving: set[sp.Symbol]
     switches: Switches
     scope: str = ""
+    nodes: tuple[tuple[sp.Symbol, sp.Expr, sp.Expr, float], ...] = ()
     _memo: dict = field(default_factory=dict)
 
     def __call__(self, expr: sp.Expr) -> ca.SX:
@@ -108,7 +113,7 @@ class Printer:
         if isinstance(e, ChebyshevSeries):
             return _clenshaw(*map(self._print, e.args))
         if isinstance(e, sp.Integral):
-            return self._print(_as_sum(e))
+            return self._sum_of(e)
         if isinstance(e, sp.atan2):
             return ca.atan2(self._print(e.args[0]), self._print(e.args[1]))
         raise SceneError(f"{type(e).__name__} in {e} has no translation to CasADi; rewrite it with known functions")
@@ -137,12 +142,32 @@ class Printer:
             return 1 / ca.sqrt(b)
         return b ** self._print(exponent)
 
+    def _sum_of(self, integral: sp.Integral) -> ca.SX:
+        """Return the Gauss-Legendre sum of a definite integral; what does not hold its variable is printed once."""
+        ((variable, low, high),) = integral.limits
+        start = self._print(low)
+        width = self._print(high) - start
+        moving = self.moving | {variable} if self._moves(low) or self._moves(high) else self.moving
+        fixed = {e: self._print(e) for e in _without(variable, integral.function)}
+        terms = []
+        for node, weight in zip(*gauss_legendre(), strict=True):
+            symbols = {**self.symbols, variable: start + width * float(node)}
+            nodes = (*self.nodes, (variable, low, high, float(node)))
+            show = Printer(symbols, moving, self.switches, self.scope, nodes, dict(fixed))
+            terms.append(ca.SX.binary(ca.OP_MUL, ca.SX(weight), show(integral.function)))
+        return width * _sum(terms)
+
+    def _switch(self, quantity: ca.SX, *parts: sp.Expr) -> ca.SX:
+        for variable, low, high, node in reversed(self.nodes):
+            parts = tuple(e.xreplace({variable: low + (high - low) * node}) for e in parts)
+        return self.switches.of(quantity, (self.scope, *parts))
+
     def _moves(self, e) -> bool:
         return bool(e.free_symbols & self.moving)
 
     def _absolute(self, a) -> ca.SX:
         x = self._print(a)
-        return self.switches.of(x, (self.scope, a)) * x if self._moves(a) else ca.fabs(x)
+        return self._switch(x, a) * x if self._moves(a) else ca.fabs(x)
 
     def _extreme(self, e) -> ca.SX:
         larger = isinstance(e, sp.Max)
@@ -152,7 +177,7 @@ class Printer:
             if not self._moves(e):
                 result = ca.fmax(result, x) if larger else ca.fmin(result, x)
                 continue
-            sign = self.switches.of(result - x, (self.scope, so_far, a))
+            sign = self._switch(result - x, so_far, a)
             first = sign > 0 if larger else sign < 0
             result = ca.if_else(first, result, x)
             so_far = e.func(so_far, a)
@@ -182,7 +207,7 @@ class Printer:
         if not self._moves(c):
             return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
         gap = c.gts - c.lts
-        return self.switches.of(self._print(gap), (self.scope, gap)) > 0
+        return self._switch(self._print(gap), gap) > 0
 
 
 def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:
@@ -193,14 +218,12 @@ def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:
     return coefficients[0] + x * later - latest
 
 
-def _as_sum(integral: sp.Integral) -> sp.Expr:
-    """Return the Gauss-Legendre sum of a definite integral."""
-    ((variable, low, high),) = integral.limits
-    terms = [
-        float(weight) * integral.function.xreplace({variable: low + (high - low) * float(node)})
-        for node, weight in zip(*gauss_legendre(), strict=True)
-    ]
-    return (high - low) * sp.Add(*terms)
+@lru_cache(maxsize=256)
+def _without(variable: sp.Symbol, e: sp.Basic) -> tuple[sp.Expr, ...]:
+    """Return the largest parts of an expression that do not hold a symbol."""
+    if isinstance(e, sp.Expr) and variable not in e.free_symbols:
+        return () if isinstance(e, sp.Symbol) else (e,)
+    return tuple(part for a in e.args for part in _without(variable, a))
 
 
 def _sum(terms: list[ca.SX]) -> ca.SX:
