@@ -1,5 +1,6 @@
 """SymPy expressions as NumPy functions; nodes of definite integrals are an array axis, not copies of the integrand."""
 
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
@@ -59,8 +60,8 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], node
 
     def evaluate(*arguments):
         arguments = [np.asarray(a, dtype=float) for a in arguments]
-        shape = np.broadcast_shapes(*(a.shape for a in arguments)) if arguments else ()
-        size = int(np.prod(shape))
+        shape = _shape(arguments)
+        size = math.prod(shape)
         if size > 1 and size * nodes**depth > LARGEST:
             rows = max(1, LARGEST // nodes**depth)
             flat = [np.broadcast_to(a, shape).ravel() for a in arguments]
@@ -68,9 +69,16 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], node
             return [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
         with np.errstate(all="ignore"):
             values = plain(*arguments, *(s(*arguments) for s in sums))
-        return [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in values]
+        values = [np.asarray(v, dtype=float) for v in values]
+        return [v if v.shape == shape else np.broadcast_to(v, shape) for v in values]
 
     return evaluate
+
+
+def _shape(arguments: Sequence[np.ndarray]) -> tuple[int, ...]:
+    """Return the common shape; NumPy's function for it takes as long as many an expression."""
+    shapes = {a.shape for a in arguments}
+    return shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def _at_the_edge(inverse: Callable) -> Callable:
