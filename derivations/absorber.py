@@ -94,7 +94,14 @@ def _(square, height):
     SYMBOLIC["fixed"].damping ** 2,
 )
 def _(claim):
-    k, z2 = sp.symbols("k z2", positive=True)  # k = sqrt(mu/(2+mu)) makes the shared points rational
+    k, mean = _mean_of_two_dampings()
+    return sp.cancel(mean - claim.subs(mu, 2 * k**2 / (1 - k**2)))
+
+
+@cache
+def _mean_of_two_dampings():
+    """Return k = sqrt(mu/(2 + mu)), which makes the shared points rational, and the mean as a function of it."""
+    k, z2 = sp.symbols("k z2", positive=True)
     ratio = 2 * k**2 / (1 - k**2)
     (_, _), (B, D) = _parts()
     found = []
@@ -104,7 +111,7 @@ def _(claim):
         assert sp.cancel(_shared(at[f] ** 2).as_expr().subs(at)) == 0
         rise, level = (sp.cancel(c.subs(at)) for c in flat.all_coeffs())
         found.append(-level / rise)
-    return sp.cancel(sum(found) / 2 - claim.subs(mu, ratio))
+    return k, sp.cancel(sum(found) / 2)
 
 
 def _parts():
@@ -131,13 +138,14 @@ def _(f2, z2, h2):
     field = sp.QQ.frac_field(w)
     at = {x: field.from_sympy(e.subs(BY_ROOT)) for x, e in zip((mu, F, Z, H), (mu, f2, z2, h2), strict=True)}
     gap = sp.expand((H * BELOW - ABOVE).subs({f: sp.sqrt(F), zeta: sp.sqrt(Z)}))
-
     c4, c3, c2, c1, c0 = _over(field, gap, at).all_coeffs()
     a = sp.cancel(c3 / (2 * c4))
     b = sp.cancel((c2 / c4 - a**2) / 2)
+    yield sp.cancel(c1 / c4 - 2 * a * b)
+    yield sp.cancel(c0 / c4 - b**2)
     square = sp.Poly([1, a, b], W, domain=field)
     (p1, p0), (q1, q0) = (sp.rem(_over(field, sp.diff(gap, x), at), square).all_coeffs() for x in (F, Z))
-    return [sp.cancel(e) for e in (c1 / c4 - 2 * a * b, c0 / c4 - b**2, p1 * q0 - p0 * q1)]
+    yield sp.cancel(p1 * q0 - p0 * q1)
 
 
 def _over(field, expr: sp.Expr, at: dict) -> sp.Poly:
@@ -222,13 +230,11 @@ def _(claim):
     numbers="25 digits at 3 points",
 )
 def _(tuning, damping, rate):
-    left = []
     for ratio in (sp.Integer(5), sp.Rational(21, 2), sp.Integer(300)):
-        values = [c.subs({f: tuning, zeta: damping}).subs(mu, ratio) for c in characteristic()]
-        polynomial = s**4 + sum(c * s ** (3 - k) for k, c in enumerate(values))
-        at = -rate.subs(mu, ratio)
-        left += [agree(sp.Integer(1), 1 + sp.diff(polynomial, s, k).subs(s, at), 25) for k in range(3)]
-    return left
+        at = {f: tuning.subs(mu, ratio), zeta: damping.subs(mu, ratio), mu: ratio}
+        polynomial = s**4 + sum(c.subs(at) * s ** (3 - k) for k, c in enumerate(characteristic()))
+        for k in range(3):
+            yield agree(sp.Integer(1), 1 + sp.diff(polynomial, s, k).subs(s, -rate.subs(mu, ratio)), 25)
 
 
 @LEDGER.verified(

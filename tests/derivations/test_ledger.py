@@ -1,9 +1,9 @@
-"""Every entry of the ledger holds, and no check is blind: a changed claim leaves a residual."""
+"""Every entry of the ledger holds; that no check is blind is in test_mutants.py."""
 
 import pytest
 import sympy as sp
 
-from derivations.ledger import Verdict, evaluate, fails, mutants
+from derivations.ledger import Verdict, evaluate
 from derivations.sources import SOURCES, ledger_of
 
 ENTRIES = [e for s in SOURCES for e in ledger_of(s).entries]
@@ -19,12 +19,6 @@ def test_the_derivation_leaves_nothing_of_the_claim(entry):
     row = evaluate(entry)
     assert row.residual == "0"
     assert row.sound, "the printed form passes the check too"
-
-
-@pytest.mark.parametrize("entry", CHECKED, ids=label)
-def test_a_changed_claim_is_rejected(entry):
-    for name, claim in mutants(entry.right):
-        assert fails(entry, claim), name
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=label)
