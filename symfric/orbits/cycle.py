@@ -19,7 +19,7 @@ from symfric.solve.run import Event, Run
 _VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
 _SAME = 1e-8  # of the ranges of the states: motions that count as one
 _ZERO = 1e-11  # of the largest multiplier: what a contact that sticks leaves of a direction
-_PATIENCE = (1, 4, 16)  # horizons of the scene that its motion is given to settle
+_PATIENCE = (1, 4, 16, 64)  # horizons of the scene that its motion is given to settle; beside a fold it takes long
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,10 @@ Unknowns are the start y, the period T of an autonomous scene, and parameters th
 
     y(T) - y = 0,    n . (y - y_ref) = 0,    and perhaps one more that singles out a point of a branch,
 
-the second for autonomous scenes only: the start moves at right angles to the motion through a reference. Derivatives
-are those of the variational equations with the jumps at the events.
+the second for autonomous scenes only: the start moves at right angles to the motion through a reference, where every
+state is measured in units of its range. In other units that plane may be all but parallel to the motion, and a branch
+would run along one orbit instead of from orbit to orbit. Derivatives are those of the variational equations with the
+jumps at the events.
 """
 
 from collections.abc import Callable
@@ -34,7 +36,7 @@ class Point(NamedTuple):
     rest : ndarray, shape (n_e,)
     slopes : ndarray, shape (n_e, n_z)
     phase : ndarray, shape (n_x,)
-        Unit vector to which the start is kept at right angles.
+        To which the start is kept at right angles; its product with a state is in units of the ranges.
     """
 
     z: np.ndarray
@@ -111,7 +113,8 @@ class System:
         """Return equations and derivatives; the start is kept at right angles to `phase`, the motion's own if None."""
         passage = self.follow(z)
         if phase is None:
-            phase = passage.rate / max(np.linalg.norm(passage.rate), 1e-300)
+            size = ranges(passage)
+            phase = passage.rate / size**2 / max(np.linalg.norm(passage.rate / size), 1e-300)
         y, _, values = self.unpack(z)
         n = y.size
         by_value = passage.by_value
@@ -164,7 +167,7 @@ def solve(
     """
     plane = z if through is None else through
     now = system.at(z, None, z[: len(system.flow.states)])
-    size = misfit(now, system.free) if through is None else 1.0
+    size = misfit(now) if through is None else 1.0
     for _ in range(most):
         now, size, share = _improved(system, now, size, normal, z, plane)
         if size <= CLOSED and share == 1.0:
@@ -190,7 +193,7 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
             then = system.at(now.z + share * step, now.phase, guess[:n])
         except NotFound:
             continue
-        worse = misfit(then, system.free)
+        worse = misfit(then)
         if worse < max(2.0 * size, 100 * CLOSED):
             return then, worse, share
     raise NotFound(_STUCK)
@@ -202,12 +205,10 @@ def ranges(passage: Passage) -> np.ndarray:
     return np.maximum(size, 1e-9 * max(np.max(size), 1e-300))
 
 
-def misfit(point: Point, free: bool) -> float:
+def misfit(point: Point) -> float:
     """Return by how much the equations are violated, relative to the ranges of the states; what is not finite, much."""
     size = ranges(point.passage)
     scale = np.ones(point.rest.size)
     scale[: size.size] = size
-    if free:
-        scale[size.size] = np.max(size)
     worst = float(np.max(np.abs(point.rest) / scale))
     return worst if np.isfinite(worst) else np.inf

@@ -1,11 +1,16 @@
 """The smallest damper against closed forms, grids of simulations, and the branches of the cycles."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy as sp
 
 import symfric as sf
 from symfric.design import damper
+from symfric.scenefile import read_scene_file
+
+ROOT = Path(__file__).parents[2]
 
 BELT = sf.scenes.mass_on_belt(v_b=0.2)
 STRIBECK = sf.scenes.mass_on_belt(sf.laws.exponential(0.4, 1.0), v_b=1.0)
@@ -124,3 +129,10 @@ def test_errors():
         damper(BELT, "beta", (1.0, 0.5), (0.1, 0.4))
     with pytest.raises(sf.SceneError, match="both v_b"):
         damper(BELT, "v_b", (0.0, 1.0), (0.1, 0.4))
+
+
+def test_a_machine_slide_in_si_units():
+    slide = read_scene_file(ROOT / "examples/machine_slide.toml").scene
+    found = damper(slide, "c", (1e3, 4e4), (0.004, 0.02), speed="v_f")
+    assert found.active == ("stick-onset of the cycle at v_f = 0.004",)
+    assert found.check.agrees

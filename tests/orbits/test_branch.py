@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.optimize import brentq
 
 import symfric as sf
@@ -165,6 +166,31 @@ def test_grazing_of_two_slides():
     for s2 in (0.28, 0.3, 0.32):
         theory = sf.theory.drive.two_slides_threshold(r=0.5, zeta=2.0, s1=0.2, s2=s2)
         assert curve.at(s2) == pytest.approx([theory], rel=1e-9)
+
+
+def test_a_branch_does_not_run_along_one_orbit():
+    """In kg, m, s and N the velocities are hundreds of times the coordinates, and the accelerations of the velocities."""
+    m, k, v, stribeck = 400.0, 2e7, 0.004, sf.laws.stribeck(0.14, 0.09, 0.012)
+    x, u = sp.symbols("x u", real=True)
+    c = sp.Symbol("c", positive=True)
+    scene = sf.Scene(
+        system=sf.System(q=[x], u=[u], mass=[[m]], force=[-k * x - c * u]),
+        contacts=[sf.Contact("guideway", slip=u - v, normal=4000.0, law=stribeck)],
+        values={c: 3e3},
+        initial={x: 0.0, u: 0.0},
+        horizon=1.0,
+    )
+    branch = sf.continue_cycle(scene, "c", (1e3, 4e4))
+    _, fold, end = branch.special
+    assert [s.kind for s in branch.special] == ["stick-onset", "fold", "hopf"]
+    assert branch.ends == ("span", "hopf")
+    assert end.value == pytest.approx(4000 * 0.05 / 0.012 * np.exp(-v / 0.012), rel=1e-9)
+    assert np.max(branch.values) == pytest.approx(fold.value, rel=1e-3)
+    assert np.max(branch.values) <= fold.value
+    assert np.all(np.diff([o.half_range[0] for o in branch.orbits]) < 0)  # none is met twice
+    assert sf.limit_cycle(scene.where({"c": 0.999 * fold.value})).stick_fraction > 0
+    with pytest.raises(sf.NotFound, match="settles"):
+        sf.limit_cycle(scene.where({"c": 1.00001 * fold.value}))
 
 
 def test_errors_and_manners(belt):
