@@ -46,6 +46,12 @@ PROBED = 3  # order of the short series that decides the next mode: where slip b
 _SPLIT = 4
 
 
+def is_entire(field: ca.Function) -> bool:
+    """Whether no operation of a field can be singular: no quotient, root or logarithm of what moves."""
+    nodes, _ = read(gathered(field))
+    return all(node.op in ENTIRE for node in nodes if node.moves)
+
+
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     """Return the Taylor series of ``y' = rate`` and of every guard and row along it.
 

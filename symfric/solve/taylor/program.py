@@ -13,7 +13,7 @@ from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, Wanted, check_tolerance, wanted_of
 from symfric.solve.segments import segments
 from symfric.solve.taylor.entry import launch
-from symfric.solve.taylor.jets import Series, expand, reach
+from symfric.solve.taylor.jets import Series, expand, is_entire, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import Workspace, make_workspace
 
@@ -43,14 +43,16 @@ class Taylor:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
 
-def order_for(tolerance: float, n_states: int) -> int:
+def order_for(tolerance: float, n_states: int, entire: bool = True) -> int:
     """Return the order that costs least.
 
     Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005). Events, whose cost does not
     depend on the length of a step, make more orders pay: by measurement 6 for one mass on a belt, from 1e-6 to 1e-13,
-    and 4 for ten, where a step costs more.
+    and 4 for ten, where a step costs more. Twice as many where the equations are not entire: near a singularity short
+    series can end in ever shorter steps.
     """
-    return math.ceil(-0.5 * math.log(tolerance)) + (6 if n_states <= 4 else 4)
+    extra = 6 if n_states <= 4 else 4
+    return math.ceil(-0.5 * math.log(tolerance)) + (extra if entire else 2 * extra)
 
 
 class TaylorProgram(Compiled):
@@ -63,7 +65,8 @@ class TaylorProgram(Compiled):
         self.varied = varied
         wanted = wanted_of(scene)
         self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
-        self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states))
+        entire = is_entire(self.automaton.field)
+        self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states), entire)
         self._extra = {"order": order}
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = variants_of(self.automaton, order, sticker)

@@ -15,6 +15,7 @@ from symfric.model.scene import Scene
 from symfric.solve.compiled import FOLLOW, RANGE, TURN, Loop, Numbers, Row, Wanted, check_tolerance, wanted_of
 from symfric.solve.run import Derivatives, Run
 from symfric.solve.status import Status
+from symfric.solve.taylor.jets import is_entire
 from symfric.solve.taylor.jit import MachineCode
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
@@ -186,6 +187,6 @@ def sensitive_loop(
         tolerances = LINEAR_TOLERANCE, fine
     except NoRoute:
         sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
-        order = settings.order or order_for(tolerance, len(scene.system.states))
+        order = settings.order or order_for(tolerance, len(scene.system.states), is_entire(automaton.field))
         variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
     return series_loop(scene, automaton, variants, wide, budgets, tolerances, variations)
