@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from symfric import design
-from symfric.design.result import Design
 from symfric.ensemble import generate, record_files
 from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
@@ -15,6 +14,9 @@ from symfric.scenefile import questions
 from symfric.scenefile.build import call, check_arguments, exact
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.fields import Section
+
+if TYPE_CHECKING:
+    from symfric.design.result import Design
 
 MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "isolator": "rolling_isolator"}
 MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # of a motion made from a table
@@ -43,8 +45,10 @@ class DesignPlan:
         given = self.arguments
         return fixed.get(self.kind) or ((given["parameter"],) if "parameter" in given else tuple(given["bounds"]))
 
-    def __call__(self, scene: Scene) -> Design:
+    def __call__(self, scene: Scene) -> "Design":
         """Return the design; what cannot be met or makes no sense is raised as by the function itself."""
+        from symfric import design  # slow to load, and most files are read for something else
+
         function = getattr(design, self.kind)
         return function(**self.arguments) if self.kind == "absorber" else function(scene, **self.arguments)
 
