@@ -1,6 +1,7 @@
 """Imports point down only, and importing the package stays light."""
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -89,3 +90,19 @@ def test_import_is_light(module):
     code = f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_type_checkers_are_told_of_the_same_names():
+    tree = ast.parse((ROOT / "__init__.pyi").read_text())
+    told = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom):
+            told |= {a.asname or a.name: (node.module, a.name) for a in node.names}
+    assert sorted(told) == sorted(symfric.__all__)
+    for name, (module, original) in told.items():
+        found = getattr(symfric, name)
+        home = importlib.import_module(module)
+        same = getattr(home, original, None) or importlib.import_module(f"{module}.{original}")
+        assert found is same, name
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        symfric.simulat  # noqa: B018

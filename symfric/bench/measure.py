@@ -11,7 +11,7 @@ from importlib import metadata
 import mpmath as mp
 
 from symfric.bench.peers import Peer, peers
-from symfric.bench.problems import Problem, problems
+from symfric.bench.problems import NAMES, Problem, named
 from symfric.bench.result import Answer, Benchmark, Curve, Point
 from symfric.errors import SceneError
 
@@ -62,22 +62,22 @@ def measure(
     SceneError
         On an unknown problem.
     """
-    known = problems()
-    unknown = next((name for name in names if name not in known), None)
+    unknown = next((name for name in names if name not in NAMES), None)
     if unknown is not None:
-        raise SceneError(f"no problem {unknown!r} in the benchmark; there are {', '.join(known)}")
+        raise SceneError(f"no problem {unknown!r} in the benchmark; there are {', '.join(NAMES)}")
     chosen = [p for p in peers().values() if p.own or with_peers]
     tell = progress or (lambda _: None)
     curves = []
-    for problem in (known[name] for name in (names or known)):
-        curves += _measure_problem(problem, [p for p in chosen if not p.missing], rounds, tell)
+    asked = [named(name) for name in (names or NAMES)]
+    for each in asked:
+        curves += _measure_problem(each, [p for p in chosen if not p.missing], rounds, tell)
     return Benchmark(
         curves=tuple(curves),
         rounds=rounds,
         machine=machine(),
         workarounds={p.name: p.workarounds for p in chosen if p.workarounds},
         absent={p.name: ", ".join(p.missing) for p in chosen if p.missing},
-        titles={name: known[name].title for name in (names or known)},
+        titles={each.name: each.title for each in asked},
     )
 
 

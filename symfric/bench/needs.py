@@ -24,6 +24,12 @@ _STARTS = {
         "import symfric as sf; sf.simulate(sf.scenes.mass_on_belt(v_b=0.2).wanting({'end': sf.End()}), 1e-10).checked()"
     ),
 }
+_PEAK = """
+try:
+    print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")))
+except OSError:  # only Linux tells
+    print("nan")
+"""
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,7 @@ class Need:
     seconds : float
         CPU time of one run, median; of a process, elapsed time.
     kilobytes : float
-        What the result keeps; of a process, the most it held.
+        What the result keeps; of a process, the most it held, NaN where the system does not say.
     """
 
     wanted: str
@@ -88,11 +94,12 @@ def _kept(run: Callable) -> float:
 def starts() -> tuple[Need, ...]:
     """Measure new processes, caches warm: three of each, in turn."""
     measured: dict[str, list[tuple[float, float]]] = {name: [] for name in _STARTS}
-    size = "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')))"
     for _ in range(4):
         for name, code in _STARTS.items():
             start = time.perf_counter()
-            done = subprocess.run([sys.executable, "-c", f"{code}; {size}"], capture_output=True, text=True, check=True)
+            done = subprocess.run(
+                [sys.executable, "-c", f"{code}\n{_PEAK}"], capture_output=True, text=True, check=True
+            )
             measured[name].append((time.perf_counter() - start, float(done.stdout)))
     found = []
     for name, pairs in measured.items():

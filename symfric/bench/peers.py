@@ -129,7 +129,6 @@ def peers() -> dict[str, Peer]:
     erk_c = _either(casadi_erk.prepare_compiled, casadi_form.prepare_compiled)
     casadi = (*casadi_erk.WORKAROUNDS, *casadi_form.WORKAROUNDS)
     scipy = (*scipy_loop.WORKAROUNDS, *scipy_form.WORKAROUNDS)
-    smooth = ("P1", "P2", "P3", "P8")
     every = [
         Peer("symfric", _prepare_default, _ALL, _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
@@ -141,6 +140,6 @@ def peers() -> dict[str, Peer]:
         Peer("casadi erk, C", erk_c, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
         Peer("casadi cvodes", casadi_erk.prepare_stiff, ("P4",), _SLOW),
         Peer("sundae CVODE", sundae_form.prepare, (*_STICKING, "P9"), _SLOW, sundae_form.WORKAROUNDS, ("sksundae",)),
-        Peer("diffrax Tsit5", diffrax_form.prepare, smooth, _SLOW, diffrax_form.WORKAROUNDS, ("diffrax",)),
+        Peer("diffrax Tsit5", diffrax_form.prepare, (*_EXACT_LAW, "P8"), _SLOW, diffrax_form.WORKAROUNDS, ("diffrax",)),
     ]
     return {p.name: p for p in every}

@@ -1,6 +1,8 @@
 """The benchmark's problems: what is solved, the answer, and where the answer comes from."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 
 import numpy as np
@@ -182,37 +184,48 @@ def _larger(name, title, scene, reference, events) -> Problem:
     return Problem(name, title, scene, reference, events, source)
 
 
-def problems() -> dict[str, Problem]:
-    """Return the problems by name.
+_MAKERS: dict[str, Callable[[], Problem]] = {
+    "P1": _settling,
+    "P2": lambda: _belt(
+        "P2", "mass on a belt, stick and slip", ("0.39740147833166119783993", "-0.26010639809275089498628"), 30
+    ),
+    "P3": lambda: _belt(
+        "P3",
+        "mass on a belt under fast vibration",
+        ("0.07098087048587611432815", "-0.38361749615341764547828"),
+        796,
+        horizon=50.0,
+        a=0.01,
+        Omega=50.0,
+    ),
+    "P4": lambda: _belt(
+        "P4",
+        "P2 with the regularised law, v_s = 1e-4",
+        ("0.39779168813254991603566", "-0.25982038514841465279738"),
+        None,
+        v_s=1e-4,
+    ),
+    "P5": _sweep,
+    "P6": lambda: _larger("P6", "ten masses with ten contacts", larger.chain(), _CHAIN, 56),
+    "P7": lambda: _larger("P7", "rolling isolator under an earthquake", larger.isolator(), _ISOLATOR, 141),
+    "P8": lambda: _larger("P8", "two slides in friction", larger.slides(), _SLIDES, 11),
+    "P9": lambda: _larger("P9", "mass on a belt with bristles (LuGre)", larger.bristles(), _BRISTLES, None),
+}
+NAMES = tuple(_MAKERS)
+
+
+@cache
+def named(name: str) -> Problem:
+    """Return one problem; it is made when it is asked for first.
 
     Notes
     -----
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
     is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric.bench.larger`.
     """
-    every = [
-        _settling(),
-        _belt("P2", "mass on a belt, stick and slip", ("0.39740147833166119783993", "-0.26010639809275089498628"), 30),
-        _belt(
-            "P3",
-            "mass on a belt under fast vibration",
-            ("0.07098087048587611432815", "-0.38361749615341764547828"),
-            796,
-            horizon=50.0,
-            a=0.01,
-            Omega=50.0,
-        ),
-        _belt(
-            "P4",
-            "P2 with the regularised law, v_s = 1e-4",
-            ("0.39779168813254991603566", "-0.25982038514841465279738"),
-            None,
-            v_s=1e-4,
-        ),
-        _sweep(),
-        _larger("P6", "ten masses with ten contacts", larger.chain(), _CHAIN, 56),
-        _larger("P7", "rolling isolator under an earthquake", larger.isolator(), _ISOLATOR, 141),
-        _larger("P8", "two slides in friction", larger.slides(), _SLIDES, 11),
-        _larger("P9", "mass on a belt with bristles (LuGre)", larger.bristles(), _BRISTLES, None),
-    ]
-    return {p.name: p for p in every}
+    return _MAKERS[name]()
+
+
+def problems() -> dict[str, Problem]:
+    """Return all problems by name."""
+    return {name: named(name) for name in NAMES}

@@ -11,12 +11,13 @@ import sympy as sp
 from joblib import Parallel, delayed
 
 from symfric.bench.random_scenes import Dice, Draw, structure
-from symfric.errors import NoRoute, SceneError
+from symfric.errors import SceneError
 from symfric.lower.energy import energy_functions
 from symfric.model.names import SPEED
+from symfric.model.scene import Scene
+from symfric.solve.choose import Program, explain, prepare
 from symfric.solve.energy import imbalance
-from symfric.solve.exact.form import form_of
-from symfric.solve.exact.program import Exact, ExactProgram
+from symfric.solve.exact.program import Exact
 from symfric.solve.integrators import IntegratorsProgram
 from symfric.solve.one_mode import Integrators
 from symfric.solve.run import Run
@@ -88,7 +89,7 @@ class StressResult:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of scenes by verdict, and of those that ended early by status."""
+        """Number of scenes by verdict."""
         found = Counter(v.verdict for v in self.verdicts)
         return {name: found[name] for name in VERDICTS}
 
@@ -205,7 +206,7 @@ class Comparison:
                 verdict = "agrees" if other == other else "alone" if finer == finer else "unconfirmed"
             else:
                 change = self.change(draw, fine)
-                within = energy <= allowed and not np.nanmax([finer, other, 0.0]) > CHANGE * change
+                within = energy <= allowed and np.nanmax([finer, other, 0.0]) <= CHANGE * change  # not if it is NaN
                 verdict = "sensitive" if within else "silent failure"
         name, status = f"{self.seed}/{number}", run.status.name
         return Verdict(name, draw.kind, verdict, run.route, status, self.tolerance, finer, other, energy, change)
@@ -226,15 +227,10 @@ class Comparison:
         return max((c for c in changes if c == c), default=math.nan)
 
 
-def _chosen(scene, tolerance: float) -> ExactProgram | TaylorProgram:
-    """Return what `prepare` would choose, within the budgets."""
-    try:
-        form = form_of(scene)
-        if form.cheapest:
-            return ExactProgram(scene, tolerance, Exact(max_steps=_STEPS, max_events=_EVENTS), form=form)
-    except NoRoute:
-        pass
-    return TaylorProgram(scene, tolerance, Taylor(max_steps=_STEPS, max_events=_EVENTS))
+def _chosen(scene: Scene, tolerance: float) -> Program:
+    """Prepare the route that `prepare` would choose, within the budgets."""
+    settings = Exact if explain(scene).route == "exact" else Taylor
+    return prepare(scene, tolerance, settings(max_steps=_STEPS, max_events=_EVENTS))
 
 
 def _perturbed(draw: Draw, tolerance: float) -> Iterator[tuple[dict, dict]]:

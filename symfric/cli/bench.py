@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symfric.bench.problems import problems
+from symfric.bench.problems import NAMES
 from symfric.cli.console import common_options, print_json, writable_folder
 from symfric.errors import SceneError
 from symfric.model.names import nearest
@@ -38,10 +38,9 @@ def bench(
     from symfric.bench.measure import measure
     from symfric.bench.picture import table
 
-    known = problems()
-    unknown = next((name for name in names if name not in known), None)
+    unknown = next((name for name in names if name not in NAMES), None)
     if unknown is not None:
-        raise SceneError(f"no problem {unknown!r}{nearest(unknown, known)}")
+        raise SceneError(f"no problem {unknown!r}{nearest(unknown, NAMES)}")
     folder = None if out is None else writable_folder(out)
     errors = Console(stderr=True)
     tell = (lambda _: None) if quiet else (lambda line: errors.print(line, style="dim"))

@@ -1,10 +1,12 @@
 """The benchmark measures what it says: errors against known answers, for every solver that is there."""
 
 import json
+import math
 
 import pytest
 from click.testing import CliRunner
 
+from symfric.bench import growth, needs
 from symfric.bench.measure import measure
 from symfric.bench.peers import peers
 from symfric.bench.problems import problems
@@ -53,3 +55,26 @@ def test_an_unknown_problem_is_one_line(result):
     assert "no problem 'Q1'; known: P1, P2" in outcome.output
     with pytest.raises(Exception, match="no problem 'Q1'"):
         measure(["Q1"])
+
+
+def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypatch):
+    square = growth.Growth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
+    assert square.exponent == pytest.approx(2)
+    price = needs.Need("end state", 1e-4, 0.5)
+    monkeypatch.setattr(growth, "growth", lambda tell: (square,))
+    monkeypatch.setattr(needs, "needs", lambda: (price,))
+    monkeypatch.setattr(needs, "starts", lambda: (price,))
+    outcome = CliRunner().invoke(main, ["bench", "--growth", "-o", str(folder), "--quiet"])
+    assert outcome.exit_code == 0, outcome.output
+    assert "squares" in outcome.output
+    assert "2.00" in outcome.output
+    written = json.loads((folder / "growth.json").read_text())
+    assert written["growth"][0]["exponent"] == pytest.approx(2)
+    assert written["wanted"] == written["processes"] == [{"wanted": "end state", "seconds": 1e-4, "kilobytes": 0.5}]
+
+
+def test_what_a_new_process_takes_is_measured(monkeypatch):
+    monkeypatch.setattr(needs, "_STARTS", {"Python": "pass"})
+    (start,) = needs.starts()
+    assert start.seconds > 0
+    assert start.kilobytes > 1000 or math.isnan(start.kilobytes)

@@ -65,8 +65,8 @@ class TaylorProgram(Compiled):
         self.varied = varied
         wanted = wanted_of(scene)
         self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
-        entire = is_entire(self.automaton.field)
-        self.order = order = settings.order or order_for(self.tolerance, len(scene.system.states), entire)
+        states, field = len(scene.system.states), self.automaton.field
+        self.order = order = settings.order or order_for(self.tolerance, states, is_entire(field))
         self._extra = {"order": order}
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = variants_of(self.automaton, order, sticker)
