@@ -2,9 +2,11 @@
 
 The event loops are compiled before the workers start: once, side by side, and not in every worker. Linear algebra gets
 one thread: on a machine with as many workers as processors more of them wait for each other, for a hundred times as long
-as a small matrix takes. Interrupts reach the commands under test even where the run itself was told to ignore them.
+as a small matrix takes. SymPy keeps more of what it has worked out, and Python looks less often for cyclic garbage among its
+many expressions. Interrupts reach the commands under test even where the run itself was told to ignore them.
 """
 
+import gc
 import os
 import signal
 import subprocess
@@ -12,6 +14,8 @@ import sys
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
+os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
+gc.set_threshold(100_000, 50, 100)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background jobs, whose children ignore it too
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -12,7 +12,7 @@ import sympy as sp
 
 from symfric.lower.chebyshev import ACCURACY, RESOLVED, chebyshev
 from symfric.model.names import SPEED
-from symfric.model.numeric import NODES, numeric_function
+from symfric.model.numeric import NODES, Rule, numeric_function
 
 FINEST = 16 * NODES  # nodes of the quadrature that the series are made from
 SHORT = (4, 6, 8, 12)  # numbers of terms of the sums beyond the fast speed
@@ -129,9 +129,9 @@ def _unbounded(e: sp.Expr, low: float) -> sp.Expr | None:
         speeds = np.maximum(begin, low + distance * low)
         exact = true(speeds - low)
         for n in SHORT:
-            short = e.replace(lambda a: isinstance(a, sp.Integral), lambda a, n=n: _periodic(a, n))
-            error = numeric_function((SPEED,), short)(speeds) - exact
+            error = numeric_function((SPEED,), e, _periodic(n))(speeds) - exact
             if np.all(np.abs(error) <= 0.1 * ACCURACY * np.maximum(np.abs(exact[0]), np.abs(exact))):
+                short = e.replace(lambda a: isinstance(a, sp.Integral), lambda a, n=n: _summed(a, *_periodic(n)))
                 if begin == low:
                     return short
                 near = _bounded(e, low, begin)
@@ -139,15 +139,20 @@ def _unbounded(e: sp.Expr, low: float) -> sp.Expr | None:
     return None
 
 
-def _periodic(integral: sp.Integral, n: int) -> sp.Expr:
+def _periodic(n: int) -> Rule:
     """Return the midpoint rule in ``c = s^2 (3 - 2 s)``, which is exact to rounding where the integrand is periodic.
 
     That is the variable of `symfric.model.effective`; over a whole period the angle is pi c.
     """
-    ((variable, low, high),) = integral.limits
     c = (np.arange(n) + 0.5) / n
     s = 0.5 - np.sin(np.arcsin(1 - 2 * c) / 3)
+    return s, 1 / (6 * s * (1 - s) * n)
+
+
+def _summed(integral: sp.Integral, places: np.ndarray, weights: np.ndarray) -> sp.Expr:
+    ((variable, low, high),) = integral.limits
     terms = [
-        integral.function.xreplace({variable: low + (high - low) * sp.Float(x)}) / (6 * x * (1 - x) * n) for x in s
+        integral.function.xreplace({variable: low + (high - low) * sp.Float(x)}) * w
+        for x, w in zip(places, weights, strict=True)
     ]
     return (high - low) * sp.Add(*terms)

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 
 import numpy as np
 import sympy as sp
 
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
 LARGEST = 1 << 20  # numbers held at once in nested quadrature
+Rule = tuple[np.ndarray, np.ndarray]
 _IN_NUMPY = (sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs)
 _IN_NUMPY += (sp.Max, sp.Min, sp.Piecewise, sp.sign)
 
@@ -20,33 +21,35 @@ def gauss_legendre(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (x + 1), 0.5 * w
 
 
-def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], nodes: int = NODES) -> Callable:
+def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], rule: Rule | int = NODES) -> Callable:
     """Return ``f(*arrays) -> list of arrays`` that evaluates several expressions elementwise.
 
     Parameters
     ----------
     symbols : sequence of Symbol
     entries : sequence of Expr
-        May hold definite integrals, also nested ones, with limits in the symbols; each is a Gauss-Legendre sum.
-    nodes : int
-        Number of terms of each sum.
+        May hold definite integrals, also nested ones, with limits in the symbols; each becomes a sum.
+    rule : pair of arrays or int
+        Nodes on [0, 1] and weights of each sum; a number of nodes stands for those of Gauss and Legendre.
 
     Returns
     -------
     callable
         Takes one array or number per symbol, which broadcast.
     """
-    return _compiled(tuple(symbols), tuple(entries), nodes)
+    rule = gauss_legendre(rule) if isinstance(rule, int) else rule
+    return partial(_compiled(tuple(symbols), tuple(entries)), rule)
 
 
-def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, nodes: int = NODES) -> Callable:
+def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, rule: Rule | int = NODES) -> Callable:
     """Return ``f(*arrays) -> array`` that evaluates one expression; see `numeric`."""
-    evaluate = numeric(symbols, (expr,), nodes)
+    evaluate = numeric(symbols, (expr,), rule)
     return lambda *arguments: evaluate(*arguments)[0]
 
 
 @lru_cache(maxsize=256)
-def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], nodes: int) -> Callable:
+def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable:
+    """Return ``f(rule, *arrays)``, so that another rule is no other function."""
     integrals = {}
     for e in entries:
         _collect(e, integrals)
@@ -55,20 +58,20 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...], node
     if any(not isinstance(f, _IN_NUMPY) for e in outer for f in e.atoms(sp.Function)):
         modules.append("scipy")  # slow to load
     plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=modules, cse=True)
-    sums = [_quadrature(symbols, integral, nodes) for integral in integrals]
+    sums = [_quadrature(symbols, integral) for integral in integrals]
     depth = max((_depth(e) for e in entries), default=0)
 
-    def evaluate(*arguments):
+    def evaluate(rule, *arguments):
         arguments = [np.asarray(a, dtype=float) for a in arguments]
         shape = _shape(arguments)
-        size = math.prod(shape)
+        size, nodes = math.prod(shape), rule[0].size
         if size > 1 and size * nodes**depth > LARGEST:
             rows = max(1, LARGEST // nodes**depth)
             flat = [np.broadcast_to(a, shape).ravel() for a in arguments]
-            parts = [evaluate(*(a[k : k + rows] for a in flat)) for k in range(0, size, rows)]
+            parts = [evaluate(rule, *(a[k : k + rows] for a in flat)) for k in range(0, size, rows)]
             return [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
         with np.errstate(all="ignore"):
-            values = plain(*arguments, *(s(*arguments) for s in sums))
+            values = plain(*arguments, *(s(rule, *arguments) for s in sums))
         values = [np.asarray(v, dtype=float) for v in values]
         return [v if v.shape == shape else np.broadcast_to(v, shape) for v in values]
 
@@ -108,17 +111,22 @@ def _depth(expr: sp.Expr) -> int:
     return max((_depth(a) for a in expr.args), default=0) if expr.has(sp.Integral) else 0
 
 
-def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral, nodes: int) -> Callable:
-    ((variable, low, high),) = integral.limits
-    inner = sp.Dummy("node")
-    limits = _compiled(symbols, (low, high), nodes)
-    body = _compiled((*symbols, inner), (integral.function.xreplace({variable: inner}),), nodes)
-    places, weights = gauss_legendre(nodes)
+@cache
+def _node(depth: int) -> sp.Symbol:
+    return sp.Dummy(f"node_{depth}")
 
-    def evaluate(*arguments):
-        start, stop = limits(*arguments)
+
+def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral) -> Callable:
+    ((variable, low, high),) = integral.limits
+    inner = _node(len(symbols))
+    limits = _compiled(symbols, (low, high))
+    body = _compiled((*symbols, inner), (integral.function.xreplace({variable: inner}),))
+
+    def evaluate(rule, *arguments):
+        places, weights = rule
+        start, stop = limits(rule, *arguments)
         start, width = start[..., None], (stop - start)[..., None]
-        (values,) = body(*(a[..., None] for a in arguments), start + width * places)
+        (values,) = body(rule, *(a[..., None] for a in arguments), start + width * places)
         return np.sum(values * weights * width, axis=-1)
 
     return evaluate

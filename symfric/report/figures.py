@@ -28,8 +28,12 @@ def new_axes():
 
 def tidy(ax):
     """Set ticks, grid and spines as all pictures have them; return the Axes."""
+    from symfric.report.ticks import Ticks
+
     if ax.get_xscale() == ax.get_yscale() == "linear":
-        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter(Ticks(useMathText=True))
+        ax.ticklabel_format(style="sci", scilimits=(-3, 4))
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -149,7 +153,6 @@ def to_svg(ax) -> str:
     """Return the figure of an Axes as a data URI; text as shapes, so that it looks the same everywhere."""
     from matplotlib import rc_context
 
-    ax.figure.draw_without_rendering()  # the layout makes room for a legend above the axes in a second pass
     stream = io.BytesIO()
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})

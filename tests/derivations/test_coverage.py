@@ -3,6 +3,7 @@
 import ast
 import inspect
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ FOLDER = Path(derivations.sources.__file__).parent
 PACKAGE = Path(symfric.__file__).parent
 
 
+@cache
 def used():
     """Return every name and attribute that stands in a derivation."""
     nodes = [node for path in FOLDER.rglob("*.py") for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]

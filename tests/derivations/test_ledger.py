@@ -1,9 +1,11 @@
-"""Every entry of the ledger holds; that no check is blind is in test_mutants.py."""
+"""Every entry of the ledger holds, and its check rejects a changed claim; test_mutants.py tries all changes."""
+
+import random
 
 import pytest
 import sympy as sp
 
-from derivations.ledger import Verdict, evaluate
+from derivations.ledger import Verdict, evaluate, fails, mutants
 from derivations.sources import SOURCES, ledger_of
 
 ENTRIES = [e for s in SOURCES for e in ledger_of(s).entries]
@@ -15,10 +17,12 @@ def label(entry):
 
 
 @pytest.mark.parametrize("entry", CHECKED, ids=label)
-def test_the_derivation_leaves_nothing_of_the_claim(entry):
+def test_the_derivation_leaves_nothing_of_the_claim_and_something_of_another(entry):
     row = evaluate(entry)
     assert row.residual == "0"
     assert row.sound, "the printed form passes the check too"
+    name, claim = random.Random(label(entry)).choice(list(mutants(entry.right)))
+    assert fails(entry, claim), name
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=label)

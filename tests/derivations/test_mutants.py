@@ -1,10 +1,11 @@
-"""No check of the ledger is blind: a changed claim leaves a residual. Beside test_ledger.py, to run at the same time."""
+"""No check of the ledger is blind: every changed claim leaves a residual."""
 
 import pytest
 
 from derivations.ledger import fails, mutants
 from derivations.sources import SOURCES, ledger_of
 
+pytestmark = pytest.mark.long  # test_ledger.py tries one change of each entry
 CHECKED = [e for s in SOURCES for e in ledger_of(s).entries if e.check is not None]
 
 

@@ -22,8 +22,17 @@ def error(run, problem) -> float:
 
 
 @pytest.mark.parametrize("plugin", ["erk", "rosenbrock"])
-@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [
+        ("P1", 1e-6),
+        ("P1", 1e-9),
+        ("P2", 1e-6),
+        ("P2", 1e-9),
+        ("P3", 1e-6),
+        pytest.param("P3", 1e-9, marks=pytest.mark.long),
+    ],
+)
 def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
     problem = PROBLEMS[name]
     run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()

@@ -41,9 +41,10 @@ class Series:
 
 
 PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
-# most states of a system whose newest coefficients are taken out of the chain of operations, see `_split_rates`; the
-# dense product with the slopes costs more than it saves in a larger one
-_SPLIT = 4
+# most states, and moving operations, of a system whose newest coefficients are taken out of the chain, see
+# `_split_rates`; in a larger one the product with the slopes costs more than it saves, or the chain is not what takes
+# the time
+_SPLIT = 4, 100
 
 
 def is_entire(field: ca.Function) -> bool:
@@ -77,9 +78,10 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     x: list[Jet] = [[state[i]] for i in range(n_x)]
     clock = [state[n_x], ca.SX(1)]
     slopes: list[list] = []
+    split = n_x <= _SPLIT[0] and sum(node.moves for node in nodes) <= _SPLIT[1]
     for k in range(order + 1):
         sweep.extend([at(row, k) for row in x], at(clock, k))
-        if k == 0 and n_x <= _SPLIT:
+        if k == 0 and split:
             slopes = [
                 sweep.trial(1, [ca.SX(1) if j == i else None for j in range(n_x)], None, outputs[0]) for i in range(n_x)
             ]
