@@ -17,7 +17,10 @@ from symfric.solve.status import Status
 _POINTS = 2000  # of an autonomous cycle, or of the end of a motion without a period
 _PATIENCE = 8  # horizons that a motion is given to settle
 _LATE = 0.75  # part of a run after which it is looked at
-_WHOLE, _SHARED = 0.95, 0.5  # parts of a motion that must be near an attractor to lie on it; an irregular one has gaps
+# parts of a motion that must be near an attractor to lie on it; of an irregular one, of which only some points are
+# known, what is as near as those are to each other
+_WHOLE, _SHARED = 0.95, 0.5
+_NEIGHBOURS = 0.9  # part of the points of an irregular one that have a neighbour so near
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +69,7 @@ class Collection:
     def __init__(self, scene: Scene, period: float | None, units: np.ndarray, near: float, tolerance: float):
         self.known: list[Attractor] = []
         self._trees: list[cKDTree | None] = []
+        self._reach: list[float] = []
         self._scene, self._period, self._units, self._near = scene, period, units, near
         self._program = prepare(scene.wanting({"path": Trajectory(), "stop": StopTime()}), tolerance)
 
@@ -76,11 +80,12 @@ class Collection:
 
     def nearest(self, states: np.ndarray) -> np.ndarray:
         """Return the attractor next to each of some states (n_x, n), -1 where none is near; shape (n,)."""
-        best, label = np.full(states.shape[1], self._near), np.full(states.shape[1], -1)
-        for k, tree in enumerate(self._trees):
+        best, label = np.full(states.shape[1], np.inf), np.full(states.shape[1], -1)
+        for k, (tree, reach) in enumerate(zip(self._trees, self._reach, strict=True)):
             if tree is not None:
                 distance = tree.query(states.T / self._units)[0]
-                label, best = np.where(distance < best, k, label), np.minimum(distance, best)
+                better = (distance < best) & (distance < reach)
+                label, best = np.where(better, k, label), np.where(better, distance, best)
         return label
 
     def settle(self, state: np.ndarray) -> tuple[int, Status]:
@@ -100,9 +105,10 @@ class Collection:
             if np.isfinite(run["stop"]):
                 return self.rest(), Status.OK
             late = self._sampled(run, _LATE * run.t_final)
-            if self._among(late) < 0:
-                self._seek(run, late)
             known = self._among(late)
+            if known < 0 or self.known[known].kind == "irregular":  # a cycle may lie among the points of that
+                self._seek(run, late)
+                known = self._among(late)
             if known >= 0:
                 return known, Status.OK
             if turn >= _PATIENCE // 2:
@@ -145,6 +151,11 @@ class Collection:
             self._add(Attractor("cycle", points, orbit))
 
     def _add(self, attractor: Attractor) -> int:
+        tree = cKDTree(attractor.points.T / self._units) if attractor.points.size else None
+        reach = self._near
+        if attractor.kind == "irregular":
+            reach = max(reach, float(np.quantile(tree.query(tree.data, k=2)[0][:, 1], _NEIGHBOURS)))
         self.known.append(attractor)
-        self._trees.append(cKDTree(attractor.points.T / self._units) if attractor.points.size else None)
+        self._trees.append(tree)
+        self._reach.append(reach)
         return len(self.known) - 1
