@@ -117,7 +117,7 @@ class Raw(NamedTuple):
     derivatives: Derivatives | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Run:
     """One computed motion.
 
@@ -148,6 +148,21 @@ class Run:
     status: Status
     stats: dict[str, float]
     raw: Raw = field(repr=False)
+
+    def __init__(self, base, values, initial, route, tolerance, final, t_final, status, stats, raw):
+        # at once: field by field, as frozen dataclasses do it, would take a twentieth of the time of a short run
+        vars(self).update(
+            base=base,
+            values=values,
+            initial=initial,
+            route=route,
+            tolerance=tolerance,
+            final=final,
+            t_final=t_final,
+            status=status,
+            stats=stats,
+            raw=raw,
+        )
 
     @cached_property
     def scene(self) -> Scene:

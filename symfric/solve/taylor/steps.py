@@ -3,10 +3,12 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import INLINE, INNER
+from symfric.solve.native import INLINE, INNER
 from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.settle import EPS
 from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
+
+_TINY = 1e-300  # a scale that is none
 
 
 @njit(**INLINE, fastmath=FUSED)
@@ -16,6 +18,7 @@ def step_size(w, n_x):
     tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
     if before == 0.0:
         return _first_step(w)
+    grain = EPS / tolerance
     worst, worst_below, late = 0.0, 0.0, False
     for r in range(w.c.shape[0]):
         a, b = abs(w.c[r, order]), abs(w.c[r, order - 1])
@@ -23,25 +26,46 @@ def step_size(w, n_x):
             return np.nan
         if a == 0.0 and b == 0.0:
             continue
-        scale = max(w.scale[r], abs(w.c[r, 1]) * before, EPS * abs(w.c[r, 0]) / tolerance)
+        scale = max(w.scale[r], abs(w.c[r, 1]) * before, grain * abs(w.c[r, 0]))
         if w.limits[CHECKED] and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
             # near a singularity of a law its guard must be right relative to what is left of it
-            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, EPS * scale / tolerance)
-        if scale == 0.0:
+            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, grain * scale)
+        if scale < _TINY:
             if _comes_late(w, r):
                 late = True
                 continue
             scale = _largest_term(w, r, before)
-        worst = max(worst, a / scale)
-        worst_below = max(worst_below, b / scale)
+        inverse = 1.0 / scale
+        worst = max(worst, a * inverse)
+        worst_below = max(worst_below, b * inverse)
     if worst == 0.0 and worst_below == 0.0:
         return before if late else np.inf
-    if worst_below == 0.0:
-        return (tolerance / worst) ** (1.0 / order)
-    h = (tolerance / worst_below) ** (1.0 / (order - 1))
-    if worst * h > worst_below:  # the last term is the larger one at this step
-        h = min(h, (tolerance / worst) ** (1.0 / order))
-    return h
+    if not max(worst, worst_below) < np.inf:
+        return np.nan
+    limit = _log2(tolerance)
+    return _exp2(min((limit - _log2(worst_below)) * (1.0 / (order - 1)), (limit - _log2(worst)) * (1.0 / order)))
+
+
+@njit(**INLINE, fastmath=FUSED)
+def _log2(x):
+    """Return the logarithm of x >= 0, too small by up to 0.09: the bits of x. That of zero is finite.
+
+    A root needs no more; with the C library's functions, the roots would take an eighth of the time of a run.
+    """
+    return np.float64(x).view(np.int64) * 2.0**-52 - 1023.0
+
+
+@njit(**INLINE, fastmath=FUSED)
+def _exp2(x):
+    """Return 2^x, |x| < 1000, to 3 in a thousand: bits again, and a parabola between the powers of two."""
+    whole = np.floor(x)
+    rest = x - whole
+    return np.int64((whole + 1023.0 + rest * (0.6565 + 0.3435 * rest)) * 2.0**52).view(np.float64)
+
+
+@njit(**INLINE, fastmath=FUSED)
+def _root(x, n):
+    return _exp2(_log2(x) / n)
 
 
 @njit(**INNER, fastmath=FUSED)
@@ -50,7 +74,7 @@ def _largest_term(w, r, h):
     for k in range(1, w.c.shape[1]):
         power *= h
         largest = max(largest, abs(w.c[r, k]) * power)
-    return max(largest, 1e-300)
+    return max(largest, _TINY)
 
 
 @njit(**INNER, fastmath=FUSED)
@@ -79,9 +103,9 @@ def _first_step(w):
             reach = 0.0
             for k in range(1, last):
                 if w.c[r, k] != 0.0:
-                    reach = max(reach, (tolerance * abs(w.c[r, k]) / a) ** (1.0 / (last - k)))
+                    reach = max(reach, _root(tolerance * abs(w.c[r, k]) / a, last - k))
             if reach == 0.0:
-                reach = (tolerance * (abs(w.c[r, 0]) or 1.0) / a) ** (1.0 / last)
+                reach = _root(tolerance * (abs(w.c[r, 0]) or 1.0) / a, last)
             own = min(own, reach)
         if _comes_late(w, r):
             late = min(late, own)
