@@ -10,6 +10,7 @@ import sys
 import time
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -309,29 +310,34 @@ def test_interrupt_ends_with_130(tmp_path):
     assert "Traceback" not in rest
 
 
-def test_compiling_the_event_loop_is_announced(capsys, caplog):
+def test_compiling_the_event_loop_is_announced(capsys, caplog, monkeypatch, tmp_path):
     import logging
 
-    from numba.core import event
-
     from symfric.cli.console import progress_on_stderr
-    from symfric.solve.taylor.entry import launch
+    from symfric.solve import door
 
-    def compiling(*dispatchers):
-        for dispatcher in dispatchers:
-            event.start_event("numba:compile", {"dispatcher": dispatcher})
-            event.end_event("numba:compile", {"dispatcher": dispatcher})
+    kept = []
+    monkeypatch.setattr(door, "store", lambda name, code: kept.append(code))
+    monkeypatch.setattr(door, "load", lambda name: None)
+    monkeypatch.setattr(door, "link", lambda code: SimpleNamespace(get_function_address=lambda name: 1))
+    monkeypatch.setattr(door, "_compiled", lambda module: b"name\ncode")
+
+    def open_anew():
+        monkeypatch.setattr(door, "_opened", {})
+        door.open_door("a.loop", "the event loop", tmp_path)
 
     line = "compiling the event loop, once for this machine"
     with progress_on_stderr(quiet=False):
-        compiling(None, launch, None)
+        open_anew()
+        door.open_door("a.loop", "the event loop", tmp_path)
         assert capsys.readouterr().err == line + "\n"
     with progress_on_stderr(quiet=True):
-        compiling(launch)
+        open_anew()
     assert capsys.readouterr().err == ""
     with caplog.at_level(logging.INFO, "symfric"):
-        compiling(launch)
+        open_anew()
     assert [(r.name, r.getMessage()) for r in caplog.records][-1:] == [("symfric", line)]
+    assert kept == 3 * [b"name\ncode"]
 
 
 def test_quiet_is_silent(tmp_path):

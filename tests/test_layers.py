@@ -92,6 +92,14 @@ def test_import_is_light(module):
     assert done.stdout.strip() == "[]"
 
 
+def test_a_result_needs_no_compiler_once_its_loop_is_on_disk():
+    run = "import sys, symfric as sf; print(sf.simulate(sf.scenes.{}).status.name, 'numba' in sys.modules)"
+    for scene in ("mass_on_belt(v_b=0.2)", "coulomb_oscillator(0.03)"):
+        for _ in range(2):  # the first may have to compile
+            done = subprocess.run([sys.executable, "-c", run.format(scene)], capture_output=True, text=True, check=True)
+        assert done.stdout.split() == ["OK", "False"]
+
+
 def test_type_checkers_are_told_of_the_same_names():
     tree = ast.parse((ROOT / "__init__.pyi").read_text())
     told = {}

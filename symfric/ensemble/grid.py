@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-import symfric.solve.compiled as compiled
 from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
 from symfric.model.names import name_of
 from symfric.model.outputs import End, Events, Output, ScalarOfExpression, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.system import Signal
+from symfric.solve import door
 
 SCENES = "scene"  # name of the axis of several scenes
 
@@ -220,6 +220,6 @@ def sweep_key(grid: Grid, tolerance: float, route) -> str:
 
 
 def code_key() -> str:
-    """Return a number that changes with the solvers' sources: other code may end in other last bits."""
-    solve = Path(compiled.__file__).parent
-    return f"{compiled.stamp(solve, solve / 'taylor', solve / 'exact', solve.parent / 'lower'):x}"
+    """Return a key that changes with the solvers' sources: other code may end in other last bits."""
+    solve = Path(door.__file__).parent
+    return door.sources_key(solve, solve / "taylor", solve / "exact", solve.parent / "lower")[:16]

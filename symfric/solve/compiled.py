@@ -1,22 +1,18 @@
 """What the compiled routes share: the numbers of a run, the loop around the compiled one, and what it leaves behind."""
 
-import hashlib
-import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path as File
 from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
-from numba.core import event
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.numeric import numeric
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
-from symfric.solve.memory import addresses
+from symfric.solve.memory import Table
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
@@ -26,7 +22,6 @@ PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
 PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
 RANGE, INTEGRAL, THEN, TURN, FOLLOW = range(5)  # kinds of wanted rows; TURN: the least value where
 # a row turns upward; FOLLOW: the derivative of a RANGE or TURN
-_NOTHING = np.zeros(0)
 _STATUS = tuple(Status)
 
 
@@ -138,21 +133,24 @@ class Loop:
     Parameters
     ----------
     launch : callable
-        ``(table, y, p) -> status``, or a reason to be called again, then with empty y.
+        From `symfric.solve.door`; returns a status, or a reason to be called again.
     work : NamedTuple
-        With the fields counts, clock, total, event_t, event_i, path_t, path_c and path_m.
+        With the fields given_y, given_p, y, counts, clock, total, event_t, event_i, path_t, path_c and path_m.
     wanted : Wanted
     horizon : float
     """
 
     def __init__(self, launch: Callable, work, wanted: Wanted, horizon: float):
         self._launch, self.work, self._wanted, self._horizon = launch, work, wanted, horizon
-        self._table = addresses(work)
+        self._table, self._given = Table(work), (None, None)
 
     def drive(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> Status:
-        """Run to the end."""
+        """Run to the end, from state y at t = 0 with parameters p."""
         w = self.work
-        code = self._launch(self._table, y, p)
+        if self._given[0] is not y or self._given[1] is not p:  # those of the scene itself come again and again
+            w.given_y[:], w.given_p[:] = y, p
+            self._given = y, p
+        code = self._launch(self._table, True)
         while code < 0:
             if code == PATH_FULL:
                 w = w._replace(path_t=_double(w.path_t), path_c=_double(w.path_c), path_m=_double(w.path_m))
@@ -161,8 +159,8 @@ class Loop:
             elif progress is not None:
                 progress(min(1.0, float(w.y[-1]) / self._horizon))
             if w is not self.work:
-                self.work, self._table = w, addresses(w)
-            code = self._launch(self._table, _NOTHING, _NOTHING)
+                self.work, self._table = w, Table(w)
+            code = self._launch(self._table, False)
         return _STATUS[code]
 
     def collect(self, n_x: int) -> tuple[np.ndarray, float, dict[str, float], Raw]:
@@ -179,14 +177,12 @@ class Loop:
             )
         if wanted.events:
             log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
-        total = w.total.tolist() if wanted.row else []
-        raw = Raw(
-            ranges={n: _range(wanted.rows[k], total[k][0], total[k][1]) for n, k in wanted.row.items()},
-            integrals={n: total[k][2] for n, k in wanted.row.items()},
-            rest=w.clock.item(2),
-            path=path,
-            events=log,
-        )
+        ranges, integrals = {}, {}
+        if wanted.row:
+            total = w.total.tolist()
+            ranges = {n: _range(wanted.rows[k], total[k][0], total[k][1]) for n, k in wanted.row.items()}
+            integrals = {n: total[k][2] for n, k in wanted.row.items()}
+        raw = Raw(ranges, integrals, w.clock.item(2), path, log)
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
         return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw
 
@@ -238,34 +234,3 @@ class Compiled:
 
 def _double(array: np.ndarray) -> np.ndarray:
     return np.concatenate([array, np.zeros_like(array)])
-
-
-def stamp(folder: File, *folders: File) -> int:
-    """Return a positive number that changes with any source that compiled code of the folders is made from.
-
-    numba keeps a compiled function as long as its own source file is unchanged, and does not look at the files of the
-    functions it calls.
-    """
-    shared = [File(__file__).parent / name for name in ("compiled.py", "memory.py", "status.py")]
-    sources = [*shared, *(f for place in (folder, *folders) for f in sorted(place.glob("*.py")))]
-    return int.from_bytes(hashlib.sha256(b"".join(f.read_bytes() for f in sources)).digest()[:7], "little") + 1
-
-
-class Announcement(event.Listener):
-    """Says that a function is being compiled, which takes a while; numba does it if it is not on disk."""
-
-    def __init__(self, function: Callable, what: str):
-        self._function, self._what = function, what
-
-    def on_start(self, event: event.Event) -> None:
-        """Log; numba calls this for every function it compiles."""
-        if event.data["dispatcher"] is self._function:
-            logging.getLogger("symfric").info("compiling %s, once for this machine", self._what)
-
-    def on_end(self, event: event.Event) -> None:
-        """Do nothing."""
-
-
-def announce(function: Callable, what: str) -> None:
-    """Log a line when a function is compiled."""
-    event.register("numba:compile", Announcement(function, what))

@@ -1,119 +1,44 @@
-"""Arrays and machine code by their addresses, for compiled code that owns neither.
+"""Arrays by their addresses, for compiled code that does not own them.
 
 Compiled code knows the arrays of a NamedTuple as one pointer, to the table of their addresses, and reads from it what
 it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
 """
 
-from collections.abc import Callable
-from typing import Annotated, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
-from numba.np.arrayobj import make_array, populate_array
 
-# annotations of the fields: number and kind of their indices are part of compiled code
-Reals = Annotated[np.ndarray, types.Array(types.float64, 1, "C")]
-Matrix = Annotated[np.ndarray, types.Array(types.float64, 2, "C")]
-Cube = Annotated[np.ndarray, types.Array(types.float64, 3, "C")]
-Integers = Annotated[np.ndarray, types.Array(types.int64, 1, "C")]
-IntegerMatrix = Annotated[np.ndarray, types.Array(types.int64, 2, "C")]
+# annotations of the fields: kind and number of their indices are part of compiled code
+Reals = Annotated[np.ndarray, (float, 1)]
+Matrix = Annotated[np.ndarray, (float, 2)]
+Cube = Annotated[np.ndarray, (float, 3)]
+Integers = Annotated[np.ndarray, (int, 1)]
+IntegerMatrix = Annotated[np.ndarray, (int, 2)]
 
-# How functions are compiled. On arrays that they do not own, counting references would take longer than the work; those
-# inside a loop are called by compiled code alone.
-DOOR = {"nogil": True, "_nrt": False, "cache": True}
-INNER = {"nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False}
-# Short ones, or such that one other calls at every step. numba hands `forceinline` down to all that a function calls,
-# unless they say otherwise as INNER does: everything would become one function, which takes a minute to compile.
-INLINE = {**INNER, "forceinline": True}
-# Compiled as a part of the door, which is their only caller.
-PART = {"inline": "always"}
-
-_WIDTH = 4  # of the table: address and shape
-_WORD = 8  # bytes of every number
+WIDTH = 4  # of the table: address and shape
+WORD = 8  # bytes of every number
 
 
-def addresses(work: NamedTuple) -> np.ndarray:
-    """Return address and shape of every array, one row for each."""
-    table = np.zeros((len(work), _WIDTH), dtype=np.int64)
-    for row, array in zip(table, work, strict=True):
-        row[0] = array.ctypes.data
-        row[1 : 1 + array.ndim] = array.shape
-    return table
+class Table:
+    """Address and shape of every array of a NamedTuple, one row for each, and room for the result of a call.
 
+    Attributes
+    ----------
+    address, result, trouble : int
+        Where the table begins, and where compiled code may leave its result and the reason of a failure. Valid as long
+        as this object and the arrays live.
+    """
 
-class Arrays(types.Type):
-    """The numba type of the arrays of a NamedTuple whose fields are annotated as above."""
+    def __init__(self, work: NamedTuple):
+        self._rows = np.zeros((len(work) + 1, WIDTH), dtype=np.int64)
+        for row, array in zip(self._rows, work, strict=False):
+            row[0] = array.ctypes.data
+            row[1 : 1 + array.ndim] = array.shape
+        self.address = self._rows.ctypes.data
+        self.result = self.address + self._rows.nbytes - WIDTH * WORD
+        self.trouble = self.result + WORD
+        self._place = self._rows.size - WIDTH
 
-    def __init__(self, record: type):
-        super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
-        hints = get_type_hints(record, include_extras=True)
-        self.fields = {name: (row, hint.__metadata__[0]) for row, (name, hint) in enumerate(hints.items())}
-
-
-@register_model(Arrays)
-class _Model(models.PrimitiveModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, ir.IntType(64).as_pointer())
-
-
-@infer_getattr
-class _Fields(AttributeTemplate):
-    key = Arrays
-
-    def generic_resolve(self, kind, name):
-        return kind.fields[name][1] if name in kind.fields else None
-
-
-@lower_getattr_generic(Arrays)
-def _field(context, builder, kind, table, name):
-    """Make an array from its row of the table, which does not change while compiled code runs."""
-    row, array = kind.fields[name]
-    constant = builder.module.add_metadata([])
-
-    def entry(column):
-        place = builder.gep(table, [ir.Constant(ir.IntType(64), _WIDTH * row + column)])
-        number = builder.load(place)
-        number.set_metadata("invariant.load", constant)
-        return number
-
-    made = make_array(array)(context, builder)
-    shape = [entry(1 + axis) for axis in range(array.ndim)]
-    word = ir.Constant(ir.IntType(64), _WORD)
-    strides = [word]
-    for length in shape[:0:-1]:
-        strides.insert(0, builder.mul(strides[0], length, flags=["nsw"]))
-    data = builder.inttoptr(entry(0), made.data.type)
-    populate_array(made, data=data, shape=shape, strides=strides, itemsize=word, meminfo=None)
-    return made._getvalue()
-
-
-def opener(record: type) -> Callable:
-    """Return the compiled function that takes the table of a NamedTuple and returns its arrays."""
-    kind = Arrays(record)
-
-    @intrinsic
-    def at_addresses(typing_context, table):
-        def generate(context, builder, signature, args):
-            data = make_array(signature.args[0])(context, builder, args[0]).data
-            return builder.bitcast(data, ir.IntType(64).as_pointer())
-
-        return kind(table), generate
-
-    return at_addresses
-
-
-@intrinsic
-def call_code(typing_context, address, a, b, out):
-    """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
-
-    def generate(context, builder, signature, args):
-        pointer = ir.DoubleType().as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
-        target = builder.inttoptr(args[0], kind.as_pointer())
-        builder.call(target, [builder.inttoptr(x, pointer) for x in args[1:]])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
+    def answer(self) -> int:
+        """Return the result of the last call."""
+        return self._rows.item(self._place)

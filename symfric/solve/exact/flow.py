@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import INNER
+from symfric.solve.native import INNER
 
 EPS = 2.0**-52
 NEVER = np.inf

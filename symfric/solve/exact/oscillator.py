@@ -13,6 +13,7 @@ from symfric.solve.exact.room import (
     BRANCH,
     BRANCHES,
     DIRECTION,
+    LEFT,
     LOAD,
     MAX_PIECES,
     PULL,
@@ -27,7 +28,7 @@ from symfric.solve.exact.room import (
     WHERE,
     J,
 )
-from symfric.solve.memory import PART, call_code
+from symfric.solve.native import PART, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import budget
 from symfric.solve.taylor.settle import MOST_DOUBT, ROUNDING, TIE
@@ -51,19 +52,18 @@ from symfric.solve.taylor.workspace import (
     T_LOW,
 )
 
-LEFT = 5e-14  # of the largest acceleration: what rounding leaves of it after many events
-
 _OK, _STEPS = int(Status.OK), int(Status.STEP_BUDGET)
 _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)
 
 
 @njit(**PART)
-def reset(w, y, p):
+def reset(w):
+    """Begin a run at t = 0 with what is given."""
     for i in range(2):
-        w.y[i], w.largest[i] = y[i], abs(y[i])
+        w.y[i], w.largest[i] = w.given_y[i], abs(w.given_y[i])
     w.y[2] = 0.0
-    for k in range(p.size):
-        w.p[k] = p[k]
+    for k in range(w.given_p.size):
+        w.p[k] = w.given_p[k]
     call_code(w.code[0], w.p.ctypes.data, w.p.ctypes.data, w.data.ctypes.data)
     w.counts[:] = 0
     w.clock[T_LOW], w.clock[REST], w.clock[3] = 0.0, np.nan, 0.0

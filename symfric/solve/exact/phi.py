@@ -7,11 +7,11 @@ there is no case of its own for critical damping, or for none.
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import INNER
+from symfric.solve.exact.record_room import ORDER
+from symfric.solve.native import INNER
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.polynomials import value as horner
 
-ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
 EPS = 2.0**-52
 # entries of a transition: u and w from u, from w, from the force at the beginning, and from its slope
 UU, UW, UF, UG, WU, WW, WF, WG, KAPPA = range(9)

@@ -7,11 +7,10 @@ from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
 from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance, wanted_of
-from symfric.solve.exact.entry import launch
+from symfric.solve.door import open_door
 from symfric.solve.exact.form import Form, form_of
-from symfric.solve.exact.oscillator import LEFT
 from symfric.solve.exact.record_program import record_loop
-from symfric.solve.exact.room import make_room
+from symfric.solve.exact.room import FOLDERS, LEFT, make_room
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import Taylor, TaylorProgram, series_loop
@@ -84,6 +83,7 @@ def _closed_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
     limits = settings.max_steps, settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
     pieces = PATH_BYTES // (2 * room.path_c[0].nbytes)
     room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows, pieces)
+    launch = open_door("symfric.solve.exact.oscillator_loop", "the closed forms of an oscillator", *FOLDERS)
     return code, Loop(launch, room, wanted, form.scene.horizon)
 
 

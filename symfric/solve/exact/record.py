@@ -32,7 +32,7 @@ from symfric.solve.exact.rows import (
     note_end,
     quiet,
 )
-from symfric.solve.memory import INLINE, INNER, PART, call_code
+from symfric.solve.native import INLINE, INNER, PART, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import (
@@ -57,11 +57,10 @@ _STALLED = 200  # events without time advancing
 
 
 @njit(**PART)
-def reset(w, y, p):
-    """Set start and parameters, and make the transitions."""
-    w.start[0], w.start[1] = y[0], y[1]
-    for k in range(p.size):
-        w.p[k] = p[k]
+def reset(w):
+    """Take the parameters that are given, and make the transitions."""
+    for k in range(w.given_p.size):
+        w.p[k] = w.given_p[k]
     call_code(w.code[0], w.p.ctypes.data, w.p.ctypes.data, w.data.ctypes.data)
     n_f, n_c, n_e = w.force.size, w.cells.shape[0], w.rows.shape[0]
     for k in range(n_f):
@@ -213,7 +212,7 @@ def _next_due(w, i, whole):
 @njit(**INNER)
 def _begin(w):
     """Set everything to its start; return displacement, velocity and mode."""
-    u, v = w.start[0], w.start[1]
+    u, v = w.given_y[0], w.given_y[1]
     w.counts[:] = 0
     w.clock[REST] = np.nan
     for e in range(w.at.size):

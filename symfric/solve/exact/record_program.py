@@ -1,17 +1,23 @@
 """The march through a record as a loop of the package."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, THEN, Loop
-from symfric.solve.exact.record_entry import launch_record
+from symfric.solve.door import open_door
 from symfric.solve.exact.record_room import make_record_room
 from symfric.solve.exact.record_rows import Recorded, recorded_in
-from symfric.solve.memory import addresses
+from symfric.solve.exact.room import FOLDERS
+from symfric.solve.memory import Table
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import T_END
+
+
+def _march() -> Callable[[Table, bool], int]:
+    return open_door("symfric.solve.exact.record_loop", "the march through a sampled input", *FOLDERS)
 
 
 def record_loop(scene: Scene, recorded: Recorded, budgets: tuple[int, int]) -> tuple[MachineCode, Loop]:
@@ -23,7 +29,7 @@ def record_loop(scene: Scene, recorded: Recorded, budgets: tuple[int, int]) -> t
     steps = PATH_BYTES // room.path_c[0].nbytes if wanted.path else budgets[0]
     room.clock[T_END] = scene.horizon
     room.limits[:5] = min(budgets[0], steps), budgets[1], 1_000_000, wanted.path, wanted.events
-    return code, Loop(launch_record, room, wanted, scene.horizon)
+    return code, Loop(_march(), room, wanted, scene.horizon)
 
 
 class Marcher:
@@ -43,6 +49,7 @@ class Marcher:
         self.parameters = tuple(s.name for s in recorded.problem.parameters)
         self.row = recorded.wanted.row
         self._recorded = recorded
+        self._march = _march()
         self._code, loop = record_loop(scene, recorded, (100_000_000, 20_000_000))
         self._room = loop.work
         self._start = np.array([float(scene.numbers()[s]) for s in scene.system.states])
@@ -56,7 +63,7 @@ class Marcher:
     def load(self, samples: np.ndarray) -> None:
         """Take another record."""
         self._room = self._room._replace(samples=np.array(samples, dtype=float))
-        self._table = addresses(self._room)
+        self._table = Table(self._room)
 
     def run(self, p: np.ndarray, dt: float, horizon: float, times: dict[int, float]) -> tuple[int, np.ndarray]:
         """Run with parameters p in the order of `parameters`, and values of rows at these times.
@@ -71,4 +78,5 @@ class Marcher:
         room.dt[0], room.clock[T_END] = dt, horizon
         for row, time in times.items():
             room.at[row] = time
-        return launch_record(self._table, self._start, p), room.total
+        room.given_y[:], room.given_p[:] = self._start, p
+        return self._march(self._table, True), room.total

@@ -5,15 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.lower.record import Record
-from symfric.solve.exact.phi import ORDER
-from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals
+
+ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
 
 
 class RecordRoom(NamedTuple):
     """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""
 
     code: Integers  # address of the machine code of `data`
-    start: Reals  # u and w
+    given_y: Reals  # u and w, and parameters, at the start of a run
+    given_p: Reals
     y: Reals  # u, w and time
     p: Reals  # parameters
     data: Reals  # what they make of the equations, see `symfric.lower.record.Record`
@@ -44,15 +46,13 @@ class RecordRoom(NamedTuple):
     path_m: IntegerMatrix
 
 
-at_addresses = opener(RecordRoom)
-
-
 def make_record_room(problem: Record, address: int, at: list[float]) -> RecordRoom:
     """Allocate the arrays of a program."""
     n_c, n_e = problem.cells, problem.rows
     return RecordRoom(
         code=np.array([address], dtype=np.int64),
-        start=np.zeros(2),
+        given_y=np.zeros(2),
+        given_p=np.zeros(len(problem.parameters)),
         y=np.zeros(3),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         data=np.zeros(problem.data.nnz_out(0)),

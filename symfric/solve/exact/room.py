@@ -1,11 +1,12 @@
 """The arrays that one run of an oscillator works on."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from symfric.lower.linear import Oscillator
-from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals
 
 # entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each wanted row
 A_X, A_U, A_0, PULL, J, SHIFT, LOAD, STATIC, BRANCH = range(9)
@@ -15,6 +16,8 @@ STILL, STARTED, DIRECTION, WHERE = range(4)
 SPEED, RATE = range(2)
 # entries of `limits` behind those of the event loop of series
 BRANCHES, STICKS, ROWS, MAX_PIECES = range(9, 13)
+LEFT = 5e-14  # of the largest acceleration: what rounding leaves of it after many events
+FOLDERS = Path(__file__).parent, Path(__file__).parents[1] / "taylor"  # sources of the compiled loops
 ORDER = 26  # of a kept piece, on which |root| t <= 2
 
 
@@ -22,6 +25,8 @@ class Room(NamedTuple):
     """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""
 
     code: Integers  # address of the machine code of `data`
+    given_y: Reals  # state and parameters at the start of a run
+    given_p: Reals
     y: Reals  # x, u and time
     p: Reals  # parameters
     data: Reals  # what they make of the equations, see `symfric.lower.linear.Oscillator`
@@ -39,13 +44,12 @@ class Room(NamedTuple):
     path_m: IntegerMatrix
 
 
-at_addresses = opener(Room)
-
-
 def make_room(problem: Oscillator, address: int) -> Room:
     """Allocate the arrays of a program."""
     return Room(
         code=np.array([address], dtype=np.int64),
+        given_y=np.zeros(2),
+        given_p=np.zeros(len(problem.parameters)),
         y=np.zeros(3),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         data=np.zeros(problem.data.nnz_out(0)),

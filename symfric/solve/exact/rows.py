@@ -6,8 +6,9 @@ A row is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the ma
 import numpy as np
 from numba import njit
 
-from symfric.solve.exact.phi import ORDER, root, value
-from symfric.solve.memory import INLINE, INNER
+from symfric.solve.exact.phi import root, value
+from symfric.solve.exact.record_room import ORDER
+from symfric.solve.native import INLINE, INNER
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import EVENTS, KEEP_EVENTS, KEEP_PATH, KEPT_EVENTS, KEPT_STEPS
 

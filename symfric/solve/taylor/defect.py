@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import INLINE, INNER, call_code
+from symfric.solve.native import INLINE, INNER, call_code
 from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.powers import reach_of
 from symfric.solve.taylor.settle import probe_trial

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, FOLLOW, INTEGRAL, PATH_FULL, PAUSED, THEN, TURN
-from symfric.solve.memory import INLINE, INNER, PART
+from symfric.solve.native import INLINE, INNER, PART
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
@@ -49,13 +49,14 @@ _STALLED = 200  # events without time advancing
 
 
 @njit(**PART)
-def reset(w, y, p):
-    n_x, n_c = y.size, w.sticks.size
+def reset(w):
+    """Begin a run at t = 0 with what is given."""
+    n_x, n_c, n_p = w.given_y.size, w.sticks.size, w.given_p.size
     for i in range(n_x):
-        w.y[i] = y[i]
+        w.y[i] = w.given_y[i]
     w.y[n_x] = 0.0
     for k in range(w.p.size):
-        w.p[k] = p[k] if k < p.size else w.segment_p[0, k - p.size]
+        w.p[k] = w.given_p[k] if k < n_p else w.segment_p[0, k - n_p]
     for k in range(w.m.size):
         w.m[k] = 0.0 if k < n_c else 1.0
     w.counts[:] = 0
@@ -166,7 +167,7 @@ def _first_event(w, n_x, n_c, h):
     return tau
 
 
-@njit(**INLINE, fastmath=FUSED)
+@njit(**INNER, fastmath=FUSED)
 def _crossing(w, r, g, begin, total, h):
     """Return the time at which guard row r becomes negative, more than h if it does not."""
     order = w.c.shape[1] - 1

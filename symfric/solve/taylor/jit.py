@@ -4,22 +4,16 @@ A function with one or more dense inputs becomes ``void f(double* in_0, ..., dou
 disk under a hash of their instructions and of the processor, so that a second process only loads them.
 """
 
-import ctypes
-import ctypes.util
 import hashlib
-import os
 import struct
-import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import casadi as ca
-import llvmlite
 import llvmlite.binding as llvm
 
 from symfric.errors import SceneError
+from symfric.solve.machine import link, load, store, target_key, target_machine
 
 _FORMAT = 3  # of the generated code; part of the cache key
 LONG = 50_000  # instructions; optimising longer functions takes minutes and makes them twice as fast
@@ -87,25 +81,14 @@ def compile_functions(functions: Sequence[ca.Function]) -> MachineCode:
     SceneError
         If an operation has no machine-code translation; named.
     """
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    _link_mathematics()
-    machine = llvm.Target.from_default_triple().create_target_machine(
-        opt=2 if sum(f.n_instructions() for f in functions) < LONG else 0,
-        cpu=llvm.get_host_cpu_name(),
-        features=llvm.get_host_cpu_features().flatten(),
-    )
-    place = _cache_folder() / f"{_key(functions)}.o"
-    code = _load(place)
+    place = f"{_key(functions)}.o"
+    code = load(place)
     cached = code is not None
     if code is None:
-        module = llvm.parse_assembly(assembly(functions))
-        code = machine.emit_object(module)
-        _store(place, code)
-    # every engine owns its target machine, so each gets one of its own
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
+        machine = target_machine(opt=2 if sum(f.n_instructions() for f in functions) < LONG else 0)
+        code = machine.emit_object(llvm.parse_assembly(assembly(functions)))
+        store(place, code)
+    engine = link(code)
     return MachineCode({f.name(): engine.get_function_address(f.name()) for f in functions}, cached, engine)
 
 
@@ -186,47 +169,6 @@ def _literal(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
 
-def _link_mathematics() -> None:
-    """Tell LLVM where the C library keeps its functions; it does not search for them on every system."""
-    if sys.platform == "win32":
-        library = ctypes.CDLL("ucrtbase")
-    else:
-        library = ctypes.CDLL(ctypes.util.find_library("m") or None)
-    for name in set(_CALLS.values()):
-        llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-
-
 def _key(functions: Sequence[ca.Function]) -> str:
-    parts = [str(_FORMAT), llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name()]
-    parts += [llvm.get_host_cpu_features().flatten(), *(f.serialize() for f in functions)]
+    parts = [str(_FORMAT), target_key(), *(f.serialize() for f in functions)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def _cache_folder() -> Path:
-    """``SYMFRIC_CACHE_DIR`` if set, else the user's cache folder."""
-    if "SYMFRIC_CACHE_DIR" in os.environ:
-        return Path(os.environ["SYMFRIC_CACHE_DIR"])
-    home = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
-    return Path(home or Path.home() / ".cache") / "symfric"
-
-
-def _load(place: Path) -> bytes | None:
-    """Return the object, unless it is missing or was damaged: its last 32 bytes are the hash of the rest."""
-    try:
-        data = place.read_bytes()
-    except OSError:
-        return None
-    body, seal = data[:-32], data[-32:]
-    return body if hashlib.sha256(body).digest() == seal else None
-
-
-def _store(place: Path, code: bytes) -> None:
-    """Write the object whole or not at all; a cache that cannot be written costs time, not the result."""
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=place.parent, suffix=".part")
-        with os.fdopen(handle, "wb") as file:
-            file.write(code + hashlib.sha256(code).digest())
-        os.replace(name, place)
-    except OSError:
-        return

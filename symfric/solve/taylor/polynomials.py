@@ -9,23 +9,8 @@ zero and returns within a step; the signs of the Bernstein coefficients cannot, 
 import numpy as np
 from numba import njit
 
-DEPTH = 52  # of subdivision; 2^-52 of a step
 MARCHES = 12  # before subdivision takes over; a simple root needs about five
 FUSED = {"contract"}  # products and sums in one instruction; infinities and NaN keep their meaning
-
-
-def bernstein_table(order: int) -> np.ndarray:
-    """Return the tables ``C(j, k) / C(n, k)`` for every degree n <= order, shape (order+1, order+1, order+1)."""
-    binomial = np.zeros((order + 1, order + 1))
-    for j in range(order + 1):
-        binomial[j, 0] = 1
-        for k in range(1, j + 1):
-            binomial[j, k] = binomial[j - 1, k - 1] + binomial[j - 1, k]
-    table = np.zeros((order + 1, order + 1, order + 1))
-    for n in range(order + 1):
-        for j in range(n + 1):
-            table[n, j, : j + 1] = binomial[j, : j + 1] / binomial[n, : j + 1]
-    return table
 
 
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
@@ -43,11 +28,15 @@ def value_and_slope(b, n, t):
     square = t * t
     fourth, inverse = square * square, 1.0 / t
     a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(n - n % 4, -1, -4):
-        a0, d0 = a0 * fourth + b[k], d0 * fourth + k * b[k]
-        a1, d1 = a1 * fourth + b[k + 1], d1 * fourth + (k + 1) * b[k + 1]
-        a2, d2 = a2 * fourth + b[k + 2], d2 * fourth + (k + 2) * b[k + 2]
-        a3, d3 = a3 * fourth + b[k + 3], d3 * fourth + (k + 3) * b[k + 3]
+    power, weight = 1.0, 0.0
+    for k in range(0, n + 1, 4):  # upward: numba looks at every index that counts down, lest it be negative
+        b0, b1, b2, b3 = power * b[k], power * b[k + 1], power * b[k + 2], power * b[k + 3]
+        a0, d0 = a0 + b0, d0 + weight * b0
+        a1, d1 = a1 + b1, d1 + (weight + 1.0) * b1
+        a2, d2 = a2 + b2, d2 + (weight + 2.0) * b2
+        a3, d3 = a3 + b3, d3 + (weight + 3.0) * b3
+        power *= fourth
+        weight += 4.0
     return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 * inverse + square * d3)
 
 
@@ -91,8 +80,8 @@ def roots(b, n, most, table, stack, found):
     most : int
         Stop after so many.
     table : ndarray
-        From `bernstein_table`.
-    stack : ndarray, shape (DEPTH + 2, order + 3)
+        From `symfric.solve.taylor.bernstein`.
+    stack : ndarray, shape (`DEPTH` + 2, order + 3)
         Work space.
     found : ndarray
         Receives the roots, increasing.
@@ -169,9 +158,12 @@ def _march(b, n, h):
     With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
     parabola is safe, and converges to a simple root of b as fast as Newton's method.
     """
-    bend = 0.0
-    for k in range(n, 1, -1):
-        bend = bend * h + k * (k - 1) * abs(b[k])
+    bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
+    for k in range(2, n + 1):
+        bend += weight * (power * abs(b[k]))
+        power *= h
+        weight += more
+        more += 2.0
     t, f, slope = 0.0, b[0], b[1]
     if bend == 0.0:
         return -f / slope if f < -slope * h else 2.0 * h

@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from symfric.solve.memory import INNER
+from symfric.solve.native import INNER
 from symfric.solve.taylor.polynomials import FUSED
 
 

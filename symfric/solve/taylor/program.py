@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import casadi as ca
 
@@ -11,8 +12,8 @@ from symfric.lower.automaton import Automaton, constants, lower
 from symfric.lower.variations import Variations
 from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, Wanted, check_tolerance, wanted_of
+from symfric.solve.door import open_door
 from symfric.solve.segments import segments
-from symfric.solve.taylor.entry import launch
 from symfric.solve.taylor.jets import Series, expand, is_entire, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import Workspace, make_workspace
@@ -132,6 +133,7 @@ def series_loop(
     limits = min(budgets[0], room), budgets[1], 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
     derivatives = (variations.columns, variations.followed) if variations else (0, 0)
     work.limits[:] = (*limits, sticker, linear, *derivatives)
+    launch = open_door("symfric.solve.taylor.loop", "the event loop", Path(__file__).parent)
     return code, Loop(launch, work, wanted, scene.horizon)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from symfric.lower.automaton import REDUNDANT
-from symfric.solve.memory import INLINE, INNER, call_code
+from symfric.solve.native import INLINE, INNER, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import DOUBT, KINKS, LINEAR, N_Q, STEPS, STICKER, T_END, TOLERANCE

@@ -8,7 +8,7 @@ the leading terms.
 import numpy as np
 from numba import njit
 
-from symfric.solve.memory import INNER
+from symfric.solve.native import INNER
 from symfric.solve.status import Status
 from symfric.solve.taylor.settle import TIE, expand, natural_time
 from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL, T_END

@@ -8,9 +8,9 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.compiled import Row
-from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals, opener
+from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals
+from symfric.solve.taylor.bernstein import DEPTH, bernstein_table
 from symfric.solve.taylor.jets import PROBED, Series
-from symfric.solve.taylor.polynomials import DEPTH, bernstein_table
 
 # entries of `counts`
 STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
@@ -31,6 +31,8 @@ class Workspace(NamedTuple):
     # computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as many
     # directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
     code: Integers
+    given_y: Reals  # state and parameters at the start of a run
+    given_p: Reals
     y: Reals  # state and time, (n_x + 1,)
     p: Reals  # parameters, then start, value and slope of every input
     m: Reals  # stick flags, directions, switch signs
@@ -87,9 +89,6 @@ class Workspace(NamedTuple):
     rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
 
 
-at_addresses = opener(Workspace)
-
-
 def make_workspace(
     automaton: Automaton,
     variants: Sequence[Series],
@@ -123,6 +122,8 @@ def make_workspace(
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
         code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
+        given_y=room(n_x),
+        given_p=room(len(automaton.parameters)),
         y=room(n_x + 1),
         p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),

@@ -1,0 +1,18 @@
+"""The closed forms of an oscillator as machine code takes them; see `symfric.solve.taylor.loop`."""
+
+from numba import njit
+
+from symfric.solve.exact.oscillator import drive, reset
+from symfric.solve.exact.room import Room
+from symfric.solve.native import INNER, opener
+
+_at_address = opener(Room)
+
+
+@njit(**INNER, error_model="numpy")
+def launch(address, fresh):
+    """Drive the room at the address of its table, from its start or on from a pause."""
+    w = _at_address(address)
+    if fresh:
+        reset(w)
+    return drive(w)

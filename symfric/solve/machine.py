@@ -1,0 +1,87 @@
+"""Machine code on this processor: made by LLVM, kept on disk, linked into this process."""
+
+import ctypes
+import ctypes.util
+import hashlib
+import os
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import llvmlite
+import llvmlite.binding as llvm
+
+# functions of the C library that machine code may call
+_MATHEMATICS = (
+    *("exp", "log", "pow", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
+    *("atanh", "atan2", "fmin", "fmax", "expm1", "log1p", "hypot", "erf", "floor", "ceil"),
+)
+
+
+def target_machine(opt: int) -> llvm.TargetMachine:
+    """Return what compiles for this processor."""
+    _prepare()
+    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    return llvm.Target.from_default_triple().create_target_machine(opt=opt, cpu=cpu, features=features)
+
+
+@cache
+def target_key() -> str:
+    """Return what machine code depends on besides its source: LLVM and the processor."""
+    _prepare()
+    features = llvm.get_host_cpu_features().flatten()
+    return "\n".join([llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), features])
+
+
+def link(code: bytes) -> llvm.ExecutionEngine:
+    """Return an engine that holds the functions of an object; their addresses are valid as long as it lives."""
+    # every engine owns its target machine, so each gets one of its own
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(opt=2))
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return engine
+
+
+@cache
+def _prepare() -> None:
+    """Make LLVM ready, and tell it where the C library keeps its functions: it does not search on every system."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    if sys.platform == "win32":
+        library = ctypes.CDLL("ucrtbase")
+    else:
+        library = ctypes.CDLL(ctypes.util.find_library("m") or None)
+    for name in _MATHEMATICS:
+        llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+
+
+def _cache_folder() -> Path:
+    """``SYMFRIC_CACHE_DIR`` if set, else the user's cache folder."""
+    if "SYMFRIC_CACHE_DIR" in os.environ:
+        return Path(os.environ["SYMFRIC_CACHE_DIR"])
+    home = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
+    return Path(home or Path.home() / ".cache") / "symfric"
+
+
+def load(name: str) -> bytes | None:
+    """Return the object, unless it is missing or was damaged: its last 32 bytes are the hash of the rest."""
+    try:
+        data = (_cache_folder() / name).read_bytes()
+    except OSError:
+        return None
+    body, seal = data[:-32], data[-32:]
+    return body if hashlib.sha256(body).digest() == seal else None
+
+
+def store(name: str, code: bytes) -> None:
+    """Write the object whole or not at all; a cache that cannot be written costs time, not the result."""
+    place = _cache_folder() / name
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(dir=place.parent, suffix=".part")
+        with os.fdopen(handle, "wb") as file:
+            file.write(code + hashlib.sha256(code).digest())
+        os.replace(part, place)
+    except OSError:
+        return

@@ -1,0 +1,100 @@
+"""How functions are compiled, and what they need to work on arrays by their addresses; see `symfric.solve.memory`."""
+
+from collections.abc import Callable
+from typing import get_type_hints
+
+from llvmlite import ir
+from numba import types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+from numba.np.arrayobj import make_array, populate_array
+
+from symfric.solve.memory import WIDTH, WORD
+
+# On arrays that functions do not own, counting references would take longer than the work; all are called by machine
+# code alone, or through `symfric.solve.door`.
+INNER = {"nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False}
+# Short ones, or such that one other calls at every step. numba hands `forceinline` down to all that a function calls,
+# unless they say otherwise as INNER does: everything would become one function, which takes a minute to compile.
+INLINE = {**INNER, "forceinline": True}
+# Compiled as a part of the door, which is their only caller.
+PART = {"inline": "always"}
+
+_KINDS = {float: types.float64, int: types.int64}
+
+
+class Arrays(types.Type):
+    """The numba type of the arrays of a NamedTuple whose fields are annotated as above."""
+
+    def __init__(self, record: type):
+        super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
+        hints = get_type_hints(record, include_extras=True)
+        self.fields = {}
+        for row, (name, hint) in enumerate(hints.items()):
+            ((kind, indices),) = hint.__metadata__
+            self.fields[name] = row, types.Array(_KINDS[kind], indices, "C")
+
+
+@register_model(Arrays)
+class _Model(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, ir.IntType(64).as_pointer())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Arrays
+
+    def generic_resolve(self, kind, name):
+        return kind.fields[name][1] if name in kind.fields else None
+
+
+@lower_getattr_generic(Arrays)
+def _field(context, builder, kind, table, name):
+    """Make an array from its row of the table, which does not change while compiled code runs."""
+    row, array = kind.fields[name]
+    constant = builder.module.add_metadata([])
+
+    def entry(column):
+        place = builder.gep(table, [ir.Constant(ir.IntType(64), WIDTH * row + column)])
+        number = builder.load(place)
+        number.set_metadata("invariant.load", constant)
+        return number
+
+    made = make_array(array)(context, builder)
+    shape = [entry(1 + axis) for axis in range(array.ndim)]
+    word = ir.Constant(ir.IntType(64), WORD)
+    strides = [word]
+    for length in shape[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], length, flags=["nsw"]))
+    data = builder.inttoptr(entry(0), made.data.type)
+    populate_array(made, data=data, shape=shape, strides=strides, itemsize=word, meminfo=None)
+    return made._getvalue()
+
+
+def opener(record: type) -> Callable:
+    """Return the compiled function that takes the address of the table of a NamedTuple and returns its arrays."""
+    kind = Arrays(record)
+
+    @intrinsic
+    def at_addresses(typing_context, address):
+        def generate(context, builder, signature, args):
+            return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+
+        return kind(address), generate
+
+    return at_addresses
+
+
+@intrinsic
+def call_code(typing_context, address, a, b, out):
+    """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
+
+    def generate(context, builder, signature, args):
+        pointer = ir.DoubleType().as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
+        target = builder.inttoptr(args[0], kind.as_pointer())
+        builder.call(target, [builder.inttoptr(x, pointer) for x in args[1:]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate

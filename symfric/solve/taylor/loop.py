@@ -1,0 +1,19 @@
+"""The event loop as machine code takes it: a table of addresses, and whether a run begins."""
+
+from numba import njit
+
+from symfric.solve.native import INNER, opener
+from symfric.solve.taylor.driver import drive, reset
+from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.taylor.workspace import Workspace
+
+_at_address = opener(Workspace)
+
+
+@njit(**INNER, fastmath=FUSED)
+def launch(address, fresh):
+    """Drive the workspace at the address of its table, from its start or on from a pause."""
+    w = _at_address(address)
+    if fresh:
+        reset(w)
+    return drive(w)
