@@ -15,7 +15,7 @@ import llvmlite.binding as llvm
 from symfric.errors import SceneError
 from symfric.solve.machine import link, load, store, target_key, target_machine
 
-_FORMAT = 3  # of the generated code; part of the cache key
+_FORMAT = 4  # of the generated code; part of the cache key
 LONG = 50_000  # instructions; optimising longer functions takes minutes and makes them twice as fast
 # `contract` lets a product and a sum become one fused instruction: fewer roundings and shorter chains, at the price of
 # last bits that differ between processors; sums are never reordered
@@ -44,8 +44,6 @@ _CALLS = {
     ca.OP_ACOSH: "acosh",
     ca.OP_ATANH: "atanh",
     ca.OP_ATAN2: "atan2",
-    ca.OP_FMIN: "fmin",
-    ca.OP_FMAX: "fmax",
     ca.OP_EXPM1: "expm1",
     ca.OP_LOG1P: "log1p",
     ca.OP_HYPOT: "hypot",
@@ -53,7 +51,8 @@ _CALLS = {
     ca.OP_FLOOR: "floor",
     ca.OP_CEIL: "ceil",
 }
-_BINARY_CALLS = {"pow", "atan2", "fmin", "fmax", "hypot"}
+_BINARY_CALLS = {"pow", "atan2", "hypot"}
+_INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.OP_FMAX: "maxnum"}
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,8 @@ def assembly(functions: Sequence[ca.Function]) -> str:
     names = sorted(set(_CALLS.values()))
     header = [f'target triple = "{llvm.get_default_triple()}"']
     header += [f"declare double @{n}(double{', double' if n in _BINARY_CALLS else ''})" for n in names]
-    header += ["declare double @llvm.sqrt.f64(double)", "declare double @llvm.fabs.f64(double)"]
+    header += [f"declare double @llvm.{n}.f64(double)" for n in ("sqrt", "fabs")]
+    header += [f"declare double @llvm.{n}.f64(double, double)" for n in ("minnum", "maxnum")]
     return "\n".join([*header, *(_function(f) for f in functions)])
 
 
@@ -135,9 +135,8 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
         lines.append(f"{r} = fneg double {v[0]}")
     elif op == ca.OP_INV:
         lines.append(f"{r} = fdiv double {_literal(1.0)}, {v[0]}")
-    elif op in (ca.OP_SQRT, ca.OP_FABS):
-        intrinsic = "sqrt" if op == ca.OP_SQRT else "fabs"
-        lines.append(f"{r} = call double @llvm.{intrinsic}.f64(double {v[0]})")
+    elif op in _INTRINSICS:
+        lines.append(f"{r} = call double @llvm.{_INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
     elif op in _COMPARISONS:
         lines.append(f"%c{k} = fcmp {_COMPARISONS[op]} double {v[0]}, {v[1]}")
         lines.append(f"{r} = uitofp i1 %c{k} to double")
