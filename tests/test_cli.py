@@ -17,6 +17,7 @@ from click.testing import CliRunner
 
 from symfric.cli import COMMANDS, main
 from symfric.theory import drive
+from tests.longer import longer
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 VOID = {"meta", "img", "br", "hr", "link", "input", "mspace"}
@@ -62,7 +63,10 @@ class Page(HTMLParser):
         return [v for t, n, v in self.attributes if (t, n) == (tag, name)]
 
 
-@pytest.fixture(scope="module", params=EXAMPLES, ids=lambda p: p.stem)
+LONG = ("brake_pad.toml", "machine_slide.toml", "violin_string.toml")
+
+
+@pytest.fixture(scope="module", params=longer(EXAMPLES, [p for p in EXAMPLES if p.name in LONG]), ids=lambda p: p.stem)
 def studied(request, tmp_path_factory):
     """One study of each example, with fewer points in its sweep: its file, folder and printed JSON."""
     place = tmp_path_factory.mktemp("study")

@@ -12,11 +12,13 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+import llvmlite.binding as llvm
+
 from symfric.solve.machine import link, load, store, target_key
 from symfric.solve.memory import Table
 
 _SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py")
-_opened: dict[str, tuple[Callable[[Table, bool], int], object]] = {}
+_opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
 def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool], int]:
@@ -25,7 +27,8 @@ def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool],
     Parameters
     ----------
     module : str
-        Its name; it has a function ``launch(address, fresh)`` of two integers, decorated with `LAUNCH`.
+        Its name; it has a function ``launch(address, fresh)`` of two integers, compiled as
+        `symfric.solve.native` says.
     what : str
         What is compiled, for the log.
     *folders : Path
@@ -45,7 +48,7 @@ def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool],
             store(place, kept)
         name, _, code = kept.partition(b"\n")
         engine = link(code)
-        _opened[module] = _caller(engine.get_function_address(name.decode()), what), engine
+        _opened.setdefault(module, (_caller(engine.get_function_address(name.decode()), what), engine))
     return _opened[module][0]
 
 
@@ -60,7 +63,8 @@ def _compiled(module: str) -> bytes:
 
 def _caller(address: int, what: str) -> Callable[[Table, bool], int]:
     """Return a Python function that calls numba's ``int (int64* result, void** reason, int64, int64)``."""
-    native = ctypes.CFUNCTYPE(ctypes.c_int, *(4 * [ctypes.c_void_p]))(address)  # quicker than integers, and as long
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, *(4 * [ctypes.c_void_p]))  # pointers pass more quickly, and are as long
+    native = kind(address)
 
     def launch(table: Table, fresh: bool) -> int:
         if native(table.result, table.trouble, table.address, fresh):

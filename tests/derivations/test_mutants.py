@@ -5,7 +5,7 @@ import pytest
 from derivations.ledger import fails, mutants
 from derivations.sources import SOURCES, ledger_of
 
-pytestmark = pytest.mark.long  # test_ledger.py tries one change of each entry
+pytestmark = pytest.mark.long  # test_ledger.py tries one change of some entries
 CHECKED = [e for s in SOURCES for e in ledger_of(s).entries if e.check is not None]
 
 

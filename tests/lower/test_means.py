@@ -11,6 +11,7 @@ from symfric.lower.automaton import lower
 from symfric.lower.chebyshev import ChebyshevSeries, chebyshev
 from symfric.lower.means import without_integrals
 from symfric.lower.printer import Printer, Switches
+from tests.longer import longer
 
 L, V, Q = sf.laws, sf.SPEED, sp.Symbol("q", positive=True)
 LAWS = {
@@ -82,8 +83,12 @@ def test_the_mean_vanishes_exactly_at_rest():
         assert float(evaluated(LAWS[name][0], 0.3)(0)[0]) == 0
 
 
-@pytest.mark.parametrize(("name", "q"), [("square root", 0.01), ("lorentz", 5.0), ("tanh", 5.0), ("piecewise", 1.0)])
-def test_no_integral_is_left_and_the_graph_is_short(name, q):
+SHORT = [("square root", 0.01), ("lorentz", 5.0), ("tanh", 5.0), ("piecewise", 1.0)]
+
+
+@pytest.mark.parametrize("case", longer(SHORT, SHORT[1:3]))
+def test_no_integral_is_left_and_the_graph_is_short(case):
+    name, q = case
     assert evaluated(LAWS[name][0], q).n_instructions() < 4000
 
 
@@ -141,7 +146,7 @@ def test_explain_says_what_is_built_in():
     assert "q" in [s.name for s in lower(belt(0.05), (), frozenset({"q"})).parameters]
 
 
-@pytest.mark.parametrize("name", ["stribeck", "square root", "regularised"])
+@pytest.mark.parametrize("name", longer(["stribeck", "square root", "regularised"], ("stribeck", "regularised")))
 def test_motions_pass_the_fast_speed(name):
     """The slip goes through q, where the law has no Taylor series, both ways and many times."""
     scene = sf.scenes.mass_on_belt(LAWS[name][0].averaged(0.05), v_b=0.2, horizon=30.0)

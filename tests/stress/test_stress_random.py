@@ -13,12 +13,13 @@ from symfric.bench.random_scenes import KINDS, LAWS, Dice, structure
 from symfric.bench.stress import Comparison, Verdict
 from symfric.cli import main
 from symfric.model.laws import Law
+from tests.longer import longer
 
 SLICE = {0: 60, 2: 40, 3: 60, 6: 40, 25: 60, 30: 40}  # runs of each structure
 prepared = cache(Comparison)
 
 
-@pytest.mark.parametrize("seed", SLICE)
+@pytest.mark.parametrize("seed", longer(SLICE, (0, 6, 30)))
 def test_no_random_scene_fails_in_silence(seed):
     found = [prepared(seed).verdict(number) for number in range(SLICE[seed])]
     assert [v for v in found if v.verdict == "silent failure"] == []

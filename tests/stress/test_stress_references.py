@@ -7,6 +7,7 @@ import sympy as sp
 import symfric as sf
 from symfric.bench.extended import extended
 from symfric.bench.problems import problems
+from tests.longer import longer
 
 X, U, Y, W = sp.symbols("x u y w", real=True)
 LAWS = {
@@ -59,7 +60,9 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", longer(SCENES, ("stribeck", "exponential", "gauss", "two masses", "pendulum", "loads that vary"))
+)
 def test_motions_agree_with_multiple_precision(name):
     reference = extended(SCENES[name], digits=22)
     final = np.array([float(x) for x in reference.final])

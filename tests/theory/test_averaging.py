@@ -11,6 +11,7 @@ import symfric as sf
 from symfric.theory import belt
 from symfric.theory.averaging import average
 from symfric.theory.separation import separate
+from tests.longer import longer
 
 LAWS = {
     "cubic": sf.laws.cubic(0.4, 0.25, 0.5),
@@ -40,7 +41,7 @@ def rate(law, v_b, A, beta=0.05):
     return -sum(parts) / np.pi
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", longer(LAWS, ("averaged stribeck",)))
 def test_rate_is_the_mean_in_pure_slip_and_beyond(name):
     law = LAWS[name]
     flow = average(sf.scenes.mass_on_belt(law, v_b=0.2))

@@ -1,0 +1,10 @@
+"""Cases that a run of the tests leaves out unless it is asked for the long ones."""
+
+from collections.abc import Collection, Iterable
+
+import pytest
+
+
+def longer(cases: Iterable, of: Collection) -> list:
+    """Return the cases, those named in `of` marked as long: others cover what they test, with less of it."""
+    return [pytest.param(case, marks=pytest.mark.long) if case in of else case for case in cases]
