@@ -356,7 +356,10 @@ def test_quiet_is_silent(tmp_path):
     "text",
     [
         '[scene]\nmodel = "coulomb_oscillator"\n[values]\ndelta = 0.03\n',
-        '[scene]\nmodel = "mass_on_belt"\nhorizon = 30\n[values]\nv_b = 0.2\na = 0.01\nOmega = 50\n',
+        pytest.param(
+            '[scene]\nmodel = "mass_on_belt"\nhorizon = 30\n[values]\nv_b = 0.2\na = 0.01\nOmega = 50\n',
+            marks=pytest.mark.long,
+        ),
         '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nforce = "-x"\nhorizon = 9\ninitial = {x = 1, u = 0}\n',
         '[scene]\nmodel = "mass_on_belt"\nhorizon = 30\n[values]\nv_b = 0.2\n[sweep]\nparameter = "gamma2"\n'
         "from = 0.5\nto = 1\nnumber = 3\n",

@@ -8,6 +8,7 @@ import pytest
 import symfric as sf
 from symfric.design import absorber
 from symfric.theory import absorber as theory
+from tests.longer import longer
 
 MU = 0.1
 EXPECTED = {
@@ -64,7 +65,7 @@ def test_a_contact_without_friction_changes_nothing():
     assert found.values["tuning"] == pytest.approx(plain.tuning, rel=2e-3)
 
 
-@pytest.mark.parametrize("contact", ["absorber", "main"])
+@pytest.mark.parametrize("contact", longer(["absorber", "main"], ["main"]))
 def test_friction_is_beaten_by_no_neighbour(contact):
     found = absorber(MU, contact=contact, friction=0.1, band=(0.75, 1.15))
     assert found.status == "optimal"
