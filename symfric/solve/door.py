@@ -17,7 +17,8 @@ import llvmlite.binding as llvm
 from symfric.solve.machine import link, load, store, target_key
 from symfric.solve.memory import Table
 
-_SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py")
+# sources of all loops, beside those in their folders
+_SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py", "../lower/automaton.py")
 _opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
@@ -82,6 +83,10 @@ def _key(module: str, folders: tuple[Path, ...]) -> str:
 
 def sources_key(*folders: Path) -> str:
     """Return a key that changes with the sources of the compiled loops and with those in the folders."""
-    shared = [Path(__file__).parent / name for name in _SHARED]
-    files = [*shared, *(f for folder in folders for f in sorted(folder.glob("*.py")))]
-    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
+    return hashlib.sha256(b"".join(f.read_bytes() for f in sources(*folders))).hexdigest()
+
+
+def sources(*folders: Path) -> list[Path]:
+    """Return the files that `sources_key` reads."""
+    shared = [(Path(__file__).parent / name).resolve() for name in _SHARED]
+    return [*shared, *(f.resolve() for folder in folders for f in sorted(folder.glob("*.py")))]

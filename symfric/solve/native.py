@@ -17,14 +17,14 @@ INNER = {"nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wra
 # Short ones, or such that one other calls at every step. numba hands `forceinline` down to all that a function calls,
 # unless they say otherwise as INNER does: everything would become one function, which takes a minute to compile.
 INLINE = {**INNER, "forceinline": True}
-# Compiled as a part of the door, which is their only caller.
+# Compiled as a part of `launch`, which is their only caller.
 PART = {"inline": "always"}
 
 _KINDS = {float: types.float64, int: types.int64}
 
 
 class Arrays(types.Type):
-    """The numba type of the arrays of a NamedTuple whose fields are annotated as above."""
+    """The numba type of the arrays of a NamedTuple whose fields are annotated as `symfric.solve.memory` says."""
 
     def __init__(self, record: type):
         super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")

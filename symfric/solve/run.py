@@ -149,7 +149,19 @@ class Run:
     stats: dict[str, float]
     raw: Raw = field(repr=False)
 
-    def __init__(self, base, values, initial, route, tolerance, final, t_final, status, stats, raw):
+    def __init__(
+        self,
+        base: Scene,
+        values: dict,
+        initial: dict,
+        route: str,
+        tolerance: float,
+        final: np.ndarray,
+        t_final: float,
+        status: Status,
+        stats: dict[str, float],
+        raw: Raw,
+    ):
         # at once: field by field, as frozen dataclasses do it, would take a twentieth of the time of a short run
         vars(self).update(
             base=base,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from symfric.errors import SceneError
+from symfric.solve import machine
 from symfric.solve.taylor import jit
 from symfric.solve.taylor.jets import expand, reach
 from symfric.solve.taylor.jit import compile_functions
@@ -96,6 +97,10 @@ def test_damaged_cache_is_not_used(tmp_path, monkeypatch):
     (file,) = tmp_path.iterdir()
     file.write_bytes(file.read_bytes()[:-40] + b"x" * 40)
     assert compile_functions([series.series]).cached is False
+
+
+def test_llvm_is_told_of_every_function_that_code_may_call():
+    assert set(jit._CALLS.values()) <= set(machine._MATHEMATICS)
 
 
 def test_unknown_operation_is_refused_by_name():

@@ -57,7 +57,7 @@ def _log2(x):
 
 @njit(**INLINE, fastmath=FUSED)
 def _exp2(x):
-    """Return 2^x, |x| < 1000, to 3 in a thousand: bits again, and a parabola between the powers of two."""
+    """Return 2^x, |x| < 1023, to 3 in a thousand: bits again, and a parabola between the powers of two."""
     whole = np.floor(x)
     rest = x - whole
     return np.int64((whole + 1023.0 + rest * (0.6565 + 0.3435 * rest)) * 2.0**52).view(np.float64)
