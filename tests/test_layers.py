@@ -92,6 +92,11 @@ def test_import_is_light(module):
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("path", sorted(ROOT.rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))
+def test_files_are_short(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
 def test_a_result_needs_no_compiler_once_its_loop_is_on_disk():
     run = "import sys, symfric as sf; print(sf.simulate(sf.scenes.{}).status.name, 'numba' in sys.modules)"
     for scene in ("mass_on_belt(v_b=0.2)", "coulomb_oscillator(0.03)"):
