@@ -45,6 +45,7 @@ PROBED = 3  # order of the short series that decides the next mode: where slip b
 # `_split_rates`; in a larger one the product with the slopes costs more than it saves, or the chain is not what takes
 # the time
 _SPLIT = 4, 100
+_NEWEST = 2  # coefficients taken out
 
 
 def is_entire(field: ca.Function) -> bool:
@@ -82,13 +83,16 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     for k in range(order + 1):
         sweep.extend([at(row, k) for row in x], at(clock, k))
         if k == 0 and split:
-            slopes = [
-                sweep.trial(1, [ca.SX(1) if j == i else None for j in range(n_x)], None, outputs[0]) for i in range(n_x)
-            ]
-        if k == 0 or not slopes:
+            slopes = [[sweep.trial(1, [_unit(i, n_x)], [None], outputs[0]) for i in range(n_x)]]
+        if 0 < k < _NEWEST and split:
+            slopes.append(_next_slopes(slopes[-1], k, state, [*(row[1] for row in x), clock[1]]))
+        if k == 0 or not split:
             rates = [scaled(sweep.at(out, k), 1 / (k + 1)) for out in outputs[0]]
         else:
-            rates = _split_rates(sweep.trial(k, [None] * n_x, at(clock, k), outputs[0]), slopes, x, k)
+            newest = min(_NEWEST, (k + 1) // 2)  # no product of two of them is of order k
+            times_of = [at(clock, k - newest + 1 + j) for j in range(newest)]
+            rest = sweep.trial(k, newest * [n_x * [None]], times_of, outputs[0])
+            rates = _split_rates(rest, slopes[:newest], x, k)
         for row, rate in zip(x, rates, strict=True):
             row.append(rate)
     jets = sweep.jets
@@ -110,17 +114,22 @@ def reach(n_x: int, n_g: int, order: int) -> ca.Function:
     h = ca.SX.sym("h")
     c = ca.SX.sym("c", (n_x + n_g) * (order + 1))
     square = h * h
+    fourth = square * square
     out = []
     for r in range(n_x + n_g):
         row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
         row = row if r < n_x else [ca.fabs(e) for e in row]
-        odd, even = row[order - 1 + order % 2], row[order - order % 2]
-        for k in range(order - 3 + order % 2, 0, -2):
-            odd = odd * square + row[k]
-        for k in range(order - 2 - order % 2, 1, -2):
-            even = even * square + row[k]
-        out.append(h * (odd + h * even))
+        # every fourth power by itself: four chains of operations are shorter than one
+        part = [_horner(row[first::4], fourth) for first in range(1, 5)]
+        out.append(h * ((part[0] + h * part[1]) + square * (part[2] + h * part[3])))
     return ca.Function("reach", [h, c], [ca.vertcat(*out)])
+
+
+def _horner(coefficients: list[ca.SX], x: ca.SX) -> ca.SX:
+    total = ca.SX(0)
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
 
 
 class _Fixed:
@@ -186,33 +195,50 @@ class _Sweep:
             args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
             jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i]))
 
-    def trial(self, k: int, newest: list, clock, wanted: list[int]) -> list:
-        """Return coefficients k of the nodes `wanted` if the newest ones of states and time were others."""
-        tried: dict[int, object] = {}
+    def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
+        """Return coefficients k of the nodes `wanted` if the newest ones of states and time, up to k, were others."""
+        first = k - len(newest) + 1
+        tried: dict[int, Jet] = {}
+        partners: dict[int, Jet] = {}
         for i in self._moving:
-            node = self._nodes[i]
-            if node.place is not None:
-                tried[i] = newest[node.place[1]] if node.place[0] == 0 else clock
-                continue
-            args = [
-                [*self.jets[a][:k], tried[a]] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args
-            ]
-            partner = self._partners[i][:k]
-            tried[i] = coefficient(node.op, k, self.jets[i][:k], args, partner)
-        return [tried[o] if self._nodes[o].moves else None for o in wanted]
+            tried[i], partners[i] = list(self.jets[i][:first]), list(self._partners[i][:first])
+        for order in range(first, k + 1):
+            for i in self._moving:
+                node, jet = self._nodes[i], tried[i]
+                if node.place is not None:
+                    j = order - first
+                    jet.append(newest[j][node.place[1]] if node.place[0] == 0 else clock[j])
+                    continue
+                args = [tried[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
+                jet.append(coefficient(node.op, order, jet, args, partners[i]))
+        return [tried[o][k] if self._nodes[o].moves else None for o in wanted]
 
 
-def _split_rates(rest: list, slopes: list[list], x: list[Jet], k: int) -> list:
-    """Return coefficients k + 1 of the states from what the older ones make of the rates, and slopes times the newest.
+def _unit(i: int, n: int) -> list:
+    return [ca.SX(1) if j == i else None for j in range(n)]
 
-    The rates are linear in the newest coefficients. Taken out, these pass through one multiplication and addition from
-    order to order instead of through every operation of the equations; that chain sets the time of a call.
+
+def _next_slopes(slopes: list[list], k: int, state: ca.SX, rate: list) -> list[list]:
+    """Return Taylor coefficient k of the slopes of the rates along the motion, given the one before."""
+    along = ca.vertcat(*(ca.SX(0) if r is None else r for r in rate))
+    change = lambda e: None if e is None else ca.jtimes(e, state, along) / k  # noqa: E731
+    found = [[change(e) for e in column] for column in slopes]
+    return [[None if e is None or e.is_zero() else e for e in column] for column in found]
+
+
+def _split_rates(rest: list, slopes: list[list[list]], x: list[Jet], k: int) -> list:
+    """Return coefficients k + 1 of the states: what the older ones make of the rates, and slopes times the newest.
+
+    The rates are linear in the newest coefficients; `slopes` holds Taylor coefficients of their derivatives by the
+    states. Taken out, the newest pass through one multiplication and addition from order to order instead of through
+    every operation of the equations; that chain sets the time of a call.
     """
     rates = []
     for i, old in enumerate(rest):
         rate = scaled(old, 1 / (k + 1))
-        for j, row in enumerate(x):
-            rate = plus(rate, times(scaled(slopes[j][i], 1 / (k + 1)), row[k]))
+        for age in range(len(slopes) - 1, -1, -1):
+            for j, row in enumerate(x):
+                rate = plus(rate, times(scaled(slopes[age][j][i], 1 / (k + 1)), at(row, k - age)))
         rates.append(rate)
     return rates
 

@@ -220,21 +220,32 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
 @njit(nogil=True, _nrt=False, fastmath=FUSED)
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
-    bound = 0.0
-    for k in range(1, n + 1):
-        bound += abs(b[k])
-    if b[0] + bound <= high and b[0] - bound >= low:
+    first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
+    end, rest, steep, bend = b[0] + first + second, 0.0, 0.0, 0.0  # the rest: all that is not a parabola
+    for k in range(3, n + 1):
+        size = abs(b[k])
+        end += b[k]
+        rest += size
+        steep += k * size
+        bend += k * (k - 1) * size
+    bottom, top = min(b[0], b[0] + first + second), max(b[0], b[0] + first + second)
+    if abs(first) < 2.0 * abs(second) and first * second < 0.0:
+        turn = b[0] - 0.25 * first * first / second
+        bottom, top = min(bottom, turn), max(top, turn)
+    if bottom - rest >= low and top + rest <= high:
         return low, high
-    low, high = min(low, b[0]), max(high, b[0])
-    end = value(b, n, 1.0)
-    low, high = min(low, end), max(high, end)
-    bound = 0.0
-    for k in range(2, n + 1):
-        bound += k * abs(b[k])
-    if n >= 2 and bound >= abs(b[1]):
-        for k in range(n):
-            slope[k] = (k + 1) * b[k + 1]
-        for j in range(roots(slope, n - 1, n, table, stack, found)):
-            inner = value(b, n, found[j])
-            low, high = min(low, inner), max(high, inner)
+    low, high = min(low, b[0], end), max(high, b[0], end)
+    if abs(first) > 2.0 * abs(second) + steep:
+        return low, high
+    for k in range(n):
+        slope[k] = (k + 1) * b[k + 1]
+    if 2.0 * abs(second) > bend:  # the slope rises throughout, or falls: at most one turn
+        last = value(slope, n - 1, 1.0)
+        if (first < 0.0) == (last < 0.0):
+            return low, high
+        inner = value(b, n, polish(slope, n - 1, 0.0, 1.0, first, last))
+        return min(low, inner), max(high, inner)
+    for j in range(roots(slope, n - 1, n, table, stack, found)):
+        inner = value(b, n, found[j])
+        low, high = min(low, inner), max(high, inner)
     return low, high

@@ -68,11 +68,13 @@ def _product(a: Jet, b: Jet, k: int, last: int = 0):
 def _square(a: Jet, k: int, first: int = 0):
     """Coefficient k of a^2 (from index `first` on both sides), each pair once, the newest last."""
     pairs = None
-    for j in range((k - 1) // 2, 0, -1):
+    for j in range((k - 1) // 2, 1, -1):
         pairs = plus(pairs, times(at(a, j), at(a, k - j)))
     middle = times(at(a, k // 2), at(a, k // 2)) if k % 2 == 0 and k // 2 >= first else None
     rest = plus(scaled(pairs, 2), middle)
-    return plus(rest, times(scaled(at(a, 0), 2), at(a, k))) if first == 0 and k > 0 else rest
+    for j in range(min(1, (k - 1) // 2), first - 1, -1):
+        rest = plus(rest, times(scaled(at(a, j), 2), at(a, k - j)))
+    return rest
 
 
 def scaled(a, factor: float):
@@ -222,10 +224,9 @@ def _from_rational(sign: float):
 def _erf(k, out, args, partner):
     """out' = 2/sqrt(pi) exp(-a^2) a'; the partner is that exponential's jet."""
     a = args[0]
-    square = [scaled(_square(a, j), -1.0) for j in range(k)]
-    if k > 1:
-        partner.append(_moment(square, partner, k - 1))
-    return _moment(a, partner, k)
+    new = _moment(a, partner, k)
+    partner.append(_moment([scaled(_square(a, j), -1.0) for j in range(k + 1)], partner, k))
+    return new
 
 
 def _atan2(k, out, args, partner):
