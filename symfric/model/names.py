@@ -35,10 +35,11 @@ def name_of(key: Key) -> str:
     raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
 
 
-def finite(value, what: str) -> float:
-    """Return `value` as a finite float, or say what is wrong with it."""
-    if type(value) is float and math.isfinite(value):
-        return value
+def finite(value, what: str, name: str = "") -> float:
+    """Return `value` as a finite float, or say what is wrong with it: with `what`, followed by `name`."""
+    if isinstance(value, float) and math.isfinite(value):
+        return float(value)
+    what += name
     if isinstance(value, bool | str):
         raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
     if isinstance(value, sp.Expr):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -101,7 +102,7 @@ class System:
         if not (self.mass - self.mass.T).applyfunc(sp.expand).is_zero_matrix:
             raise SceneError("the mass matrix is not symmetric")
 
-    @property
+    @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
         """All states in the order of ``x = [q; u; z]``."""
         return (*self.q, *self.u, *self.z)

@@ -105,7 +105,7 @@ class Numbers:
         y, p = (a.copy() for a in self.start)
         for key, value in values.items():
             name = name_of(key)
-            number = finite(value, f"the value of {name}")
+            number = finite(value, "the value of ", name)
             if name in self._place:
                 p[self._place[name]] = number
             elif name not in self._built_in:
@@ -116,7 +116,7 @@ class Numbers:
             name = name_of(key)
             if name not in self._states:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
-            y[self._states.index(name)] = finite(value, f"the initial value of {name}")
+            y[self._states.index(name)] = finite(value, "the initial value of ", name)
         return y, p
 
     def _moved(self, values: dict[str, float]) -> np.ndarray:
@@ -166,7 +166,7 @@ class Loop:
     def collect(self, n_x: int) -> tuple[np.ndarray, float, dict[str, float], Raw]:
         """Return the final values of the first n_x states, their time, counts, and what was kept, all copied."""
         w, wanted = self.work, self._wanted
-        steps, events, kinks, grazes, kept, kept_events = w.counts.tolist()[:6]
+        steps, events, kinks, grazes, kept, kept_events = w.counts[:6].tolist()
         path = log = None
         if wanted.path:
             path = Path(
@@ -180,8 +180,12 @@ class Loop:
         ranges, integrals = {}, {}
         if wanted.row:
             total = w.total.tolist()
-            ranges = {n: _range(wanted.rows[k], total[k][0], total[k][1]) for n, k in wanted.row.items()}
-            integrals = {n: total[k][2] for n, k in wanted.row.items()}
+            for name, k in wanted.row.items():
+                row, (low, high, value, _) = wanted.rows[k], total[k]
+                if row.kind == RANGE:
+                    ranges[name] = _range(row, low, high)
+                else:
+                    integrals[name] = value
         raw = Raw(ranges, integrals, w.clock.item(2), path, log)
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
         return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw

@@ -163,18 +163,19 @@ class Run:
         raw: Raw,
     ):
         # at once: field by field, as frozen dataclasses do it, would take a twentieth of the time of a short run
-        vars(self).update(
-            base=base,
-            values=values,
-            initial=initial,
-            route=route,
-            tolerance=tolerance,
-            final=final,
-            t_final=t_final,
-            status=status,
-            stats=stats,
-            raw=raw,
-        )
+        fields = {
+            "base": base,
+            "values": values,
+            "initial": initial,
+            "route": route,
+            "tolerance": tolerance,
+            "final": final,
+            "t_final": t_final,
+            "status": status,
+            "stats": stats,
+            "raw": raw,
+        }
+        object.__setattr__(self, "__dict__", fields)
 
     @cached_property
     def scene(self) -> Scene:
@@ -258,7 +259,7 @@ class Run:
     def _output(self, name: str, output):
         if isinstance(output, End):
             return self.final
-        if isinstance(output, Integral | At):
+        if isinstance(output, (Integral, At)):
             return self.raw.integrals[name]
         if isinstance(output, Max):
             return self.raw.ranges[name][1]

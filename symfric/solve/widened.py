@@ -14,9 +14,13 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
     It is prepared once and kept as ``program.general``.
     """
     built_in = program.built_in
-    names = {name_of(k) for k in values}
-    if not any(name_of(k) in built_in and built_in[name_of(k)] != v for k, v in values.items()):
+    for key, value in values.items():
+        name = name_of(key)
+        if name in built_in and built_in[name] != value:
+            break
+    else:
         return None
+    names = {name_of(k) for k in values}
     if program.general is None or not names <= program.general.varied:
         program.general = program.remade(program.varied | names)
     return program.general

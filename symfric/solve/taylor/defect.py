@@ -49,7 +49,7 @@ def is_sound(w, n_x, tau):
     return True
 
 
-@njit(**INNER, fastmath=FUSED)
+@njit(**INLINE, fastmath=FUSED)
 def _try_end(w, n_x, t):
     """Set the state on trial to that of the polynomial after the time t."""
     if t != w.step[0]:

@@ -11,7 +11,7 @@ from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, no_acceleration, prelude, settle
 from symfric.solve.taylor.singular import start_singular
-from symfric.solve.taylor.steps import step_size
+from symfric.solve.taylor.steps import step_rule, step_size
 from symfric.solve.taylor.workspace import (
     CHUNK,
     EVENTS,
@@ -79,6 +79,7 @@ def drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
     pause = w.counts[STEPS] + w.limits[CHUNK]
+    rule = step_rule(w)
     while True:
         if w.y[n_x] >= w.clock[T_END]:
             return _OK
@@ -97,7 +98,7 @@ def drive(w):
         if w.counts[PHASE] == EXPAND:
             expand(w)
             w.counts[PHASE] = GO
-        h = step_size(w, n_x)
+        h = step_size(w, n_x, rule)
         if not h > 0.0:
             status = start_singular(w, n_x, n_c)
             if status != _OK:

@@ -22,7 +22,7 @@ def value(b, n, s):
     return r
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def value_and_slope(b, n, t):
     """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power."""
     square = t * t
@@ -140,7 +140,7 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _stays_above(b, h, start, total):
     """Return whether the first three terms stay above the magnitude of all others on [0, h]; excludes most steps."""
     first, second = b[1] * h, b[2] * h * h
@@ -151,7 +151,7 @@ def _stays_above(b, h, start, total):
     return lowest > rest
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def _march(b, n, h):
     """Go from 0 towards the first crossing in steps that cannot pass it; NaN if that takes too many.
 
@@ -181,7 +181,7 @@ def _march(b, n, h):
     return np.nan
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
 def first_crossing(b, n, h, start, total, table, stack, found, own):
     """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
 
@@ -221,10 +221,9 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
-    end, rest, steep, bend = b[0] + first + second, 0.0, 0.0, 0.0  # the rest: all that is not a parabola
+    rest, steep, bend = 0.0, 0.0, 0.0  # the rest: all that is not a parabola
     for k in range(3, n + 1):
         size = abs(b[k])
-        end += b[k]
         rest += size
         steep += k * size
         bend += k * (k - 1) * size
@@ -234,6 +233,7 @@ def extend_range(b, n, low, high, table, stack, found, slope):
         bottom, top = min(bottom, turn), max(top, turn)
     if bottom - rest >= low and top + rest <= high:
         return low, high
+    end = value(b, n, 1.0)
     low, high = min(low, b[0], end), max(high, b[0], end)
     if abs(first) > 2.0 * abs(second) + steep:
         return low, high

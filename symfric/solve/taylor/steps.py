@@ -17,17 +17,24 @@ _NONE = -2047 * _ONE  # less than any
 _MOST = 1023 << 30
 
 
+@njit(**INLINE)
+def step_rule(w):
+    """Return what `step_size` needs of the tolerance and the order."""
+    order, tolerance = w.c.shape[1] - 1, w.clock[TOLERANCE]
+    limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
+    return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
+
+
 @njit(**INLINE, fastmath=FUSED)
-def step_size(w, n_x):
+def step_size(w, n_x, rule):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite.
 
     Terms are compared by their logarithms, in fixed point: see `_bits`.
     """
-    order = w.c.shape[1] - 1
-    tolerance, before = w.clock[TOLERANCE], w.clock[H_LAST]
+    order, before = w.c.shape[1] - 1, w.clock[H_LAST]
     if before == 0.0:
         return _first_step(w)
-    grain = EPS / tolerance
+    grain, limit, root, root_below = rule
     worst, worst_below, late = _NONE, _NONE, False
     for r in range(w.c.shape[0]):
         a, b = _bits(abs(w.c[r, order])), _bits(abs(w.c[r, order - 1]))
@@ -51,8 +58,6 @@ def step_size(w, n_x):
         return before if late else np.inf
     if max(worst, worst_below) >= 1024 * _ONE:
         return np.nan
-    limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
-    root, root_below = np.int64(_PART / order), np.int64(_PART / (order - 1))
     return _exp2(min((limit - (worst >> _CUT)) * root, (limit - (worst_below >> _CUT)) * root_below) >> 20)
 
 
