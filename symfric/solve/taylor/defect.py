@@ -13,11 +13,11 @@ _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no st
 
 
 @njit(**INLINE)
-def reach(w, h):
-    """Compute what a step adds to the states, and by how much it can change the guards."""
-    w.step[0] = h
+def reach(w, h, far):
+    """Compute what a step of length h adds to the states, and by how much one of length `far` can change the guards."""
+    w.step[0], w.step[1] = h, far
     if w.limits[LINEAR]:
-        reach_of(w.c, h, w.y.size - 1, w.reach)
+        reach_of(w.c, h, far, w.y.size - 1, w.reach)
         return
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
 
@@ -53,7 +53,7 @@ def is_sound(w, n_x, tau):
 def _try_end(w, n_x, t):
     """Set the state on trial to that of the polynomial after the time t."""
     if t != w.step[0]:
-        reach(w, t)
+        reach(w, t, t)
     for r in range(n_x):
         w.trial[r] = w.c[r, 0] + w.reach[r]
 

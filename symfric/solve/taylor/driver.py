@@ -46,6 +46,9 @@ _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP
 _COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
 _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
+# by how much a step may be longer if an event or the end follows: at an order of 20 its error grows threefold, which is
+# still below the tolerance, see MARGIN in `symfric.solve.taylor.program`
+_STRETCH = 1.05
 
 
 @njit(**PART)
@@ -106,15 +109,15 @@ def drive(w):
             continue
         limit = min(w.clock[T_END], w.segment_t[w.counts[SEGMENT] + 1])
         left = (limit - w.y[n_x]) - w.clock[T_LOW]
-        last = h >= left
+        last = h * _STRETCH >= left
         if last:
             h = left
-        tau = _first_event(w, n_x, n_c, h)
+        tau = _first_event(w, n_x, n_c, h, h if last else h * _STRETCH)
         while tau > 0.0 and not is_sound(w, n_x, tau):
             if tau <= 16.0 * EPS * w.y[n_x]:
                 return _COLLAPSE
             last, h = False, 0.25 * tau
-            tau = _first_event(w, n_x, n_c, h)
+            tau = _first_event(w, n_x, n_c, h, h)
         if tau < h:
             last = False
         elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
@@ -135,12 +138,12 @@ def drive(w):
 
 
 @njit(**INNER, fastmath=FUSED)
-def _first_event(w, n_x, n_c, h):
-    """Return the time to the first guard that becomes negative within h, or h; name it in ``w.hit``."""
+def _first_event(w, n_x, n_c, h, far):
+    """Return the time to the first guard that becomes negative within `far`, else h; name it in ``w.hit``."""
     n_g = w.hit.size
     w.counts[FLAGGED] = 0
-    reach(w, h)
-    tau, which = h, -1
+    reach(w, h, far)
+    tau, which = far, -1
     for g in range(n_g):
         w.hit[g] = 0
         r = n_x + g
@@ -154,7 +157,7 @@ def _first_event(w, n_x, n_c, h):
             continue
         if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
             continue  # zero throughout, to rounding
-        t = _crossing(w, r, g, begin, total, h)
+        t = _crossing(w, r, g, begin, total, far)
         if t < tau:
             tau, which = t, g
         elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):
@@ -165,7 +168,8 @@ def _first_event(w, n_x, n_c, h):
             if w.hit[g]:  # an earlier candidate that turned out to be later
                 w.hit[g] = 0
         w.counts[FLAGGED] = 2 if which >= w.m.size else 1
-    return tau
+        return tau
+    return h
 
 
 @njit(**INNER, fastmath=FUSED)

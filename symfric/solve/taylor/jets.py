@@ -107,22 +107,21 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
 
 
 def reach(n_x: int, n_g: int, order: int) -> ca.Function:
-    """Return ``(h, coefficients) -> (gain, size)``: what h adds to the states, and by how much guards can change.
+    """Return ``([h; far], coefficients) -> (gain, size)``: what h adds to the states, how much `far` changes guards.
 
     Both are sums of the terms 1 to `order`, of their magnitudes for the guards; rows as in `Series`.
     """
-    h = ca.SX.sym("h")
+    step = ca.SX.sym("h", 2)
     c = ca.SX.sym("c", (n_x + n_g) * (order + 1))
-    square = h * h
-    fourth = square * square
     out = []
     for r in range(n_x + n_g):
         row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
-        row = row if r < n_x else [ca.fabs(e) for e in row]
+        h, row = (step[0], row) if r < n_x else (step[1], [ca.fabs(e) for e in row])
+        square = h * h
         # every fourth power by itself: four chains of operations are shorter than one
-        part = [_horner(row[first::4], fourth) for first in range(1, 5)]
+        part = [_horner(row[first::4], square * square) for first in range(1, 5)]
         out.append(h * ((part[0] + h * part[1]) + square * (part[2] + h * part[3])))
-    return ca.Function("reach", [h, c], [ca.vertcat(*out)])
+    return ca.Function("reach", [step, c], [ca.vertcat(*out)], {"cse": True})
 
 
 def _horner(coefficients: list[ca.SX], x: ca.SX) -> ca.SX:

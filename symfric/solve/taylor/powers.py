@@ -49,14 +49,15 @@ def powers(aux, begin, column, entry, newest, y, c):
 
 
 @njit(**INNER, fastmath=FUSED)
-def reach_of(c, h, n_x, out):
-    """Compute what h adds to the states, and by how much it can change the other rows that `out` has room for."""
+def reach_of(c, h, far, n_x, out):
+    """Compute what h adds to the states, and by how much `far` can change the other rows that `out` has room for."""
     for r in range(out.size):
         total = 0.0
         if r < n_x:
             for k in range(c.shape[1] - 1, 0, -1):
                 total = total * h + c[r, k]
+            out[r] = total * h
         else:
             for k in range(c.shape[1] - 1, 0, -1):
-                total = total * h + abs(c[r, k])
-        out[r] = total * h
+                total = total * far + abs(c[r, k])
+            out[r] = total * far

@@ -64,7 +64,7 @@ class Workspace(NamedTuple):
     slack: Reals  # what is added to a guard so that it starts its mode at zero, (n_g,)
     kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
     total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
-    step: Reals  # length of the step on trial, (1,)
+    step: Reals  # length of the step on trial, and how far guards are followed, (2,)
     reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
     poly: Reals  # a polynomial, its own copy, (order + 5,)
     slope: Reals  # its derivative
@@ -154,7 +154,7 @@ def make_workspace(
         slack=room(n_g),
         kind=np.array([r.kind for r in rows], dtype=np.int64),
         total=room(n_e, 4),
-        step=room(1),
+        step=room(2),
         reach=room(n_x + n_g),
         poly=room(order + 5),
         slope=room(order + 2),
