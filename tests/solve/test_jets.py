@@ -8,7 +8,7 @@ import pytest
 
 from symfric.errors import SceneError
 from symfric.solve import machine
-from symfric.solve.taylor import jit
+from symfric.solve.taylor import assembly
 from symfric.solve.taylor.jets import expand, reach
 from symfric.solve.taylor.jit import compile_functions
 
@@ -74,10 +74,13 @@ def test_recurrence_matches_differentiation(name):
     assert rows[3].tolist() == [1.0] + [0.0] * ORDER
 
 
-@pytest.mark.parametrize("long", [jit.LONG, 0])
-def test_machine_code_matches_interpreter(long, tmp_path, monkeypatch):
+@pytest.mark.parametrize("part", [None, 500, 37, 1])
+def test_machine_code_matches_interpreter(part, tmp_path, monkeypatch):
+    """Whole and cut into parts: the same."""
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(jit, "LONG", long)
+    if part:
+        monkeypatch.setattr(assembly, "WHOLE", 0)
+        monkeypatch.setattr(assembly, "PART", part)
     everything = sum(OPERATIONS.values(), ca.SX(0))
     series = expand(field_of(everything)[0], ORDER)
     for from_disk in (False, True):
@@ -100,7 +103,7 @@ def test_damaged_cache_is_not_used(tmp_path, monkeypatch):
 
 
 def test_llvm_is_told_of_every_function_that_code_may_call():
-    assert set(jit._CALLS.values()) <= set(machine._MATHEMATICS)
+    assert set(assembly._CALLS.values()) <= set(machine._MATHEMATICS)
 
 
 def test_unknown_operation_is_refused_by_name():

@@ -1,0 +1,215 @@
+"""Straight-line CasADi SX functions as LLVM assembly, long ones cut into parts."""
+
+import struct
+from collections.abc import Sequence
+
+import casadi as ca
+import llvmlite.binding as llvm
+
+from symfric.errors import SceneError
+
+# The time to compile a function grows faster than its length. One of more than WHOLE instructions is cut into functions
+# of PART; what later ones need is handed on in memory, where most of it would be kept anyway: as fast to run, measured.
+WHOLE, PART = 2000, 500
+# `contract` lets a product and a sum become one fused instruction: fewer roundings and shorter chains, at the price of
+# last bits that differ between processors; sums are never reordered
+_ARITHMETIC = {
+    ca.OP_ADD: "fadd contract",
+    ca.OP_SUB: "fsub contract",
+    ca.OP_MUL: "fmul contract",
+    ca.OP_DIV: "fdiv",
+}
+_COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
+_CALLS = {
+    ca.OP_EXP: "exp",
+    ca.OP_LOG: "log",
+    ca.OP_POW: "pow",
+    ca.OP_CONSTPOW: "pow",
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+    ca.OP_TAN: "tan",
+    ca.OP_ASIN: "asin",
+    ca.OP_ACOS: "acos",
+    ca.OP_ATAN: "atan",
+    ca.OP_SINH: "sinh",
+    ca.OP_COSH: "cosh",
+    ca.OP_TANH: "tanh",
+    ca.OP_ASINH: "asinh",
+    ca.OP_ACOSH: "acosh",
+    ca.OP_ATANH: "atanh",
+    ca.OP_ATAN2: "atan2",
+    ca.OP_EXPM1: "expm1",
+    ca.OP_LOG1P: "log1p",
+    ca.OP_HYPOT: "hypot",
+    ca.OP_ERF: "erf",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+}
+_BINARY_CALLS = {"pow", "atan2", "hypot"}
+_INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.OP_FMAX: "maxnum"}
+
+
+def assembly(functions: Sequence[ca.Function]) -> str:
+    """Return LLVM assembly for the functions, one instruction for each of CasADi's.
+
+    Raises
+    ------
+    SceneError
+        If an operation has no machine-code translation; named.
+    """
+    names = sorted(set(_CALLS.values()))
+    header = [f'target triple = "{llvm.get_default_triple()}"']
+    header += [f"declare double @{n}(double{', double' if n in _BINARY_CALLS else ''})" for n in names]
+    header += [f"declare double @llvm.{n}.f64(double)" for n in ("sqrt", "fabs")]
+    header += [f"declare double @llvm.{n}.f64(double, double)" for n in ("minnum", "maxnum")]
+    return "\n".join([*header, *(_Function(f).text() for f in functions)])
+
+
+class _Function:
+    """One function while it is written; the value of an instruction is named by its number."""
+
+    def __init__(self, f: ca.Function):
+        self._f = f
+        self._ops = [f.instruction_id(k) for k in range(f.n_instructions())]
+        self._part = PART if len(self._ops) > WHOLE else max(len(self._ops), 1)
+        self._sources = self._read()
+        self._slots, self._room = self._place()
+
+    def _read(self) -> list[tuple[int, ...]]:
+        """Return the instructions whose values each instruction takes."""
+        held: dict[int, int] = {}  # instruction whose value a work register holds
+        sources = []
+        for k, op in enumerate(self._ops):
+            own = op in (ca.OP_INPUT, ca.OP_CONST)
+            sources.append(() if own else tuple(held[a] for a in self._f.instruction_input(k)))
+            if op != ca.OP_OUTPUT:
+                held[self._f.instruction_output(k)[0]] = sources[k][0] if op in (ca.OP_ASSIGN, ca.OP_LIFT) else k
+        return sources
+
+    def _place(self) -> tuple[dict[int, int], int]:
+        """Return where values that later parts need are kept, and how many places there are; places are used again."""
+        last: dict[int, int] = {}
+        for k, sources in enumerate(self._sources):
+            part = k // self._part
+            last |= {s: part for s in sources if part > s // self._part and self._is_computed(s)}
+        places: dict[int, int] = {}
+        free: list[int] = []
+        ends: dict[int, list[int]] = {}
+        part, room = 0, 0
+        for k in sorted(last):
+            while part < k // self._part:
+                free += ends.pop(part, [])
+                part += 1
+            if not free:
+                free.append(room)
+                room += 1
+            places[k] = free.pop()
+            ends.setdefault(last[k], []).append(places[k])
+        return places, room
+
+    def _is_computed(self, k: int) -> bool:
+        return self._ops[k] not in (ca.OP_INPUT, ca.OP_CONST)
+
+    def text(self) -> str:
+        """Return its definition, after those of its parts."""
+        f = self._f
+        names = [f"%i{k}" for k in range(f.n_in())] + [f"%o{k}" for k in range(f.n_out())]
+        declared = ", ".join(f"double* noalias nocapture {n}" for n in names)
+        parts = range((len(self._ops) - 1) // self._part + 1)
+        if len(parts) == 1:
+            return _define(f"@{f.name()}({declared})", self._lines(0))
+        given = ", ".join(f"double* {n}" for n in [*names, "%slots"])
+        kept = f"[{self._room} x double]"
+        body = [f"%kept = alloca {kept}", f"%slots = getelementptr {kept}, {kept}* %kept, i64 0, i64 0"]
+        body += [f"call void @{f.name()}.{part}({given})" for part in parts]
+        slots = declared + ", double* noalias nocapture %slots"
+        texts = [_define(f"internal @{f.name()}.{part}({slots})", self._lines(part)) for part in parts]
+        return "\n".join([*texts, _define(f"@{f.name()}({declared})", body)])
+
+    def _lines(self, part: int) -> list[str]:
+        """Return the instructions of one part."""
+        lines: list[str] = []
+        known: dict[int, str] = {}
+        for k in range(part * self._part, min((part + 1) * self._part, len(self._ops))):
+            op = self._ops[k]
+            if op in (ca.OP_INPUT, ca.OP_CONST, ca.OP_ASSIGN, ca.OP_LIFT):
+                continue
+            values = [self._value(lines, known, s) for s in self._sources[k]]
+            if op == ca.OP_OUTPUT:
+                output, element = self._f.instruction_output(k)
+                _store(lines, f"%a{k}", values[0], f"%o{output}", element)
+                continue
+            known[k] = _operation(lines, k, op, values)
+            if k in self._slots:
+                _store(lines, f"%s{k}", known[k], "%slots", self._slots[k])
+        return lines
+
+    def _value(self, lines: list[str], known: dict[int, str], k: int) -> str:
+        """Return the name of a value, read from where it is kept if this part has not had it yet."""
+        if k in known:
+            return known[k]
+        if self._ops[k] == ca.OP_CONST:
+            known[k] = _literal(self._f.instruction_constant(k))
+            return known[k]
+        array, element = "%slots", self._slots.get(k)
+        if self._ops[k] == ca.OP_INPUT:
+            argument, element = self._f.instruction_input(k)
+            array = f"%i{argument}"
+        lines.append(f"%a{k} = getelementptr double, double* {array}, i64 {element}")
+        lines.append(f"%r{k} = load double, double* %a{k}")
+        known[k] = f"%r{k}"
+        return known[k]
+
+
+def _define(signature: str, body: list[str]) -> str:
+    linkage, _, name = signature.rpartition("@")
+    return "\n".join([f"define {linkage}void @{name} nounwind {{", *body, "ret void", "}"])
+
+
+def _store(lines: list[str], address: str, value: str, array: str, element: int) -> None:
+    lines.append(f"{address} = getelementptr double, double* {array}, i64 {element}")
+    lines.append(f"store double {value}, double* {address}")
+
+
+def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
+    """Append the code of one operation and return the name of its result."""
+    r = f"%r{k}"
+    if op in _ARITHMETIC:
+        lines.append(f"{r} = {_ARITHMETIC[op]} double {v[0]}, {v[1]}")
+    elif op == ca.OP_SQ:
+        lines.append(f"{r} = fmul contract double {v[0]}, {v[0]}")
+    elif op == ca.OP_TWICE:
+        lines.append(f"{r} = fadd double {v[0]}, {v[0]}")
+    elif op == ca.OP_NEG:
+        lines.append(f"{r} = fneg double {v[0]}")
+    elif op == ca.OP_INV:
+        lines.append(f"{r} = fdiv double {_literal(1.0)}, {v[0]}")
+    elif op in _INTRINSICS:
+        lines.append(f"{r} = call double @llvm.{_INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
+    elif op in _COMPARISONS:
+        lines.append(f"%c{k} = fcmp {_COMPARISONS[op]} double {v[0]}, {v[1]}")
+        lines.append(f"{r} = uitofp i1 %c{k} to double")
+    elif op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
+        _logic(lines, k, op, v)
+    elif op == ca.OP_IF_ELSE_ZERO:
+        lines.append(f"%c{k} = fcmp une double {v[0]}, {_literal(0.0)}")
+        lines.append(f"{r} = select i1 %c{k}, double {v[1]}, double {_literal(0.0)}")
+    elif op in _CALLS:
+        lines.append(f"{r} = call double @{_CALLS[op]}({', '.join('double ' + x for x in v)})")
+    else:
+        raise SceneError(f"CasADi operation number {op} has no machine-code translation; use route='integrators'")
+    return r
+
+
+def _logic(lines: list[str], k: int, op: int, v: list[str]) -> None:
+    for j, x in enumerate(v):
+        lines.append(f"%b{k}_{j} = fcmp une double {x}, {_literal(0.0)}")
+    if op == ca.OP_NOT:
+        lines.append(f"%c{k} = xor i1 %b{k}_0, true")
+    else:
+        lines.append(f"%c{k} = {'and' if op == ca.OP_AND else 'or'} i1 %b{k}_0, %b{k}_1")
+    lines.append(f"%r{k} = uitofp i1 %c{k} to double")
+
+
+def _literal(x: float) -> str:
+    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
