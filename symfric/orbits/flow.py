@@ -16,12 +16,13 @@ from symfric.model.names import TIME
 from symfric.model.outputs import End, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.choose import Program, prepare
-from symfric.solve.compiled import RANGE, TURN, Numbers, Row, Wanted
+from symfric.solve.compiled import Numbers
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 from symfric.solve.taylor.program import Taylor
 from symfric.solve.taylor.sensitive import sensitive_loop
 from symfric.solve.taylor.workspace import DOUBTS, T_END
+from symfric.solve.wanted import RANGE, TURN, Row, Wanted
 
 BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
 _ROUGH = 1e-8  # tolerance of a motion that serves as a guess

@@ -18,7 +18,7 @@ from symfric.solve.machine import link, load, store, target_key
 from symfric.solve.memory import Table
 
 # sources of all loops, beside those in their folders
-_SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py", "../lower/automaton.py")
+_SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py", "wanted.py", "../lower/automaton.py")
 _opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 

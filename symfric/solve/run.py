@@ -11,6 +11,7 @@ from symfric.model.names import nearest
 from symfric.model.notebook import html_table
 from symfric.model.outputs import At, End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
 from symfric.model.scene import Scene
+from symfric.solve.derivatives import Derivatives
 from symfric.solve.status import ADVICE, Status
 
 
@@ -72,26 +73,6 @@ class Path:
         for j in range(c.shape[-1] - 2, -1, -1):
             x = x * s[..., None] + c[..., j]
         return np.moveaxis(x, -1, 0)
-
-
-class Derivatives(NamedTuple):
-    """Derivatives of a run, by the name of the parameter or of the state whose start is meant.
-
-    Attributes
-    ----------
-    final : dict of str to ndarray, shape (n_x,)
-    outputs : dict of str to dict of str to float
-        Of every scalar output, by its name.
-    second : dict of (str, str) to ndarray, shape (n_x,)
-        Second derivatives of the final state, if they were wanted.
-    second_outputs : dict of str to dict of (str, str) to float
-        Of integrals and of values at a time.
-    """
-
-    final: dict[str, np.ndarray]
-    outputs: dict[str, dict[str, float]]
-    second: dict[tuple[str, str], np.ndarray]
-    second_outputs: dict[str, dict[tuple[str, str], float]]
 
 
 class Raw(NamedTuple):

@@ -9,8 +9,8 @@ from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton, lower
 from symfric.lower.linear import Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.model.scene import Scene
-from symfric.solve.compiled import RANGE, wanted_of
 from symfric.solve.exact.record_rows import Recorded, recorded_in
+from symfric.solve.wanted import RANGE, wanted_of
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import ClassVar
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance, wanted_of
+from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance
 from symfric.solve.door import open_door
 from symfric.solve.exact.form import Form, form_of
 from symfric.solve.exact.record_program import record_loop
@@ -15,6 +15,7 @@ from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import Taylor, TaylorProgram, series_loop
 from symfric.solve.taylor.workspace import T_END
+from symfric.solve.wanted import wanted_of
 
 ORDER = 28  # of the powers of a matrix
 ROUNDED = 1e-16  # of the variation of a state: what the powers leave out of a step

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, THEN, Loop
+from symfric.solve.compiled import PATH_BYTES, Loop
 from symfric.solve.door import open_door
 from symfric.solve.exact.record_room import make_record_room
 from symfric.solve.exact.record_rows import Recorded, recorded_in
@@ -14,6 +14,7 @@ from symfric.solve.exact.room import FOLDERS
 from symfric.solve.memory import Table
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import T_END
+from symfric.solve.wanted import THEN
 
 
 def _march() -> Callable[[Table, bool], int]:

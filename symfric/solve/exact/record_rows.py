@@ -5,7 +5,7 @@ from typing import NamedTuple
 from symfric.errors import NoRoute
 from symfric.lower.record import Record, record
 from symfric.model.scene import Scene
-from symfric.solve.compiled import INTEGRAL, Wanted, wanted_of
+from symfric.solve.wanted import INTEGRAL, Wanted, wanted_of
 
 
 class Recorded(NamedTuple):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from symfric.solve.compiled import EVENTS_FULL, FOLLOW, INTEGRAL, PATH_FULL, PAUSED, THEN, TURN
+from symfric.solve.compiled import EVENTS_FULL, PATH_FULL, PAUSED
 from symfric.solve.native import INLINE, INNER, PART
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
@@ -41,6 +41,7 @@ from symfric.solve.taylor.workspace import (
     TOLERANCE,
     VARIED,
 )
+from symfric.solve.wanted import FOLLOW, INTEGRAL, THEN, TURN
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
 _COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)

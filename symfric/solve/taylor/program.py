@@ -11,12 +11,13 @@ from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.lower.variations import Variations
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, Wanted, check_tolerance, wanted_of
+from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance
 from symfric.solve.door import open_door
 from symfric.solve.segments import segments
 from symfric.solve.taylor.jets import Series, expand, is_entire, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import Workspace, make_workspace
+from symfric.solve.wanted import Wanted, wanted_of
 
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
 

@@ -1,6 +1,5 @@
 """Runs with derivatives: the variational equations beside the motion, with the exact jump at every event."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -10,16 +9,17 @@ from symfric.lower.automaton import constants, lower
 from symfric.lower.linear import matrices
 from symfric.lower.variations import Variations, varied
 from symfric.model.names import Key, name_of, nearest
-from symfric.model.outputs import HalfRange, Min, StopTime
 from symfric.model.scene import Scene
-from symfric.solve.compiled import FOLLOW, RANGE, TURN, Loop, Numbers, Row, Wanted, check_tolerance, wanted_of
-from symfric.solve.run import Derivatives, Run
+from symfric.solve.compiled import Loop, Numbers, check_tolerance
+from symfric.solve.derivatives import Columns, Derivatives
+from symfric.solve.run import Run
 from symfric.solve.status import Status
 from symfric.solve.taylor.jets import is_entire
 from symfric.solve.taylor.jit import MachineCode
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
-from symfric.solve.taylor.workspace import DOUBTS, EVENTS, KINKS
+from symfric.solve.taylor.workspace import DOUBTS, EVENTS, KINKS, REST
+from symfric.solve.wanted import FOLLOW, RANGE, TURN, Row, Wanted, wanted_of
 from symfric.solve.widened import widened
 
 LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
@@ -60,13 +60,16 @@ class SensitiveProgram:
         self._wanted = wanted_of(scene)
         automaton = lower(scene, [r.expr for r in self._wanted.rows], self.varied)
         variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
-        self._start, self._pairs = variations.start, variations.pairs
+        self._start = variations.start
+        self._columns = Columns(self.directions, variations.pairs, len(self._states), self._wanted, scene.outputs)
         self._code, self._loop = sensitive_loop(scene, variations, self._wanted, self.tolerance, settings)
         self.general: SensitiveProgram | None = None
         self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
         self._numbers = Numbers(scene, automaton.parameters, self.built_in)
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
-        self._first = self._start_derivatives(self._numbers.start[1], {})
+        start, p = self._numbers.start
+        self._first = self._start_derivatives(p, {})
+        self._given = np.concatenate([start, self._first]), p
 
     def __reduce__(self):
         """Pickle as what it was prepared from."""
@@ -87,9 +90,12 @@ class SensitiveProgram:
         general = widened(self, values)
         if general is not None:
             return general.run(values, initial, progress)
-        y, p = self._numbers.changed(values, initial)
-        first = self._start_derivatives(p, initial) if self._moving_start else self._first
-        status = self._loop.drive(np.concatenate([y, first]), p, progress)
+        y, p = self._given
+        if values or initial:
+            y, p = self._numbers.changed(values, initial)
+            first = self._start_derivatives(p, initial) if self._moving_start else self._first
+            y = np.concatenate([y, first])
+        status = self._loop.drive(y, p, progress)
         final, t_final, stats, raw = self._loop.collect(len(self._states))
         if status == Status.OK and self._loop.work.counts[DOUBTS]:
             status = Status.NO_DERIVATIVE
@@ -100,7 +106,7 @@ class SensitiveProgram:
 
     def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
         """Return the derivatives of the start; a number that replaces a formula depends on nothing."""
-        columns = [*self.directions, *self._pairs]
+        columns = [*self.directions, *self._columns.pairs]
         first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(columns), len(self._states))
         for name in map(name_of, initial):
             for k, direction in enumerate(columns):
@@ -108,46 +114,12 @@ class SensitiveProgram:
         return first.ravel()
 
     def _derivatives(self, status: Status) -> Derivatives:
-        """Read the derivatives of the last run; NaN where there are none."""
-        w, n_s, n_x, n_e = self._loop.work, len(self.directions), len(self._states), len(self._wanted.rows)
-        factor = math.nan if status == Status.NO_DERIVATIVE else 1.0
-        columns = factor * w.y[n_x:-1].reshape(-1, n_x)
-        final = columns[:n_s]
-        everything = factor * w.total[n_e:].reshape(n_e, len(columns), 4)
-        tables = everything[:, :n_s]
-        outputs = {
-            name: dict(zip(self.directions, self._of(name, row, tables[row]).tolist(), strict=True))
-            for name, row in self._wanted.row.items()
-        }
-        for name in (n for n, o in self.scene.outputs.items() if isinstance(o, StopTime)):
-            known = factor if w.clock[2] >= 0 else math.nan
-            outputs[name] = dict(zip(self.directions, (known * w.rest[:n_s]).tolist(), strict=True))
-        smooth = 1.0 if not (w.counts[EVENTS] or w.counts[KINKS]) else math.nan
-        pairs = [tuple(self.directions[k] for k in pair) for pair in self._pairs]
-        second = dict(zip(pairs, smooth * columns[n_s:], strict=True))
-        second_outputs = {
-            name: dict(zip(pairs, (smooth * everything[row, n_s:, 2]).tolist(), strict=True))
-            for name, row in self._wanted.row.items()
-            if pairs and self._wanted.rows[row].kind != RANGE
-        }
-        return Derivatives(dict(zip(self.directions, final, strict=True)), outputs, second, second_outputs)
-
-    def _of(self, name: str, k: int, table: np.ndarray) -> np.ndarray:
-        """Return the derivatives of a scalar output from those of its row, shape (n_s,)."""
-        row = self._wanted.rows[k]
-        if row.kind != RANGE:
-            return table[:, 2]
-        low, high = self._loop.work.total[k, :2]
-        d_low, d_high = table[:, 0], table[:, 1]
-        if row.magnitude:
-            d_low, d_high = (
-                d_low if low > 0 else -d_high if high < 0 else np.zeros_like(d_low),
-                -d_low if -low > high else d_high,
-            )
-        output = self.scene.outputs[name]
-        if isinstance(output, HalfRange):
-            return 0.5 * (d_high - d_low)
-        return d_low if isinstance(output, Min) else d_high
+        """Copy the derivatives of the last run."""
+        w, n_x = self._loop.work, len(self._states)
+        counts = w.counts.tolist()
+        known, smooth = status != Status.NO_DERIVATIVE, not (counts[EVENTS] or counts[KINKS])
+        rests = w.clock.item(REST) >= 0.0
+        return Derivatives(self._columns, w.y[n_x:-1].copy(), w.total.copy(), w.rest.copy(), known, rests, smooth)
 
 
 def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:

@@ -7,10 +7,10 @@ import casadi as ca
 import numpy as np
 
 from symfric.lower.automaton import Automaton
-from symfric.solve.compiled import Row
 from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.solve.taylor.bernstein import DEPTH, bernstein_table
 from symfric.solve.taylor.jets import PROBED, Series
+from symfric.solve.wanted import Row
 
 # entries of `counts`
 STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
