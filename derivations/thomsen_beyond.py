@@ -14,6 +14,7 @@ from derivations.ledger import Ledger
 from derivations.oscillations import AMPLITUDE as A
 from derivations.oscillations import BELT, PLANAR, c02, c03, extreme, oscillation
 from derivations.residuals import less
+from derivations.thomsen.effective import ALPHA1, ALPHA3, over_a_period
 from derivations.thomsen.model import (
     ETA,
     LAW,
@@ -31,7 +32,7 @@ from derivations.thomsen.model import (
     v_b,
     v_m,
 )
-from derivations.thomsen.separation import ALPHA1, ALPHA3, T, over_a_period, q, shaken, v_r
+from derivations.thomsen.separation import T, q, shaken, v_r
 from symfric.model.names import SPEED
 from symfric.theory import belt
 from symfric.theory.belt.vibration import EXCESS, KAPPA

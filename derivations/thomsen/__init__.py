@@ -4,13 +4,14 @@
 `model`       2: letters, equation of motion, friction function   (1)-(6)
 `pure_slip`   3.1, 3.2: steady sliding, averaging, pure slip      (7)-(22)
 `stick_slip`  3.3, 3.4: stick-slip, summary                       (23)-(30)
-`separation`  4.1: slow and fast motion, effective friction       (31)-(50)
+`separation`  4.1: slow and fast motion                           (31)-(42)
+`effective`   4.1: effective friction                             (43)-(50)
 `quenching`   4.2, 5: stability under fast excitation, quenching  (51)-(61)
 ============  ==================================================  ===========
 """
 
 from derivations.ledger import joined
-from derivations.thomsen import model, pure_slip, quenching, separation, stick_slip
+from derivations.thomsen import effective, model, pure_slip, quenching, separation, stick_slip
 
 LEDGER = joined(
     "thomsen",
@@ -19,5 +20,6 @@ LEDGER = joined(
     pure_slip,
     stick_slip,
     separation,
+    effective,
     quenching,
 )

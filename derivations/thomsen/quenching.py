@@ -6,6 +6,7 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from derivations.residuals import less, rounded
+from derivations.thomsen.effective import ALPHA3, differences, effective, pieces, slope_at_rest
 from derivations.thomsen.model import (
     ETA,
     FIGURE_3,
@@ -35,21 +36,7 @@ from derivations.thomsen.model import (
     x,
 )
 from derivations.thomsen.pure_slip import A, drift, force_coefficients, stick_start
-from derivations.thomsen.separation import (
-    ALPHA3,
-    INTENSITY,
-    T,
-    differences,
-    effective,
-    general_motion,
-    mean,
-    orders,
-    pieces,
-    q,
-    shaken,
-    slope_at_rest,
-    v_r,
-)
+from derivations.thomsen.separation import INTENSITY, T, general_motion, mean, orders, q, shaken, v_r
 from symfric.model.names import SPEED
 from symfric.theory import belt
 

@@ -141,8 +141,8 @@ def energy_balance(run) -> EnergyBalance:
     Notes
     -----
     ``m v0^2/2 + k x0^2/2 = int 2 zeta omega m x'^2 dt + int mu N |x'| dt + k x_f^2/2``, Younes and Ashour (4), (5),
-    with the corrections of derivations/younes_ashour.py. Both sides are computed apart: the integrals along the run,
-    the rest from its two ends.
+    with the corrections of derivations/younes_ashour/system.py. Both sides are computed apart: the integrals along the
+    run, the rest from its two ends.
     """
     missing = next((name for name in ENERGIES if name not in run.base.outputs), None)
     if missing:

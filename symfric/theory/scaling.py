@@ -101,7 +101,7 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
     -----
     Dimensional analysis with the elastic modulus unchanged: ``mass D/L^3``, ``force 1/L^2``, ``damping sqrt(D)/L^2``,
     ``time sqrt(D)/L``, ``velocity 1/sqrt(D)``, ``acceleration L/D``; tables 1 and 2 of the rolling-friction source,
-    derivations/rolling_isolation.py.
+    derivations/rolling_isolation/factors.py.
     """
     if symbolic:
         return FACTORS

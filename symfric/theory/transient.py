@@ -83,7 +83,7 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
     Notes
     -----
     ``N = max(0, ceil((|x0| - delta_s)/(2 delta)))``, the first n with ``|x0| - 2 n delta <= delta_s``;
-    derivations/handbook.py.
+    derivations/handbook/stop.py.
 
     A turning point that just reaches the static bound is a stop, so equality must be decided, and is, exactly: ints,
     fractions and exact SymPy numbers are taken as they are, and a float stands for the simplest fraction (that of the
@@ -104,7 +104,7 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
 
     Notes
     -----
-    ``(-1)^N (x0 - 2 N delta sgn x0)``; derivations/handbook.py.
+    ``(-1)^N (x0 - 2 N delta sgn x0)``; derivations/handbook/stop.py.
     """
     if symbolic:
         return _rest(SYMBOLS, _count(SYMBOLS))
@@ -116,7 +116,7 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
 
 
 def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return when the mass of `half_cycles` comes to rest for good, ``N pi/omega_n``; derivations/handbook.py."""
+    """Return when the mass of `half_cycles` comes to rest for good, ``N pi/omega_n``; derivations/handbook/stop.py."""
     if symbolic:
         return _count(SYMBOLS) * sp.pi / SYMBOLS.omega_n
     exact = _exact(_given(delta, delta_s, x0, omega_n))
@@ -138,8 +138,8 @@ def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> f
     Notes
     -----
     ``F(a) = int_0^{pi/2} sin p exp(-a sin p) dp = 1 + (pi/2)(L_1(a) - I_1(a))`` with the modified Struve function L_1;
-    derivations/younes_ashour.py. SymPy has no L_1, so the formula has the hypergeometric function that it is. The
-    difference loses all digits for a above 30 (I_1 grows like e^a, F falls like 1/a^2), so numbers come from the
+    derivations/younes_ashour/amplitude.py. SymPy has no L_1, so the formula has the hypergeometric function that it is.
+    The difference loses all digits for a above 30 (I_1 grows like e^a, F falls like 1/a^2), so numbers come from the
     integral, up to where the integrand is below e^-45, by Gauss-Legendre quadrature: 14 digits for every a.
     """
     if symbolic:
@@ -163,7 +163,7 @@ def amplitude_rate() -> sp.Expr:
     Notes
     -----
     ``A' = -zeta omega_n A - (2/pi)(mu_m r g/omega_n) F(A omega_n/v_c)`` with F of `mean_friction`;
-    derivations/younes_ashour.py.
+    derivations/younes_ashour/amplitude.py.
     """
     d = DAMPER
     return -d.zeta * d.omega_n * d.A - 2 / sp.pi * d.mu_m * d.r * d.g / d.omega_n * mean_friction(symbolic=True)
@@ -198,7 +198,8 @@ def averaged_decay_time(
 
     Notes
     -----
-    ``int_0^{A_0} dA/(-A')`` with `amplitude_rate` and ``A_0^2 = x0^2 + (v0/omega_n)^2``; derivations/younes_ashour.py.
+    ``int_0^{A_0} dA/(-A')`` with `amplitude_rate` and ``A_0^2 = x0^2 + (v0/omega_n)^2``;
+    derivations/younes_ashour/amplitude.py.
     The true motion stops at a turning point, by half cycles; where in the band within +-delta the last one falls is a
     matter of chance with mean zero, so amplitude zero is the unbiased end, and the true time differs by half of a half
     cycle at most, as far as friction and damping are weak.

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from derivations.rolling_isolation import LEDGER, RANGES, TABLE_1, TABLE_2
+from derivations.rolling_isolation import LEDGER
+from derivations.rolling_isolation.factors import TABLE_1, TABLE_2
+from derivations.rolling_isolation.similarity import RANGES
 
 SOURCE = Path(__file__).parents[3] / "shared" / "sources" / "rolling_friction_scaling.txt"
 pytestmark = pytest.mark.skipif(not SOURCE.exists(), reason=f"no {SOURCE.name} beside the project")

@@ -148,6 +148,16 @@ def test_higher_orders_need_fewer_steps_for_the_same_error():
     assert steps[0] > 5 * steps[-1]
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("name", ["P2", "P3"])
+def test_no_step_is_a_sliver_before_an_event(name, tolerance):
+    """What is left of a mode, or of the run, after a step is more than a twentieth of it, or part of it."""
+    path = sf.simulate(PROBLEMS[name].scene.wanting({"path": sf.Trajectory()}), tolerance, route="taylor").path
+    within = path.mode[1:, 0] == path.mode[:-1, 0]
+    assert within.sum() > 50
+    assert np.all(path.h[1:][within] > 0.049 * path.h[:-1][within])
+
+
 def test_coefficients_are_those_of_the_closed_form():
     system = sf.System(q=[X], u=[U], mass=[[1]], force=[-X])
     run = sf.simulate(sf.Scene(system=system, initial={X: 1.0, U: 0.0}, horizon=0.1), 1e-12)

@@ -43,7 +43,7 @@ def contact_damper(
     Notes
     -----
     :math:`x'' + 2\zeta\omega x' + \omega^2 x = -\mathrm{sgn}(x')\,\mu_m r g\,e^{-|x'|/v_c}` with
-    :math:`\omega = 2\pi f_n`: Younes and Ashour (2), (3), corrected in derivations/younes_ashour.py.
+    :math:`\omega = 2\pi f_n`: Younes and Ashour (2), (3), corrected in derivations/younes_ashour/system.py.
 
     Wanted are the motion, the time of the stop and the energies that damper and contact take, J;
     `symfric.theory.transient.energy_balance` closes the balance with what is left in the spring. In the literal variant

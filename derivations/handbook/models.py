@@ -1,0 +1,127 @@
+"""Models of interface damping, (19.104)-(19.108)."""
+
+import sympy as sp
+
+from derivations.ledger import Ledger
+from symfric.model import laws
+from symfric.model.names import SPEED
+from symfric.theory import transient
+
+PART = Ledger("handbook", "models of interface damping")
+
+m, k, g, mu, R, omega = sp.symbols("m k g mu R omega_n", positive=True)
+f_s, f_d, v_c, b, V = sp.symbols("f_s f_d v_c b V", positive=True)
+alpha, x, v, y = sp.symbols("alpha x v y", real=True)
+t = sp.Symbol("t", nonnegative=True)
+A1, A2, B1, B2 = sp.symbols("A1 A2 B1 B2", real=True)
+i = sp.Symbol("i", integer=True, positive=True)
+x0 = transient.SYMBOLS.x0  # real; the example releases the mass at x0 > 0
+Delta, Delta_s = transient.SYMBOLS.delta, transient.SYMBOLS.delta_s
+
+# --- Models of interface damping ---------------------------------------------------------------------------------
+# A dry contact opposes the sliding: the force on the sliding body is -f with f = mu R sgn v. What makes it damping is
+# the power it takes, f v, which is never negative.
+
+PART.definition("(19.104)", "Coulomb friction", laws.coulomb(mu).kinetic * R * sp.sign(v))
+
+
+@PART.verified("(19.104) power", "Coulomb friction takes mu R |v| in both directions", mu * R * sp.Abs(v))
+def _(claim):
+    force = laws.coulomb(mu).kinetic * R * sp.sign(v)
+    return [(force * v - claim).subs(v, side * V) for side in (1, -1)]
+
+
+# At rest the friction has no value of its own. Under an applied force F with |F| <= f_s the body does not move, so its
+# acceleration (F - f)/m must vanish. With f = f_s the body would accelerate against the force that holds it.
+F = sp.Symbol("F", real=True)
+
+
+@PART.corrected(
+    "(19.105) at rest",
+    "static friction balances the applied force F, as long as |F| <= f_s",
+    right=F,
+    printed=f_s,
+    note="f = f_s at v = 0 is the largest value, not the value: with F = f_s/2 it would push the body backwards",
+)
+def _(claim):
+    acceleration = sp.Symbol("a", real=True)
+    (held,) = sp.solve(m * acceleration - (F - claim), acceleration)
+    return held
+
+
+PART.definition(
+    "(19.105) sliding",
+    "kinetic friction and viscous damping; f_sb(|v|) >= 0 is the magnitude",
+    sp.Function("f_sb")(sp.Abs(v)) * sp.sign(v) + b * v,
+    note="the laws of symfric carry b v in their kinetic part, and f_s as their static coefficient",
+)
+PART.definition("(19.106)", "Stribeck effect, Lorentz form", laws.lorentz(f_d, v_c).kinetic)
+PART.definition(
+    "(19.107)",
+    "Stribeck effect, Gauss form",
+    laws.gauss(f_d, v_c).kinetic,
+    note="the exponent is -(v/v_c)^2; the transcript has lost its minus sign",
+)
+
+# (19.108) carries sgn v, and (19.105) multiplies by sgn v once more. Sliding backwards, friction would then point
+# along the motion and feed it. The sign must enter once: power f v = (f_d + alpha |v|^(1/2)) |v| + b v^2.
+
+
+@PART.corrected(
+    "(19.108)",
+    "square-root law in (19.105), whole force",
+    right=(f_d + alpha * sp.sqrt(sp.Abs(v))) * sp.sign(v) + b * v,
+    printed=(f_d + alpha * sp.sqrt(sp.Abs(v))) * sp.sign(v) ** 2 + b * v,
+    note="(19.108) already has sgn v; put into (19.105) as printed the sign is squared and friction drives v < 0",
+)
+def _(claim):
+    magnitude = laws.square_root(f_d, alpha, b=b).kinetic.subs(SPEED, V)
+    return [(claim * v).subs(v, side * V) - magnitude * V for side in (1, -1)]
+
+
+# What the text says about the constants. f_d is the friction that is left when the motion has just begun, v -> 0; it
+# is not the friction at large speed, where (19.106) and (19.107) vanish and only b v remains.
+FALLING = (("(19.106)", laws.lorentz(f_d, v_c, b=b)), ("(19.107)", laws.gauss(f_d, v_c, b=b)))
+for _number, _law in FALLING:
+
+    @PART.verified(f"{_number} at v -> 0", "f_d is the force needed just after breaking away", f_d)
+    def _(claim, law=_law):
+        return sp.limit(law.kinetic, SPEED, 0, "+") - claim
+
+    @PART.verified(f"{_number} region 3", "viscous damping alone at high speed: f/v tends to b", b)
+    def _(claim, law=_law):
+        return sp.limit(law.kinetic / SPEED, SPEED, sp.oo) - claim
+
+    # Region 1 of figure 19.15: (19.106) and (19.107) leave f_d with a horizontal tangent, so that b v decides.
+
+    @PART.corrected(
+        f"{_number} region 1",
+        "slope of friction at v -> 0",
+        right=b,
+        printed="negative slope in regions 1 and 2",
+        note="f_sb starts with slope 0, so the total slope at v -> 0 is b >= 0; only region 2 is unstable. The "
+        "statement holds for (19.108) with alpha < 0, where the slope starts from -infinity",
+        audit="not among its corrections",
+    )
+    def _(claim, law=_law):
+        return sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+") - claim
+
+
+# Region 2 exists only if the fall of f_sb beats the viscous rise somewhere. The steepest fall is where the second
+# derivative vanishes; b must stay below it.
+STEEPEST = (
+    ("(19.106)", laws.lorentz(f_d, v_c), 3 * sp.sqrt(3) * f_d / (8 * v_c)),
+    ("(19.107)", laws.gauss(f_d, v_c), sp.sqrt(2 / sp.E) * f_d / v_c),
+)
+for _number, _law, _bound in STEEPEST:
+
+    @PART.verified(f"{_number} region 2", "viscous coefficient from which no slope is negative", _bound)
+    def _(claim, law=_law):
+        slope = law.kinetic.diff(SPEED)
+        return [-slope.subs(SPEED, turn) - claim for turn in sp.solve(slope.diff(SPEED), SPEED)]
+
+
+@PART.verified("(19.108) region 2", "speed at which friction is least, for alpha = -|alpha|", V**2 / (4 * b**2))
+def _(claim):
+    slope = laws.square_root(f_d, -V, b=b).kinetic.diff(SPEED)  # V stands for |alpha|
+    return sp.solve(slope, SPEED)[0] - claim

@@ -1,0 +1,16 @@
+"""Younes and Ashour: a rod on a spring, braked by a contact whose friction falls with the sliding speed.
+
+To be read in the order `system`, `amplitude`, `results`.
+"""
+
+from derivations.ledger import joined
+from derivations.younes_ashour import amplitude, results, system
+
+LEDGER = joined(
+    "younes_ashour",
+    "Younes and Ashour, Experimental and theoretical investigation of damping potential of system-dependent "
+    "tribological contacts undergoing transient motion",
+    system,
+    amplitude,
+    results,
+)
