@@ -6,6 +6,7 @@ Slow, short, and independent of the compiled rule of the route `taylor`, which i
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -98,19 +99,36 @@ def next_mode(
     reached = frozenset(
         k for k in hit if k >= 2 * n_c or m[k // 2]
     )  # of contacts, only the bound of a stick stays zero
-    for trial in itertools.islice(_trials(automaton, m, still), _MOST_TRIALS):
+    rest = _at_rest(automaton, m, still)
+    ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, rest)[0])))
+    for trial in itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS):
         settled = _with_switches(rule, y, t, p, trial, reached)
         if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):
             return settled
     return None
 
 
-def _trials(automaton: Automaton, m: np.ndarray, still: list[int]) -> Iterator[np.ndarray]:
-    """Yield modes: contacts at zero slip stick first, then with one of them changed, two of them, ..."""
-    n_c = len(automaton.contacts)
-    base = m.copy()
+def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarray:
+    """Return the mode in which the contacts at zero slip stick."""
+    m = m.copy()
     for i in still:
-        base[i] = 1.0 if automaton.sticks[i] else 0.0
+        m[i] = 1.0 if automaton.sticks[i] else 0.0
+    return m
+
+
+def _room(guards: np.ndarray, i: int) -> float:
+    """Return how far the force of a sticking contact is from its bound, relative to the bound; beyond it negative."""
+    near, far = sorted(guards[2 * i : 2 * i + 2])
+    return near / max(abs(near) + abs(far), np.finfo(float).tiny)
+
+
+def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterator[np.ndarray]:
+    """Yield modes: contacts at zero slip stick first, then with one of them changed, two of them, ...
+
+    Of as many, those that come first in `still` are changed first. Where friction drops from rest to slip more than one
+    mode may agree with the forces; the contact that exceeds its bound the most is released, as the route `taylor` does.
+    """
+    n_c = len(automaton.contacts)
     for changed in range(len(still) + 1):
         for group in itertools.combinations(still, changed):
             ways = [(-1.0, 1.0) if automaton.sticks[i] else (-base[n_c + i],) for i in group]
