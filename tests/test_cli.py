@@ -63,7 +63,7 @@ class Page(HTMLParser):
         return [v for t, n, v in self.attributes if (t, n) == (tag, name)]
 
 
-LONG = ("brake_pad.toml", "machine_slide.toml", "violin_string.toml")
+LONG = ("brake_pad.toml", "machine_slide.toml", "two_masses.toml", "violin_string.toml")
 
 
 @pytest.fixture(scope="module", params=longer(EXAMPLES, [p for p in EXAMPLES if p.name in LONG]), ids=lambda p: p.stem)

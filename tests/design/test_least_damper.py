@@ -69,7 +69,10 @@ def test_large_cycles_beside_stable_sliding_count():
     assert found.check.agrees
 
 
-@pytest.mark.parametrize(("scene", "speeds", "limit"), [(BELT, (0.05, 0.45), 0.2), (STRIBECK, (0.5, 3.0), 0.6)])
+@pytest.mark.parametrize(
+    ("scene", "speeds", "limit"),
+    [(BELT, (0.05, 0.45), 0.2), pytest.param(STRIBECK, (0.5, 3.0), 0.6, marks=pytest.mark.long)],
+)
 def test_a_limit_on_the_half_range_is_met_at_the_worst_speed(scene, speeds, limit):
     found = damper(scene, "beta", (0.01, 1.0), speeds, half_range=limit)
     beta = found.values["beta"]

@@ -8,6 +8,7 @@ import sympy as sp
 from scipy import integrate, optimize
 
 import symfric as sf
+from tests.longer import longer
 
 CUBIC = sf.laws.cubic(0.4, 0.25, 0.5)
 X, U, Y, W = sp.symbols("x u y w", real=True)
@@ -75,7 +76,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", longer(SCENES, ("chain of six, equal",)))
 def test_several_contacts_agree_with_a_finer_tolerance_and_conserve_energy(name):
     coarse, fine = (sf.simulate(SCENES[name], tolerance).checked() for tolerance in (1e-8, 1e-13))
     assert np.max(np.abs(coarse.final - fine.final)) < 1e-7
@@ -388,7 +389,7 @@ VARIED = {
 }
 
 
-@pytest.mark.parametrize("name", VARIED)
+@pytest.mark.parametrize("name", longer(VARIED, ("tip on a belt",)))
 def test_loads_kinks_and_geometry_agree_with_the_independent_route(name):
     scene = VARIED[name]
     fine, other = sf.simulate(scene, 1e-12).checked(), sf.simulate(scene, 1e-8, route="integrators").checked()

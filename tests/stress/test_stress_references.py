@@ -61,7 +61,11 @@ SCENES = {
 
 
 @pytest.mark.parametrize(
-    "name", longer(SCENES, ("stribeck", "exponential", "gauss", "two masses", "pendulum", "loads that vary"))
+    "name",
+    longer(
+        SCENES,
+        ("stribeck", "exponential", "gauss", "lorentz", "two masses", "on each other", "pendulum", "loads that vary"),
+    ),
 )
 def test_motions_agree_with_multiple_precision(name):
     reference = extended(SCENES[name], digits=22)
