@@ -8,7 +8,7 @@ import pytest
 
 from symfric.errors import SceneError
 from symfric.solve import machine
-from symfric.solve.taylor import assembly
+from symfric.solve.taylor import assembly, jets
 from symfric.solve.taylor.jets import expand, reach
 from symfric.solve.taylor.jit import compile_functions
 
@@ -72,6 +72,18 @@ def test_recurrence_matches_differentiation(name):
     assert rows[2] == pytest.approx(expected, rel=1e-11, abs=1e-13)
     assert rows[0, 1:] == pytest.approx(1.3 * rows[1, :-1] / np.arange(1, ORDER + 1), rel=1e-14, abs=1e-15)
     assert rows[3].tolist() == [1.0] + [0.0] * ORDER
+
+
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_coefficients_taken_out_of_the_chain_change_nothing(most, monkeypatch):
+    field = field_of(sum(OPERATIONS.values(), ca.SX(0)))[0]
+    rows = []
+    for taken_out in (0, most):
+        monkeypatch.setattr(jets, "_taken_out", lambda n_x, moving, most=taken_out: most)
+        series = expand(field, ORDER)
+        aux = series.prelude(POINT[2], [POINT[3]])
+        rows.append(np.array(series.series([*POINT[0], POINT[1]], aux)).ravel())
+    assert rows[1] == pytest.approx(rows[0], rel=1e-11, abs=1e-13)
 
 
 @pytest.mark.parametrize("part", [None, 500, 37, 1])

@@ -41,11 +41,10 @@ class Series:
 
 
 PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
-# most states, and moving operations, of a system whose newest coefficients are taken out of the chain, see
-# `_split_rates`; in a larger one the product with the slopes costs more than it saves, or the chain is not what takes
-# the time
-_SPLIT = 4, 100
-_NEWEST = 2  # coefficients taken out
+# Most states of a system whose newest coefficients are taken out of the chain, see `_split_rates`, and most moving
+# operations where two of them are, and one. In a larger system the product with the slopes costs more than it saves, or
+# the chain is not what takes the time: by measurement a cubic law gains a tenth by the second, LuGre's loses as much.
+_STATES, _TWO, _ONE = 4, 20, 100
 
 
 def is_entire(field: ca.Function) -> bool:
@@ -79,17 +78,17 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     x: list[Jet] = [[state[i]] for i in range(n_x)]
     clock = [state[n_x], ca.SX(1)]
     slopes: list[list] = []
-    split = n_x <= _SPLIT[0] and sum(node.moves for node in nodes) <= _SPLIT[1]
+    most = _taken_out(n_x, sum(node.moves for node in nodes))
     for k in range(order + 1):
         sweep.extend([at(row, k) for row in x], at(clock, k))
-        if k == 0 and split:
+        if k == 0 and most:
             slopes = [[sweep.trial(1, [_unit(i, n_x)], [None], outputs[0]) for i in range(n_x)]]
-        if 0 < k < _NEWEST and split:
+        if 0 < k < most:
             slopes.append(_next_slopes(slopes[-1], k, state, [*(row[1] for row in x), clock[1]]))
-        if k == 0 or not split:
+        if k == 0 or not most:
             rates = [scaled(sweep.at(out, k), 1 / (k + 1)) for out in outputs[0]]
         else:
-            newest = min(_NEWEST, (k + 1) // 2)  # no product of two of them is of order k
+            newest = min(most, (k + 1) // 2)  # no product of two of them is of order k
             times_of = [at(clock, k - newest + 1 + j) for j in range(newest)]
             rest = sweep.trial(k, newest * [n_x * [None]], times_of, outputs[0])
             rates = _split_rates(rest, slopes[:newest], x, k)
@@ -104,6 +103,11 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         order=order,
         entire=all(node.op in ENTIRE for node in nodes if node.moves),
     )
+
+
+def _taken_out(n_x: int, moving: int) -> int:
+    """Return how many of the newest coefficients are taken out of the chain."""
+    return 0 if n_x > _STATES or moving > _ONE else 2 if moving <= _TWO else 1
 
 
 def reach(n_x: int, n_g: int, order: int) -> ca.Function:
