@@ -3,7 +3,9 @@
 import contextlib
 import json
 import logging
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -33,14 +35,46 @@ def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
 
     Lines of the logger "symfric", such as that a first run compiles for a while, are shown too, at once.
     """
-    if quiet:
-        yield lambda _stage, _fraction: None
-    elif sys.stderr.isatty():
-        with _bar() as (report, write), _logged(write):
-            yield report
-    else:
-        with _logged(lambda line: click.echo(line, err=True)):
-            yield _Lines()
+    with _no_interrupt_lost() as check:
+
+        def checked(report: Progress) -> Progress:
+            return lambda stage, fraction: (check(), report(stage, fraction))[1]
+
+        if quiet:
+            yield checked(lambda _stage, _fraction: None)
+        elif sys.stderr.isatty():
+            with _bar() as (report, write), _logged(write):
+                yield checked(report)
+        else:
+            with _logged(lambda line: click.echo(line, err=True)):
+                yield checked(_Lines())
+
+
+@contextlib.contextmanager
+def _no_interrupt_lost() -> Iterator[Callable[[], None]]:
+    """Yield a function that raises `KeyboardInterrupt` once more if there was one.
+
+    One that arrives while CasADi looks for the type of an argument is lost there: the work would go on to its end.
+    """
+    heard = threading.Event()
+
+    def note(_signal, _frame) -> None:
+        heard.set()
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if heard.is_set():
+            raise KeyboardInterrupt
+
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield check
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @contextlib.contextmanager
