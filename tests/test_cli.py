@@ -1,5 +1,6 @@
 """Commands: exit status, one clear line on bad input, and pages that stand alone."""
 
+import contextlib
 import json
 import os
 import re
@@ -16,6 +17,7 @@ import pytest
 from click.testing import CliRunner
 
 from symfric.cli import COMMANDS, main
+from symfric.cli.console import progress_on_stderr
 from symfric.theory import drive
 from tests.longer import longer
 
@@ -289,6 +291,20 @@ def test_exit_status_of_the_process(tmp_path):
     assert refused.stderr == "Error: empty.toml: is empty; a scene file has at least a section [scene]\n"
     assert refused.stdout == ""
     assert spawn("scenes", "--quiet").returncode == 0
+
+
+def test_an_interrupt_that_was_swallowed_comes_back():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with progress_on_stderr(quiet=True) as progress:
+            progress("work", 0.1)
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            with pytest.raises(KeyboardInterrupt):
+                progress("work", 0.2)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_interrupt_ends_with_130(tmp_path):
