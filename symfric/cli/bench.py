@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from symfric.bench.problems import NAMES
-from symfric.cli.console import common_options, print_json, writable_folder
+from symfric.cli.console import common_options, no_interrupt_lost, print_json, writable_folder
 from symfric.errors import SceneError
 from symfric.model.names import nearest
 
@@ -43,11 +43,17 @@ def bench(
         raise SceneError(f"no problem {unknown!r}{nearest(unknown, NAMES)}")
     folder = None if out is None else writable_folder(out)
     errors = Console(stderr=True)
-    tell = (lambda _: None) if quiet else (lambda line: errors.print(line, style="dim"))
-    if with_growth:
-        _growth(folder, as_json, tell)
-        return
-    benchmark = measure(names, with_peers=with_peers, rounds=rounds, progress=tell)
+    with no_interrupt_lost() as check:
+
+        def tell(line: str) -> None:
+            check()
+            if not quiet:
+                errors.print(line, style="dim")
+
+        if with_growth:
+            _growth(folder, as_json, tell)
+            return
+        benchmark = measure(names, with_peers=with_peers, rounds=rounds, progress=tell)
     if folder is not None:
         _write(benchmark, folder)
     if as_json:

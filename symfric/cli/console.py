@@ -35,10 +35,14 @@ def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
 
     Lines of the logger "symfric", such as that a first run compiles for a while, are shown too, at once.
     """
-    with _no_interrupt_lost() as check:
+    with no_interrupt_lost() as check:
 
         def checked(report: Progress) -> Progress:
-            return lambda stage, fraction: (check(), report(stage, fraction))[1]
+            def checking(stage: str, fraction: float) -> None:
+                check()
+                report(stage, fraction)
+
+            return checking
 
         if quiet:
             yield checked(lambda _stage, _fraction: None)
@@ -51,10 +55,10 @@ def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
 
 
 @contextlib.contextmanager
-def _no_interrupt_lost() -> Iterator[Callable[[], None]]:
+def no_interrupt_lost() -> Iterator[Callable[[], None]]:
     """Yield a function that raises `KeyboardInterrupt` once more if there was one.
 
-    One that arrives while CasADi looks for the type of an argument is lost there: the work would go on to its end.
+    One that arrives while CasADi asks for the shape of an argument is lost there: the work would go on to its end.
     """
     heard = threading.Event()
 
