@@ -192,14 +192,24 @@ def _homotopy(model, elements: int, ask, bump: float):
 
 
 def _fixed(model, program: Program, z: np.ndarray, ask):
-    """Solve again without the empty elements, in the modes that the homotopy has found."""
+    """Solve again in the modes that the homotopy has found, without empty elements, until none has become empty."""
     degree, bounds, target, time = ask
-    h, modes = program.values(z, "h").ravel(), program.modes_of(z)
-    keep = np.flatnonzero(h > EMPTY * np.sum(h))
-    fixed = Program(model, keep.size, degree, bounds, target, time, modes[keep])
-    start = fixed.restart(program, z, keep)
-    z, content = fixed.solve(fixed.solver(FINE), start, 0.0)
-    return (fixed, z) if content else None
+    modes, keep = program.modes_of(z), _lasting(program, z)
+    while True:
+        modes = modes[keep]
+        fixed = Program(model, keep.size, degree, bounds, target, time, modes)
+        z, content = fixed.solve(fixed.solver(FINE), fixed.restart(program, z, keep), 0.0)
+        if not content:
+            return None
+        program, keep = fixed, _lasting(fixed, z)
+        if keep.size == program.elements:
+            return program, z
+
+
+def _lasting(program: Program, z: np.ndarray) -> np.ndarray:
+    """Return the numbers of the elements that are not empty."""
+    h = program.values(z, "h").ravel()
+    return np.flatnonzero(h > EMPTY * np.sum(h))
 
 
 def _missing(model, elements: int, ask, names: list[str]) -> str:
