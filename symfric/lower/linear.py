@@ -137,10 +137,29 @@ def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     return found
 
 
-def matrices(automaton: Automaton) -> ca.Function:
-    """Return ``(p, m) -> numbers``: the slopes of rates, guards and rows in every state and in time, and their rest.
+@dataclass(frozen=True)
+class Matrices:
+    """Equations that are linear between events, ``x' = A x + a t + b``, guards and wanted rows likewise.
 
-    Column by column, (n_x + 2) columns of n_x + n_g + n_e entries; states and wanted rows as in `Automaton.field`.
+    Attributes
+    ----------
+    data : casadi.Function
+        ``(p, m) -> numbers``: the entries of the matrices that are not zero in every mode, then the slopes of all rows
+        in time, and their rest.
+    rows, columns : tuple of int
+        Of the entries: those of the rates first, column by column; states and wanted rows as in `Automaton.field`.
+    n_r : int
+        Number of rows.
+    """
+
+    data: ca.Function
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    n_r: int
+
+
+def matrices(automaton: Automaton) -> Matrices:
+    """Return the slopes of rates, guards and rows in every state and in time, and their rest.
 
     Raises
     ------
@@ -149,14 +168,22 @@ def matrices(automaton: Automaton) -> ca.Function:
     """
     field = automaton.field
     y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
-    columns, state = [], ca.vertcat(y, t)
+    slopes, in_time, rest, state, n_x = [], [], [], ca.vertcat(y, t), y.numel()
     what = ("the forces or a friction law are", "a guard is", "a wanted output is")
     for e, name in zip(field(y, t, p, m), what, strict=True):
-        slopes = ca.jacobian(e, state)
-        if ca.depends_on(slopes, state):
+        jacobian = ca.jacobian(e, state)
+        if ca.depends_on(jacobian, state):
             raise NoRoute(f"{name} not linear between events")
-        columns.append(ca.densify(ca.horzcat(slopes, ca.substitute(e, state, ca.SX.zeros(state.numel())))))
-    return ca.Function("prelude", [p, m], [ca.vec(ca.vertcat(*columns))], {"cse": True})
+        slopes.append(jacobian[:, :n_x])
+        in_time.append(jacobian[:, n_x])
+        rest.append(ca.substitute(e, state, ca.SX.zeros(state.numel())))
+    rates, others = slopes[0], ca.vertcat(*slopes[1:])
+    entries = [e.nz[:] for e in (rates, others)]
+    numbers = ca.vertcat(*entries, *(ca.densify(ca.vertcat(*e)) for e in (in_time, rest)))
+    rows = (*rates.sparsity().row(), *(n_x + r for r in others.sparsity().row()))
+    columns = (*rates.sparsity().get_col(), *others.sparsity().get_col())
+    data = ca.Function("prelude", [p, m], [ca.densify(numbers)], {"cse": True})
+    return Matrices(data, rows, columns, n_x + others.rows())
 
 
 def without_harmonics(scene: Scene) -> Scene:

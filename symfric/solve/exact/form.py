@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-import casadi as ca
 import sympy as sp
 
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton, lower
-from symfric.lower.linear import Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.lower.linear import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.model.scene import Scene
 from symfric.solve.exact.record_rows import Recorded, recorded_in
 from symfric.solve.wanted import RANGE, wanted_of
@@ -26,8 +25,8 @@ class Form:
     record : Recorded or None
         One mass under a sampled input.
     automaton : Automaton or None
-    matrices : casadi.Function or None
-        See `symfric.lower.linear.matrices`.
+    matrices : Matrices or None
+        For every mode.
     cheapest : bool
         Whether the other routes take longer. The matrices of several contacts are compiled ten times as fast as the
         series of their forces, and run as fast; harmonics as states make every step longer.
@@ -40,7 +39,7 @@ class Form:
     closed: Oscillator | None
     record: Recorded | None
     automaton: Automaton | None
-    matrices: ca.Function | None
+    matrices: Matrices | None
     cheapest: bool
     words: str
 

@@ -95,6 +95,6 @@ def _record_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
 
 def _linear_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
     """Compile the matrices of every mode."""
-    variant = linear_series(form.automaton, form.matrices, ORDER)
+    variant = linear_series(form.matrices, len(form.automaton.states), ORDER)
     budgets = settings.max_steps, settings.max_events
     return series_loop(form.scene, form.automaton, [variant], wanted_of(form.scene), budgets, (ROUNDED, LEFT))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from symfric.lower.linear import Matrices
 from symfric.solve.taylor.forms import gathered
 from symfric.solve.taylor.instructions import ENTIRE, Node, read
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
@@ -25,12 +26,13 @@ class Series:
     series : casadi.Function
         ``([y; t], aux) -> coefficients``, row by row (states, guards, wanted rows), each of order 0 to `order`.
     probe : casadi.Function
-        The same up to order `PROBED`. Linear equations need neither: their prelude is
-        `symfric.lower.linear.matrices`.
+        The same up to order `PROBED`.
     order : int
     entire : bool
         Whether only sums, products, sines and cosines of moving quantities occur. Such right-hand sides hide nothing
         from the last coefficients; an exponential or a quotient can be flat here and steep within the step.
+    matrices : Matrices, optional
+        Of linear equations that need neither series nor probe: the prelude computes the entries.
     """
 
     prelude: ca.Function
@@ -38,6 +40,7 @@ class Series:
     probe: ca.Function | None
     order: int
     entire: bool
+    matrices: Matrices | None = None
 
 
 PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides

@@ -7,45 +7,45 @@ from symfric.solve.taylor.polynomials import FUSED
 
 
 @njit(**INNER)
-def gather(aux, n_x, begin, column, entry):
-    """Collect the entries of the matrices that are not zero, row by row; few are not."""
-    n_r, count = begin.size - 1, 0
-    for r in range(n_r):
-        begin[r] = count
-        for j in range(n_x):
-            if aux[j * n_r + r] != 0.0:
-                entry[count], column[count] = aux[j * n_r + r], j
-                count += 1
-    begin[n_r] = count
+def gather(aux, pattern, n_x, count, row, column, entry):
+    """List the entries that are not zero in the present mode, those of the rates first; set how many."""
+    count[0] = count[1] = 0
+    for e in range(pattern.shape[0]):
+        if aux[e] != 0.0:
+            entry[count[1]], row[count[1]], column[count[1]] = aux[e], pattern[e, 0], pattern[e, 1]
+            count[1] += 1
+            count[0] += pattern[e, 0] < n_x
 
 
 @njit(**INNER, fastmath=FUSED)
-def powers(aux, begin, column, entry, newest, y, c):
+def powers(aux, count, row, column, entry, newest, y, c):
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
-    With `aux` from `symfric.lower.linear.matrices`: ``x' = A x + a t + b``, the other rows likewise.
+    With what `gather` found, and the ends of `aux`, see `symfric.lower.linear.Matrices`.
     """
     n_x, n_r = y.size - 1, c.shape[0]
-    slope, rest = aux[n_x * n_r :], aux[(n_x + 1) * n_r :]
+    slope, rest = aux[aux.size - 2 * n_r :], aux[aux.size - n_r :]
     now, new = newest[0], newest[1]
     for i in range(n_x):
         now[i] = y[i]
     for k in range(c.shape[1]):
+        for r in range(n_x):
+            c[r, k] = now[r]
+            new[r] = slope[r] * y[n_x] + rest[r] if k == 0 else slope[r] if k == 1 else 0.0
+        for e in range(count[0]):
+            new[row[e]] += entry[e] * now[column[e]]
         inverse = 1.0 / (k + 1)
-        for r in range(n_r):
-            total = 0.0
-            if k == 0:
-                total = slope[r] * y[n_x] + rest[r]
-            elif k == 1:
-                total = slope[r]
-            for e in range(begin[r], begin[r + 1]):
-                total += entry[e] * now[column[e]]
-            if r < n_x:
-                c[r, k] = now[r]
-                new[r] = total * inverse
-            else:
-                c[r, k] = total
+        for r in range(n_x):
+            new[r] *= inverse
         now, new = new, now
+    for r in range(n_x, n_r):
+        for k in range(2, c.shape[1]):
+            c[r, k] = 0.0
+        c[r, 0], c[r, 1] = slope[r] * y[n_x] + rest[r], slope[r]
+    for e in range(count[0], count[1]):
+        of, to, factor = c[column[e]], c[row[e]], entry[e]
+        for k in range(c.shape[1]):
+            to[k] += factor * of[k]
 
 
 @njit(**INNER, fastmath=FUSED)

@@ -118,7 +118,7 @@ def series_loop(
     variations : Variations, optional
         From which the automaton was taken, if its states hold derivatives.
     """
-    linear = variants[0].series is None
+    linear = variants[0].matrices is not None
     functions = [f for v in variants for f in (v.prelude, v.series, v.probe) if f]
     if not linear:
         functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))

@@ -155,7 +155,7 @@ def sensitive_loop(
     try:
         if max(len(scene.system.q), len(scene.contacts)) == 1:
             raise NoRoute("one mass: its series are as cheap")
-        variants = [linear_series(automaton, matrices(automaton), LINEAR_ORDER)]
+        variants = [linear_series(matrices(automaton), len(automaton.states), LINEAR_ORDER)]
         tolerances = LINEAR_TOLERANCE, fine
     except NoRoute:
         sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1

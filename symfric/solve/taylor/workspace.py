@@ -37,9 +37,11 @@ class Workspace(NamedTuple):
     p: Reals  # parameters, then start, value and slope of every input
     m: Reals  # stick flags, directions, switch signs
     aux: Reals  # what the prelude computes
-    newest: Matrix  # coefficients of one order and of the next, (2, n_r)
-    begin: Integers  # where the entries of a row of the matrices begin, (n_r + 1,)
-    column: Integers  # of every entry that is not zero
+    newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
+    pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
+    count: Integers  # entries that are not zero in the present one: those of the rates, and all, (2,)
+    row: Integers  # theirs, (n,)
+    column: Integers
     entry: Reals
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # the first of them, (n_r, PROBED + 1)
@@ -118,6 +120,8 @@ def make_workspace(
     n_r = n_x + n_g + n_e
     functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
     functions += [""] * (JUMP - len(functions)) + ["jump"]
+    matrices = variants[0].matrices
+    pattern = np.array([matrices.rows, matrices.columns] if matrices else [[], []], dtype=np.int64).T.copy()
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
@@ -128,10 +132,12 @@ def make_workspace(
         p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),
         aux=room(max(v.prelude.nnz_out(0) for v in variants)),
-        newest=room(2, n_r),
-        begin=flags(n_r + 1),
-        column=flags(n_r * n_x),
-        entry=room(n_r * n_x),
+        newest=room(2, n_x),
+        pattern=pattern,
+        count=flags(2),
+        row=flags(len(pattern)),
+        column=flags(len(pattern)),
+        entry=room(len(pattern)),
         c=room(n_r, order + 1),
         probe=room(n_r, PROBED + 1),
         gauge=room(5 + n_c + n_q, n_c),
