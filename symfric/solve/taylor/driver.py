@@ -158,7 +158,7 @@ def _first_event(w, n_x, n_c, h, far):
             continue
         if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
             continue  # zero throughout, to rounding
-        t = _crossing(w, r, g, begin, total, far)
+        t = _crossing(w, r, g, begin, total, min(far, tau * (1.0 + 8.0 * EPS)))  # a later one is not of interest
         if t < tau:
             tau, which = t, g
         elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):

@@ -51,13 +51,17 @@ def powers(aux, count, row, column, entry, newest, y, c):
 @njit(**INNER, fastmath=FUSED)
 def reach_of(c, h, far, n_x, out):
     """Compute what h adds to the states, and by how much `far` can change the other rows that `out` has room for."""
-    for r in range(out.size):
-        total = 0.0
-        if r < n_x:
-            for k in range(c.shape[1] - 1, 0, -1):
-                total = total * h + c[r, k]
-            out[r] = total * h
-        else:
-            for k in range(c.shape[1] - 1, 0, -1):
-                total = total * far + abs(c[r, k])
-            out[r] = total * far
+    for r in range(0, n_x, 4):  # four rows at once, as each waits for its last product; the last ones once more
+        i, j, k = min(r + 1, n_x - 1), min(r + 2, n_x - 1), min(r + 3, n_x - 1)
+        w, x, y, z = 0.0, 0.0, 0.0, 0.0
+        for n in range(c.shape[1] - 1, 0, -1):
+            w, x, y, z = w * h + c[r, n], x * h + c[i, n], y * h + c[j, n], z * h + c[k, n]
+        out[r], out[i], out[j], out[k] = w * h, x * h, y * h, z * h
+    last = out.size - 1
+    for r in range(n_x, out.size, 4):
+        i, j, k = min(r + 1, last), min(r + 2, last), min(r + 3, last)
+        w, x, y, z = 0.0, 0.0, 0.0, 0.0
+        for n in range(c.shape[1] - 1, 0, -1):
+            w, x = w * far + abs(c[r, n]), x * far + abs(c[i, n])
+            y, z = y * far + abs(c[j, n]), z * far + abs(c[k, n])
+        out[r], out[i], out[j], out[k] = w * far, x * far, y * far, z * far
