@@ -158,7 +158,8 @@ def _first_event(w, n_x, n_c, h, far):
             continue
         if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
             continue  # zero throughout, to rounding
-        t = _crossing(w, r, g, begin, total, min(far, tau * (1.0 + 8.0 * EPS)))  # a later one is not of interest
+        near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # a later one is not of interest
+        t = _crossing(w, r, g, begin, total, near)
         if t < tau:
             tau, which = t, g
         elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):
