@@ -75,13 +75,15 @@ def form_of(scene: Scene) -> Form:
     Raises
     ------
     NotImplementedError
-        If two contacts work on one body, or the scene has several inputs.
+        If two contacts work on one body, a law is smooth or has branches, or the scene has several inputs.
     """
     system, numbers = scene.system, scene.numbers()
     known = {s: v for s, v in numbers.items() if s in scene.values}
     line = sp.symbols("line0 line1", real=True)
     if len(scene.inputs) > 1:
         raise NotImplementedError("several inputs")
+    if any(c.law.smooth or c.law.breaks for c in scene.contacts):
+        raise NotImplementedError("a smooth friction law, or one with branches")
     known |= dict.fromkeys(scene.inputs, line[0] + line[1] * TIME)
     read = lambda e: sp.sympify(e).subs(known)  # noqa: E731
     states, mass = system.states, sp.Matrix(system.mass).subs(known)

@@ -3,14 +3,17 @@
 import json
 import math
 
+import mpmath as mp
 import pytest
 from click.testing import CliRunner
 
 from symfric.bench import growth, needs
 from symfric.bench.measure import measure
 from symfric.bench.peers import peers
-from symfric.bench.problems import problems
+from symfric.bench.problems import named, problems
+from symfric.bench.reference import reference
 from symfric.cli import main
+from tests.longer import longer
 
 EVENTS = problems()["P1"].events
 
@@ -42,6 +45,17 @@ def test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found(resul
         assert point["error"] <= 10 * point["tolerance"]
         assert point["events"] == EVENTS
         assert point["seconds"] > 0
+
+
+@pytest.mark.parametrize("name", longer(["P1", "P2", "P3", "P4"], ("P3", "P4")))
+def test_references_are_found_again_in_thirty_digits(name):
+    problem = named(name)
+    found = reference(problem.oscillator, 30)
+    with mp.workdps(30):
+        for value, known in zip((found.x, found.u), problem.reference, strict=True):
+            assert abs(value - mp.mpf(known)) < mp.mpf("1e-20")
+    if problem.events:
+        assert found.events == problem.events
 
 
 def test_the_picture_and_the_numbers_are_written(result, folder):

@@ -53,6 +53,8 @@ def test_many_digits_agree_with_the_routes():
 def test_scenes_that_the_loops_cannot_take_say_so():
     with pytest.raises(NotImplementedError, match="two contacts work on one body"):
         form_of(_doubled())
+    with pytest.raises(NotImplementedError, match="a smooth friction law"):
+        form_of(problems()["P4"].scene)
 
 
 def _doubled():
