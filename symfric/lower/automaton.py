@@ -46,10 +46,11 @@ class Automaton:
         ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force; then one row for each switch;
         then one for each load that varies.
     gauge : casadi.Function
-        ``(y, t, p) -> (w, scale, pull, load, margin, coupling, spread)``. The first five are (n_c,): slips, the sum of
-        the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the scales
-        of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest, neither of
-        which may be negative. The others are ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row.
+        ``(y, t, p) -> (w, scale, pull, load, margin, forces, coupling, spread)``. The first six are (n_c,): slips, the
+        sum of the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the
+        scales of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest,
+        neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
+        rounding. The others are ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies.
     sticks : tuple of bool
@@ -376,9 +377,13 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     margin = ca.vertcat(*(stick[i] * (1 + 1e-12) - rest[i] for i in range(n_c))) if n_c else w
     spread = ca.ldl_solve(J.T, *ca.ldl(mass)) if n_c else ca.SX(u.numel(), 0)
     coupling = J @ spread
-    pull = ca.vertcat(*(coupling[i, i] * ca.fabs(b) for i, b in enumerate(bounds))) if n_c else w
-    out = low.unswitched([ca.densify(e) for e in (w, terms, pull, load, margin, ca.vec(coupling), ca.vec(spread.T))])
-    names = ["w", "scale", "pull", "load", "margin", "coupling", "spread"]
+    reach = ca.vertcat(*map(ca.fabs, bounds)) if n_c else w
+    pull = ca.diag(coupling) * reach
+    applied = [sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force]
+    forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach
+    out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T))
+    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread"]
+    out = low.unswitched([ca.densify(e) for e in out])
     return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], names)
 
 

@@ -139,7 +139,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     both = slope @ tau
     apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
     mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
-    w, _, _, _, _, coupling, spread = automaton.gauge(y, t, p)
+    w, *_, coupling, spread = automaton.gauge(y, t, p)
     slips = ca.substitute(ca.densify(along(w)), V, moved) if n_c else ca.SX(0, V.shape[1])
     if n_c:
         S = ca.diag(after[:n_c] == 1)

@@ -460,3 +460,14 @@ def test_sticking_at_a_kink_of_the_profile(profile, tolerance):
     at_kink, beside = shaken(0.0, tolerance), shaken(1e-9, 1e-13)
     assert np.max(np.abs(at_kink.final - beside.final)) < 1e-7 + 10 * tolerance
     assert at_kink.stats["events"] == beside.stats["events"]
+
+
+@pytest.mark.parametrize("how", ["linear", "tanh", "arctan"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
+def test_a_law_without_a_jump_starts_where_forces_cancel_to_rounding(how, tolerance):
+    def pulled(x, tolerance):
+        law = sf.laws.coulomb(0.5).regularised(0.01, how)
+        scene = one_mass(0.11 + 0.66 + 0.03 - 1.1 * X - 0.1 * U, [sf.Contact("belt", U - 0.3, 1, law)], x=x, u=0.3)
+        return sf.simulate(scene, tolerance, route="taylor").checked().final
+
+    assert pulled(0.7, tolerance) == pytest.approx(pulled(0.7 + 1e-13, 1e-13), abs=10 * tolerance)

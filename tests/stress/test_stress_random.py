@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symfric.bench.random_scenes import KINDS, LAWS, Dice, structure
-from symfric.bench.stress import Comparison, Verdict
+from symfric.bench.stress import Comparison, Verdict, scene_named
 from symfric.cli import main
 from symfric.model.laws import Law
 from tests.longer import longer
@@ -31,6 +31,14 @@ def test_no_random_scene_fails_in_silence(seed):
 def test_all_routes_choose_the_same_of_two_modes_that_agree_with_the_forces():
     """A stuck joint and a belt that its body reaches, static friction above kinetic: either may go on slipping."""
     assert prepared(40).verdict(165).verdict == "agrees"
+
+
+@pytest.mark.parametrize("scene", longer(["44/68", "6/84", "1/87", "1/165"], ("1/87", "1/165")))
+def test_rounding_of_forces_that_cancel_decides_nothing(scene):
+    """A law without a jump at balance; a bound exceeded by rounding; a stiff spring; five contacts on two masses."""
+    seed, number = scene_named(scene)
+    found = prepared(seed).verdict(number)
+    assert (found.status, found.verdict) == ("OK", "agrees")
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

@@ -7,7 +7,7 @@ from symfric.solve.native import INLINE, INNER, call_code
 from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.powers import reach_of
 from symfric.solve.taylor.settle import probe_trial
-from symfric.solve.taylor.workspace import CHECKED, LINEAR, N_Q, T_LOW, TOLERANCE
+from symfric.solve.taylor.workspace import CHECKED, FORCES, LINEAR, N_Q, T_LOW, TOLERANCE
 
 _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no step spans more than 4 rad of anything
 
@@ -68,7 +68,7 @@ def _obeys(w, n_x, t):
         w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
     floor = 0.0  # forces that hold each other leave accelerations of rounding
     for i in range(w.sticks.size):
-        floor = max(floor, 1e-13 * w.gauge[2, i])
+        floor = max(floor, 1e-13 * w.gauge[FORCES, i])
     for r in range(w.limits[N_Q], n_x):
         rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
         w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]

@@ -18,6 +18,7 @@ from symfric.solve.taylor.workspace import (
     EXPAND,
     FLAGGED,
     FOLLOWED,
+    FORCES,
     GO,
     GRAZES,
     H_LAST,
@@ -156,7 +157,10 @@ def _first_event(w, n_x, n_c, h, far):
             begin += TOUCH * w.clock[TOLERANCE] * w.scale[r]
         if w.fresh[g] == 0 and begin > total:
             continue
-        if total + abs(begin) <= 8.0 * EPS * w.scale[r]:
+        size = w.scale[r]
+        if g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:
+            size = max(size, w.gauge[FORCES, g // 2] * far)
+        if total + abs(begin) <= 8.0 * EPS * size:
             continue  # zero throughout, to rounding
         near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # a later one is not of interest
         t = _crossing(w, r, g, begin, total, near)
@@ -182,14 +186,14 @@ def _crossing(w, r, g, begin, total, h):
     if w.fresh[g]:
         first = 1
         slips = g < 2 * w.sticks.size and g % 2 == 0
-        if slips and abs(w.c[r, 1]) <= no_acceleration(w, w.gauge[2, g // 2], 2.0 * w.c[r, 2]):
-            first = 2  # a release: the slip acceleration is zero to rounding, whatever the length of the step
+        if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
+            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, g // 2, 2.0 * w.c[r, 2]) else 1
         elif g >= 2 * w.sticks.size and abs(w.c[r, 1]) * natural_time(w) <= TIE * w.scale[r]:
             first = 2
         if total == 0.0:
             return 2.0 * h
         power = h**first
-        while first < order and abs(w.c[r, first]) * power <= 1e-13 * total:
+        while first < order and abs(w.c[r, first]) * power <= 1e-13 * total and not (slips and first == 1):
             first += 1
             power *= h
         begin = w.c[r, first]

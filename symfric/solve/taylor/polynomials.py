@@ -175,6 +175,8 @@ def _march(b, n, h):
         t += step
         if t >= h:
             return 2.0 * h
+        if t == 0.0:  # b and its slope are zero
+            return np.nan
         f, slope = value_and_slope(b, n, t)
         if f <= 0.0:  # on the root, to rounding
             return t

@@ -13,13 +13,29 @@ from symfric.lower.automaton import REDUNDANT
 from symfric.solve.native import INLINE, INNER, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.powers import gather, powers
-from symfric.solve.taylor.workspace import DOUBT, KINKS, LINEAR, N_Q, STEPS, STICKER, T_END, TOLERANCE
+from symfric.solve.taylor.workspace import (
+    COUPLING,
+    DOUBT,
+    DROP,
+    FORCES,
+    KINKS,
+    LINEAR,
+    LOAD,
+    N_Q,
+    PULL,
+    SLIP,
+    STEPS,
+    STICKER,
+    T_END,
+    TERMS,
+    TOLERANCE,
+)
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
 TIE = 1e-13  # of a derivative, relative to its scale
 MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
-_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
+NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -83,9 +99,9 @@ def settle(w):
     for g in range(w.m.size, w.hit.size):
         lost = min(lost, -TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g])
     for i in range(n_c):
-        if w.gauge[3, i] < lost:
+        if w.gauge[LOAD, i] < lost:
             return _LOST
-        if w.gauge[4, i] < 0.0:
+        if w.gauge[DROP, i] < 0.0:
             return _UNDECIDED
     horizon = w.clock[4]
     for i in range(w.turns.size):
@@ -115,7 +131,7 @@ def _try_sticking(w, n_x, n_c):
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     _measure(w, w.trial, w.span)
     for i in range(n_c):
-        slip, size = w.gauge[0, i], max(w.gauge[1, i], 0.125 * w.span[1, i])
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
         w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
         if not w.zero[i]:
@@ -126,7 +142,7 @@ def _try_sticking(w, n_x, n_c):
         if w.m[i] == 0.0:
             continue
         if w.anchor[i] >= 0:
-            w.y[w.anchor[i]] -= w.gauge[0, i] / w.factor[i]
+            w.y[w.anchor[i]] -= w.gauge[SLIP, i] / w.factor[i]
         if w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1]):
             w.m[i] = 0.0
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
@@ -143,7 +159,7 @@ def _project(w, n_c):
     _share(w, n_c)
     n_q = w.limits[N_Q]
     for i in range(n_c):
-        w.impulse[i] = -w.gauge[0, i]
+        w.impulse[i] = -w.gauge[SLIP, i]
         for j in range(i):
             if w.m[i] == 1.0 and w.m[j] == 1.0:
                 w.impulse[i] -= w.share[i, j] * w.impulse[j]
@@ -155,7 +171,7 @@ def _project(w, n_c):
             if w.m[j] == 1.0:
                 w.impulse[i] -= w.share[j, i] * w.impulse[j]
         for r in range(n_q):
-            w.y[n_q + r] += w.gauge[5 + n_c + r, i] * w.impulse[i]
+            w.y[n_q + r] += w.gauge[COUPLING + n_c + r, i] * w.impulse[i]
 
 
 @njit(**INNER)
@@ -164,11 +180,11 @@ def _share(w, n_c):
     for i in range(n_c):
         if w.m[i] < 0.5:
             continue
-        pivot = w.gauge[5 + i, i]
+        pivot = w.gauge[COUPLING + i, i]
         for j in range(i):
             if w.m[j] != 1.0:
                 continue
-            rest = w.gauge[5 + i, j]
+            rest = w.gauge[COUPLING + i, j]
             for k in range(j):
                 if w.m[k] == 1.0:
                     rest -= w.share[i, k] * w.share[j, k] * w.share[k, k]
@@ -176,7 +192,7 @@ def _share(w, n_c):
             pivot -= rest * w.share[i, j]
         w.share[i, i] = pivot
         w.m[i] = 1.0
-        if pivot <= REDUNDANT * w.gauge[5 + i, i]:
+        if pivot <= REDUNDANT * w.gauge[COUPLING + i, i]:
             w.m[i] = 2.0
             for j in range(i):
                 if w.parallel[j] == w.parallel[i] and w.m[j] == 1.0:
@@ -209,15 +225,19 @@ def _change_contact(w, n_x, n_c, horizon, least):
 @njit(**INNER)
 def _contradiction(w, n_x, i, horizon):
     """Return by how much the mode of contact i contradicts its forces, and the way it would slip."""
-    size, where = 0.0, 0
+    size, where, tie, turns = 0.0, 0, TIE, 3
     if w.zero[i]:
         if w.m[i] == 2.0:
-            size, where = _drift(w, n_x + 2 * i, w.gauge[2, i])
+            size, where = _drift(w, n_x + 2 * i, w.gauge[PULL, i])
         elif w.m[i] > 0.5:
-            size, where = _excess(w, n_x + 2 * i, horizon, _doubt(w, i))
+            doubt = _doubt(w, i)
+            size, where = _excess(w, n_x + 2 * i, horizon, doubt)
+            turns = 4
+            if w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:  # it falls below its bound again: no slip would last
+                tie, turns = max(TIE, 16.0 * doubt), 2
         else:
-            size = _backing(w, n_x + 2 * i, w.gauge[2, i], horizon)
-    if size <= TIE and w.turns[i] >= 2:
+            size = _backing(w, n_x + 2 * i, i, horizon)
+    if size <= tie and w.turns[i] >= turns:
         return 0.0, 0  # a tie to rounding: either mode is right
     return size, where
 
@@ -230,8 +250,8 @@ def _hold_more(w, n_x, n_c, horizon):
     """
     for i in range(n_c - 1, -1, -1):
         reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
-        drop = w.gauge[3, i] * w.gauge[4, i] * w.gauge[5 + i, i]
-        if not w.zero[i] or w.m[i] > 0.5 or reached or w.sticks[i] == 0 or drop <= _DROP * w.gauge[2, i]:
+        drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
+        if not w.zero[i] or w.m[i] > 0.5 or reached or w.sticks[i] == 0 or drop <= NO_DROP * w.gauge[PULL, i]:
             continue
         w.m[i] = 1.0
         _share(w, n_c)
@@ -254,11 +274,14 @@ def _doubt(w, i):
     Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. At the
     start it is the tie: a smaller excess would release a slip whose acceleration then counts as none.
     """
+    least, pull = ROUNDING, w.gauge[PULL, i]
+    if pull > 0.0:
+        least = max(least, no_acceleration(w, i, 0.0) / pull)
     if w.counts[STEPS] == 0:
-        return TIE
-    pull, size = w.gauge[2, i] * natural_time(w), w.span[1, i]
+        return max(TIE, least)
+    pull, size = pull * natural_time(w), w.span[TERMS, i]
     ratio = size / pull if pull > 0.0 else 0.0
-    return max(ROUNDING, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
+    return max(least, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
 
 
 @njit(**INLINE)
@@ -284,19 +307,20 @@ def _drift(w, row, pull):
 
 
 @njit(**INLINE)
-def no_acceleration(w, pull, jerk):
-    """Return below what a slip acceleration is zero: the tie, or what a rounding of time is under a fast load."""
-    return max(TIE * pull, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
+def no_acceleration(w, i, jerk):
+    """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
+    little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
+    return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
 
 
 @njit(**INLINE)
-def _backing(w, row, pull, horizon):
+def _backing(w, row, i, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
-    first, second = w.probe[row, 1], w.probe[row, 2]
-    little = no_acceleration(w, pull, second)
+    first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
+    little = no_acceleration(w, i, second)
     if first < -little:
         return -first / pull if pull > 0.0 else 1.0
-    if first <= little and second * horizon < -TIE * pull:
+    if first <= little and second * horizon < -no_acceleration(w, i, 0.0):
         return 0.5 * TIE
     return 0.0
 

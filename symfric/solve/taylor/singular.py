@@ -11,7 +11,7 @@ from numba import njit
 from symfric.solve.native import INNER
 from symfric.solve.status import Status
 from symfric.solve.taylor.settle import TIE, expand, natural_time
-from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, STALL, T_END
+from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
 NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none
@@ -35,11 +35,11 @@ def start_singular(w, n_x, n_c):
             return _NAN
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
-        if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[2, i] > 0.0:
+        if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
             which = i
-            size, pull = max(w.gauge[1, i], w.span[1, i]), max(w.gauge[2, i], abs(w.c[n_x + 2 * i, 1]))
+            size, pull = max(w.gauge[TERMS, i], w.span[TERMS, i]), max(w.gauge[PULL, i], abs(w.c[n_x + 2 * i, 1]))
             time = size / pull if size > 0.0 else time
-            if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[2, i]:
+            if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[PULL, i]:
                 weight = 0.5
     h = min(FRACTION * time, w.clock[T_END] - w.y[n_x])
     for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
@@ -79,7 +79,7 @@ def _keep(w, n_x, n_c, h):
 @njit(**INNER)
 def _balance(w, n_x, n_c, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
-    high = 2.0 * h * (w.gauge[2, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
+    high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
     low = 1e-12 * high
     k, way = w.anchor[i], w.m[n_c + i] / w.factor[i]
     for _ in range(80):

@@ -21,6 +21,8 @@ SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
 MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED = range(11)
 JUMP = 8  # entry of `code`
+# rows of `gauge`; those of the coupling and of the response follow
+SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 
 
 class Workspace(NamedTuple):
@@ -45,8 +47,8 @@ class Workspace(NamedTuple):
     entry: Reals
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # the first of them, (n_r, PROBED + 1)
-    gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient; then the
-    # coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (5 + n_c + n_q, n_c)
+    gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
+    # then the coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (COUPLING + n_c + n_q, n_c)
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
@@ -140,8 +142,8 @@ def make_workspace(
         entry=room(len(pattern)),
         c=room(n_r, order + 1),
         probe=room(n_r, PROBED + 1),
-        gauge=room(5 + n_c + n_q, n_c),
-        span=room(5 + n_c + n_q, n_c),
+        gauge=room(COUPLING + n_c + n_q, n_c),
+        span=room(COUPLING + n_c + n_q, n_c),
         share=room(n_c, n_c),
         impulse=room(n_c),
         scale=room(n_r),
