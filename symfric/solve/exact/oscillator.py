@@ -31,7 +31,6 @@ from symfric.solve.exact.room import (
 from symfric.solve.native import PART, call_code
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import budget
-from symfric.solve.taylor.settle import MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.taylor.workspace import (
     CHUNK,
     EVENTS,
@@ -51,6 +50,7 @@ from symfric.solve.taylor.workspace import (
     T_END,
     T_LOW,
 )
+from symfric.solve.taylor.zero import MOST_DOUBT, ROUNDING, TIE
 
 _OK, _STEPS = int(Status.OK), int(Status.STEP_BUDGET)
 _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)

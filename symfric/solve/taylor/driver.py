@@ -9,7 +9,7 @@ from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
-from symfric.solve.taylor.settle import EPS, TIE, TOUCH, expand, natural_time, no_acceleration, prelude, settle
+from symfric.solve.taylor.settle import expand, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_rule, step_size
 from symfric.solve.taylor.workspace import (
@@ -42,6 +42,7 @@ from symfric.solve.taylor.workspace import (
     TOLERANCE,
     VARIED,
 )
+from symfric.solve.taylor.zero import EPS, TIE, TOUCH, natural_time, no_acceleration
 from symfric.solve.wanted import FOLLOW, INTEGRAL, THEN, TURN
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
@@ -158,7 +159,7 @@ def _first_event(w, n_x, n_c, h, far):
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]
-        if g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:
+        if w.fresh[g] and g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:  # held by others, to rounding
             size = max(size, w.gauge[FORCES, g // 2] * far)
         if total + abs(begin) <= 8.0 * EPS * size:
             continue  # zero throughout, to rounding

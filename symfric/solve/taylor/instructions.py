@@ -4,6 +4,17 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+# what is singular at a finite argument, where it stays finite or grows slowly: series are short near it
+BRANCHING = {
+    ca.OP_SQRT,
+    ca.OP_LOG,
+    ca.OP_LOG1P,
+    ca.OP_POW,
+    ca.OP_CONSTPOW,
+    ca.OP_ASIN,
+    ca.OP_ACOS,
+    ca.OP_ACOSH,
+}
 # what cannot make a moving quantity infinite, or flat here and steep within a step
 ENTIRE = {
     ca.OP_INPUT,

@@ -11,7 +11,7 @@ import casadi as ca
 
 from symfric.lower.linear import Matrices
 from symfric.solve.taylor.forms import gathered
-from symfric.solve.taylor.instructions import ENTIRE, Node, read
+from symfric.solve.taylor.instructions import BRANCHING, ENTIRE, Node, read
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
 
 
@@ -50,10 +50,10 @@ PROBED = 3  # order of the short series that decides the next mode: where slip b
 _STATES, _TWO, _ONE = 4, 20, 100
 
 
-def is_entire(field: ca.Function) -> bool:
-    """Whether no operation of a field can be singular: no quotient, root or logarithm of what moves."""
+def is_branching(field: ca.Function) -> bool:
+    """Whether a root, a power that is no integer, or an inverse of a function is taken of what moves."""
     nodes, _ = read(gathered(field))
-    return all(node.op in ENTIRE for node in nodes if node.moves)
+    return any(node.op in BRANCHING for node in nodes if node.moves)
 
 
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:

@@ -14,7 +14,7 @@ from symfric.model.scene import Scene
 from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance
 from symfric.solve.door import open_door
 from symfric.solve.segments import segments
-from symfric.solve.taylor.jets import Series, expand, is_entire, reach
+from symfric.solve.taylor.jets import Series, expand, is_branching, reach
 from symfric.solve.taylor.jit import MachineCode, compile_functions
 from symfric.solve.taylor.workspace import Workspace, make_workspace
 from symfric.solve.wanted import Wanted, wanted_of
@@ -45,16 +45,16 @@ class Taylor:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
 
-def order_for(tolerance: float, n_states: int, entire: bool = True) -> int:
+def order_for(tolerance: float, n_states: int, branching: bool = False) -> int:
     """Return the order that costs least.
 
     Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005). Events, whose cost does not
     depend on the length of a step, make more orders pay: by measurement 6 for one mass on a belt, from 1e-6 to 1e-13,
-    and 4 for ten, where a step costs more. Twice as many where the equations are not entire: near a singularity short
-    series can end in ever shorter steps.
+    and 4 for ten, where a step costs more. Twice as many where a root or a logarithm is taken of what moves: near its
+    singularity short series can end in ever shorter steps.
     """
     extra = 6 if n_states <= 4 else 4
-    return math.ceil(-0.5 * math.log(tolerance)) + (extra if entire else 2 * extra)
+    return math.ceil(-0.5 * math.log(tolerance)) + (2 * extra if branching else extra)
 
 
 class TaylorProgram(Compiled):
@@ -67,8 +67,8 @@ class TaylorProgram(Compiled):
         self.varied = varied
         wanted = wanted_of(scene)
         self.automaton: Automaton = lower(scene, [r.expr for r in wanted.rows], varied)
-        states, field = len(scene.system.states), self.automaton.field
-        self.order = order = settings.order or order_for(self.tolerance, states, is_entire(field))
+        states = len(scene.system.states)
+        self.order = order = settings.order or order_for(self.tolerance, states, is_branching(self.automaton.field))
         self._extra = {"order": order}
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
         variants = variants_of(self.automaton, order, sticker)

@@ -7,8 +7,8 @@ from numba import njit
 
 from symfric.solve.native import INNER, call_code
 from symfric.solve.taylor.polynomials import roots, value
-from symfric.solve.taylor.settle import natural_time
 from symfric.solve.taylor.workspace import DOUBTS, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
+from symfric.solve.taylor.zero import natural_time
 from symfric.solve.wanted import INTEGRAL, RANGE
 
 APART = 1e-6  # relative difference of the times of events that are meant to be one

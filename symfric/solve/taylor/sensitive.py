@@ -14,7 +14,7 @@ from symfric.solve.compiled import Loop, Numbers, check_tolerance
 from symfric.solve.derivatives import Columns, Derivatives
 from symfric.solve.run import Run
 from symfric.solve.status import Status
-from symfric.solve.taylor.jets import is_entire
+from symfric.solve.taylor.jets import is_branching
 from symfric.solve.taylor.jit import MachineCode
 from symfric.solve.taylor.linear_series import linear_series
 from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
@@ -159,6 +159,6 @@ def sensitive_loop(
         tolerances = LINEAR_TOLERANCE, fine
     except NoRoute:
         sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
-        order = settings.order or order_for(tolerance, len(scene.system.states), is_entire(automaton.field))
+        order = settings.order or order_for(tolerance, len(scene.system.states), is_branching(automaton.field))
         variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
     return series_loop(scene, automaton, variants, wide, budgets, tolerances, variations)

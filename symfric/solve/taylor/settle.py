@@ -15,28 +15,20 @@ from symfric.solve.status import Status
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
-    DOUBT,
     DROP,
-    FORCES,
     KINKS,
     LINEAR,
     LOAD,
     N_Q,
     PULL,
     SLIP,
-    STEPS,
     STICKER,
-    T_END,
     TERMS,
     TOLERANCE,
 )
+from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, natural_time, no_acceleration
 
-EPS = 2.0**-52
-ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
-TIE = 1e-13  # of a derivative, relative to its scale
-MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
-TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
@@ -131,13 +123,12 @@ def _try_sticking(w, n_x, n_c):
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     _measure(w, w.trial, w.span)
     for i in range(n_c):
-        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0 or abs(slip) <= ROUNDING * size
-        if not w.zero[i]:
-            w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
-        w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
-    _project(w, n_c)
+        w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0
+    _find_zeros(w, n_c)
+    if _project(w, n_c):  # then contacts that follow from these have no slip either
+        _measure(w, w.y, w.gauge)
+        _find_zeros(w, n_c)
     for i in range(n_c):
         if w.m[i] == 0.0:
             continue
@@ -148,14 +139,28 @@ def _try_sticking(w, n_x, n_c):
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
 
 
+@njit(**INLINE)
+def _find_zeros(w, n_c):
+    """Add the contacts whose slip is zero to rounding; put all of zero slip on trial, the others in their direction."""
+    for i in range(n_c):
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        w.zero[i] = w.zero[i] or abs(slip) <= ROUNDING * size
+        if not w.zero[i]:
+            w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
+        w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
+
+
 @njit(**INNER)
 def _project(w, n_c):
-    """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy."""
+    """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy.
+
+    Return whether that took any.
+    """
     coupled = False
     for i in range(n_c):
         coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
     if not coupled:  # exact without, where every slip has a velocity of its own
-        return
+        return False
     _share(w, n_c)
     n_q = w.limits[N_Q]
     for i in range(n_c):
@@ -172,6 +177,7 @@ def _project(w, n_c):
                 w.impulse[i] -= w.share[j, i] * w.impulse[j]
         for r in range(n_q):
             w.y[n_q + r] += w.gauge[COUPLING + n_c + r, i] * w.impulse[i]
+    return True
 
 
 @njit(**INNER)
@@ -230,7 +236,7 @@ def _contradiction(w, n_x, i, horizon):
         if w.m[i] == 2.0:
             size, where = _drift(w, n_x + 2 * i, w.gauge[PULL, i])
         elif w.m[i] > 0.5:
-            doubt = _doubt(w, i)
+            doubt = doubt_of(w, i)
             size, where = _excess(w, n_x + 2 * i, horizon, doubt)
             turns = 4
             if w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:  # it falls below its bound again: no slip would last
@@ -268,23 +274,6 @@ def _hold_more(w, n_x, n_c, horizon):
 
 
 @njit(**INLINE)
-def _doubt(w, i):
-    """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
-
-    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. At the
-    start it is the tie: a smaller excess would release a slip whose acceleration then counts as none.
-    """
-    least, pull = ROUNDING, w.gauge[PULL, i]
-    if pull > 0.0:
-        least = max(least, no_acceleration(w, i, 0.0) / pull)
-    if w.counts[STEPS] == 0:
-        return max(TIE, least)
-    pull, size = pull * natural_time(w), w.span[TERMS, i]
-    ratio = size / pull if pull > 0.0 else 0.0
-    return max(least, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
-
-
-@njit(**INLINE)
 def _excess(w, row, horizon, doubt):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
@@ -307,13 +296,6 @@ def _drift(w, row, pull):
 
 
 @njit(**INLINE)
-def no_acceleration(w, i, jerk):
-    """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
-    little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
-    return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
-
-
-@njit(**INLINE)
 def _backing(w, row, i, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
@@ -323,20 +305,6 @@ def _backing(w, row, i, horizon):
     if first <= little and second * horizon < -no_acceleration(w, i, 0.0):
         return 0.5 * TIE
     return 0.0
-
-
-@njit(**INNER)
-def natural_time(w):
-    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
-
-    What a belt carries changes its speed by rounding alone; no time is longer than the run.
-    """
-    time = 0.0
-    n = w.limits[N_Q]
-    for i in range(n):
-        if w.scale[n + i] > 0.0:
-            time = max(time, w.scale[i] / w.scale[n + i])
-    return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
 @njit(**INLINE)

@@ -10,8 +10,9 @@ from numba import njit
 
 from symfric.solve.native import INNER
 from symfric.solve.status import Status
-from symfric.solve.taylor.settle import TIE, expand, natural_time
+from symfric.solve.taylor.settle import expand
 from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
+from symfric.solve.taylor.zero import TIE, natural_time
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
 NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none

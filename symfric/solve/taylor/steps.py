@@ -5,8 +5,8 @@ from numba import njit
 
 from symfric.solve.native import INLINE, INNER
 from symfric.solve.taylor.polynomials import FUSED
-from symfric.solve.taylor.settle import EPS
 from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
+from symfric.solve.taylor.zero import EPS
 
 _TINY = 1e-300  # a scale that is none
 _ONE = 2**52  # one, of a logarithm in fixed point

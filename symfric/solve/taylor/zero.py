@@ -1,0 +1,50 @@
+"""What counts as zero: rounding, ties, and the error of the run."""
+
+from numba import njit
+
+from symfric.solve.native import INLINE, INNER
+from symfric.solve.taylor.workspace import DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
+
+EPS = 2.0**-52
+ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
+TIE = 1e-13  # of a derivative, relative to its scale
+MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
+TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
+
+
+@njit(**INLINE)
+def no_acceleration(w, i, jerk):
+    """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
+    little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
+    return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
+
+
+@njit(**INNER)
+def natural_time(w):
+    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
+
+    What a belt carries changes its speed by rounding alone; no time is longer than the run.
+    """
+    time = 0.0
+    n = w.limits[N_Q]
+    for i in range(n):
+        if w.scale[n + i] > 0.0:
+            time = max(time, w.scale[i] / w.scale[n + i])
+    return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
+
+
+@njit(**INLINE)
+def doubt_of(w, i):
+    """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
+
+    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. At the
+    start it is the tie: a smaller excess would release a slip whose acceleration then counts as none.
+    """
+    least, pull = ROUNDING, w.gauge[PULL, i]
+    if pull > 0.0:
+        least = max(least, no_acceleration(w, i, 0.0) / pull)
+    if w.counts[STEPS] == 0:
+        return max(TIE, least)
+    pull, size = pull * natural_time(w), w.span[TERMS, i]
+    ratio = size / pull if pull > 0.0 else 0.0
+    return max(least, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
