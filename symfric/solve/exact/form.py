@@ -28,8 +28,9 @@ class Form:
     matrices : Matrices or None
         For every mode.
     cheapest : bool
-        Whether the other routes take longer. The matrices of several contacts are compiled ten times as fast as the
-        series of their forces, and run as fast; harmonics as states make every step longer.
+        Whether the other routes take longer. The matrices of ten masses are compiled in half the time of their series;
+        a run by series is faster by a third, which some thousand runs pay back. Harmonics as states make every step
+        longer.
     words : str
         For `explain`.
     """
