@@ -16,7 +16,7 @@ from symfric.model.names import nearest
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
 @click.option("--growth", "with_growth", is_flag=True, help="How cost grows, and what is not wanted, instead.")
-@click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Samples of each solver.")
+@click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Samples; 3 x if quick.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
 @common_options
 def bench(

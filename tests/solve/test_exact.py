@@ -12,6 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symfric as sf
+from symfric.bench import larger
+from symfric.solve.taylor import linear_series
 
 X, U = sp.symbols("x u", real=True)
 derandomized = settings(derandomize=True, deadline=None, max_examples=60, database=None)
@@ -212,6 +214,18 @@ def chain(n, contacts):
     )
     CHAINS[n, contacts] = sf.prepare(scene, route="exact"), sf.prepare(scene, 1e-13, sf.Taylor(order=14))
     return CHAINS[n, contacts]
+
+
+def test_loops_over_the_entries_of_the_matrices_agree_with_straight_lines(monkeypatch):
+    scene = larger.chain(3)
+    scene = scene.wanting({"high": sf.Max(scene.system.q[2]), "area": sf.Integral(scene.system.q[0])})
+    flat = sf.prepare(scene, route="exact").run().checked()
+    monkeypatch.setattr(linear_series, "MOST", 0)
+    looped = sf.prepare(scene, route="exact").run().checked()
+    assert flat.stats == looped.stats
+    assert flat.stats["events"] == 18
+    assert looped.final == pytest.approx(flat.final, abs=1e-13)
+    assert [looped["high"], looped["area"]] == pytest.approx([flat["high"], flat["area"]], abs=1e-13)
 
 
 @derandomized

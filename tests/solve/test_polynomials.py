@@ -44,6 +44,11 @@ def crossing(b):
     return first_crossing(b, len(b) - 1, 1.0, b[0], np.sum(np.abs(b[1:])), TABLE, stack, found, np.zeros(ORDER + 5))
 
 
+def test_a_guard_that_starts_at_zero_without_a_slope():
+    assert crossing([0.0, 0.0, 1.0, -0.5]) == 2.0
+    assert crossing([0.0, 0.0, -1.0, 0.5]) == pytest.approx(0.0, abs=1e-15)
+
+
 def span(b, low=math.inf, high=-math.inf):
     stack, found = room()
     return extend_range(padded(b), len(b) - 1, low, high, TABLE, stack, found, np.zeros(ORDER + 2))

@@ -178,6 +178,13 @@ def test_the_order_grows_with_the_logarithm_of_the_tolerance():
     assert orders == sorted(orders)
 
 
+def test_the_order_is_higher_only_where_a_root_of_the_speed_is_taken():
+    laws = sf.laws.square_root(0.4, -0.1), sf.laws.stribeck(0.4, 0.25, 0.5)
+    runs = [sf.simulate(sf.scenes.mass_on_belt(law, v_b=0.2, horizon=1.0), 1e-9) for law in laws]
+    assert [run.stats["order"] for run in runs] == [order_for(1e-9, 2, branching=True), order_for(1e-9, 2)]
+    assert order_for(1e-9, 2, branching=True) > order_for(1e-9, 2)
+
+
 def test_error_of_a_smooth_system_follows_the_tolerance_down_to_rounding():
     exact = sf.simulate(pendulum(), 1e-16).final
     for tolerance in np.logspace(-2, -14, 13):

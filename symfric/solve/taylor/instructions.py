@@ -14,6 +14,7 @@ BRANCHING = {
     ca.OP_ASIN,
     ca.OP_ACOS,
     ca.OP_ACOSH,
+    ca.OP_ATANH,
 }
 # what cannot make a moving quantity infinite, or flat here and steep within a step
 ENTIRE = {

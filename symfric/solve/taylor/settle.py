@@ -230,7 +230,11 @@ def _change_contact(w, n_x, n_c, horizon, least):
 
 @njit(**INNER)
 def _contradiction(w, n_x, i, horizon):
-    """Return by how much the mode of contact i contradicts its forces, and the way it would slip."""
+    """Return by how much the mode of contact i contradicts its forces, and the way it would slip.
+
+    Where sticking and slipping contradict them both, to rounding, they have been tried in turn: then sticking wins if
+    its force falls below its bound again, slipping otherwise.
+    """
     size, where, tie, turns = 0.0, 0, TIE, 3
     if w.zero[i]:
         if w.m[i] == 2.0:

@@ -37,14 +37,13 @@ def natural_time(w):
 def doubt_of(w, i):
     """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
 
-    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. At the
-    start it is the tie: a smaller excess would release a slip whose acceleration then counts as none.
+    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. It is
+    at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as none.
     """
-    least, pull = ROUNDING, w.gauge[PULL, i]
-    if pull > 0.0:
-        least = max(least, no_acceleration(w, i, 0.0) / pull)
+    pull = w.gauge[PULL, i]
+    least = no_acceleration(w, i, 0.0) / pull if pull > 0.0 else TIE
     if w.counts[STEPS] == 0:
-        return max(TIE, least)
+        return least
     pull, size = pull * natural_time(w), w.span[TERMS, i]
     ratio = size / pull if pull > 0.0 else 0.0
     return max(least, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
