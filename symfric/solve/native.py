@@ -1,24 +1,79 @@
 """How functions are compiled, and what they need to work on arrays by their addresses; see `symfric.solve.memory`."""
 
 from collections.abc import Callable
-from typing import get_type_hints
+from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 from numba.np.arrayobj import make_array, populate_array
 
 from symfric.solve.memory import WIDTH, WORD
 
-# On arrays that functions do not own, counting references would take longer than the work; all are called by machine
-# code alone, or through `symfric.solve.door`.
-INNER = {"nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": False}
-# Short ones, or such that one other calls at every step. numba hands `forceinline` down to all that a function calls,
-# unless they say otherwise as INNER does: everything would become one function, which takes a minute to compile.
-INLINE = {**INNER, "forceinline": True}
-# Compiled as a part of `launch`, which is their only caller.
-PART = {"inline": "always"}
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+# Products and sums in one instruction; infinities and NaN keep their meaning.
+_FUSED = {"contract"}
+
+
+@overload
+def compiled(function: Callable[_P, _R], /) -> Callable[_P, _R]: ...
+
+
+@overload
+def compiled(
+    *, inline: bool = False, fused: bool = False, ieee_division: bool = False, from_python: bool = False
+) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]: ...
+
+
+def compiled(
+    function: Callable[_P, _R] | None = None,
+    /,
+    *,
+    inline: bool = False,
+    fused: bool = False,
+    ieee_division: bool = False,
+    from_python: bool = False,
+) -> Callable[_P, _R] | Callable[[Callable[_P, _R]], Callable[_P, _R]]:
+    """Compile a function of numbers and of arrays that it does not own, for other compiled functions to call.
+
+    References to arrays are not counted, which would take longer than the work.
+
+    Parameters
+    ----------
+    inline : bool
+        For short functions, and for those that one other calls at every step. numba hands this down to all that the
+        function calls unless they say otherwise, as those with False do: everything would become one function, which
+        takes a minute to compile.
+    fused : bool
+        A product and a sum may become one instruction with one rounding.
+    ieee_division : bool
+        A division by zero gives an infinity or NaN instead of an error.
+    from_python : bool
+        Callable from Python too, as tests do; without `inline`, the caller decides whether it is inlined.
+    """
+    options: dict[str, Any] = {"nogil": True, "_nrt": False}
+    if not from_python:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    if inline or not from_python:
+        options["forceinline"] = inline
+    if fused:
+        options["fastmath"] = _FUSED
+    if ieee_division:
+        options["error_model"] = "numpy"
+
+    def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        return njit(**options)(function)
+
+    return decorate if function is None else decorate(function)
+
+
+def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Compile a function as a part of its only caller, `launch` or what that calls."""
+    return njit(inline="always")(function)
+
 
 _KINDS = {float: types.float64, int: types.int64}
 

@@ -8,14 +8,11 @@ critical damping they are not taken apart, which cancels.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from symfric.solve.native import INNER
+from symfric.solve.native import compiled
 
 EPS = 2.0**-52
 NEVER = np.inf
-# divisions by zero are infinite, not errors
-ALONE = {**INNER, "error_model": "numpy"}
 _APART = 0.5  # half the difference of the characteristic roots times t, above which they are taken apart
 _TERMS = 30  # of the series of G, on |root| t < 2
 
@@ -32,7 +29,7 @@ class Flow(NamedTuple):
     fast: float  # and the smaller
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def flow(K, C):
     """Return the constants of ``y'' + C y' + K y``."""
     alpha = 0.5 * C
@@ -49,7 +46,7 @@ def flow(K, C):
     return Flow(K, C, alpha, r, False, slow, fast)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def basis(f, t):
     """Return g and g'."""
     z = f.r * t
@@ -65,7 +62,7 @@ def basis(f, t):
     return (a - b) / (2.0 * f.r), (f.slow * a - f.fast * b) / (2.0 * f.r)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def integral(f, t, g, slope):
     """Return G, the integral of g, from g and g' at t."""
     if abs(f.C) * t <= 1.5 and abs(f.K) * t * t <= 0.6:
@@ -81,12 +78,12 @@ def integral(f, t, g, slope):
     return (1.0 - slope - f.C * g) / f.K
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _ramp(root, t):
     return np.expm1(root * t) / root if root != 0.0 else t
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def first_zero(f, value, slope):
     """Return the first t > 0 at which the free solution from (value, slope) is zero."""
     if f.swings:
@@ -106,7 +103,7 @@ def first_zero(f, value, slope):
     return z if x < 1e-17 else np.log1p(x) / (2.0 * f.r)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def reach(f, value, slope, level, t, end, tau_end):
     """Return when the free solution from (value, slope), monotone on [t, end], passes `level`; NEVER if it does not.
 
@@ -145,7 +142,7 @@ def reach(f, value, slope, level, t, end, tau_end):
     return _polish(f, value, slope, level, low, high, before, after)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _polish(f, value, slope, level, low, high, before, after):
     """Refine the one root between low and high by Newton's method, kept between them."""
     part = before / (before - after)
@@ -177,7 +174,7 @@ def _polish(f, value, slope, level, low, high, before, after):
     return high
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def first_exit(f, value, slope, low, high, end):
     """Return when the free solution from (value, slope) leaves [low, high], and -1 or 1 for the end that it passes.
 

@@ -1,10 +1,9 @@
 """The event loop of one oscillator: from event to event in closed form."""
 
 import numpy as np
-from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, PATH_FULL, PAUSED
-from symfric.solve.exact.flow import ALONE, NEVER, basis, first_exit, first_zero, flow, integral
+from symfric.solve.exact.flow import NEVER, basis, first_exit, first_zero, flow, integral
 from symfric.solve.exact.pieces import keep
 from symfric.solve.exact.room import (
     A_0,
@@ -28,7 +27,7 @@ from symfric.solve.exact.room import (
     WHERE,
     J,
 )
-from symfric.solve.native import PART, call_code
+from symfric.solve.native import call_code, compiled, part
 from symfric.solve.status import Status
 from symfric.solve.taylor.driver import budget
 from symfric.solve.taylor.workspace import (
@@ -56,7 +55,7 @@ _OK, _STEPS = int(Status.OK), int(Status.STEP_BUDGET)
 _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)
 
 
-@njit(**PART)
+@part
 def reset(w):
     """Begin a run at t = 0 with what is given."""
     for i in range(2):
@@ -72,7 +71,7 @@ def reset(w):
         w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
 
 
-@njit(**PART)
+@part
 def drive(w):
     """Go from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     pause = w.counts[STEPS] + w.limits[CHUNK]
@@ -112,7 +111,7 @@ def drive(w):
     return _OK
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _flow(w):
     """Return the constants of the present mode's equation."""
     K, C = -w.data[A_X], -w.data[A_U]
@@ -121,14 +120,14 @@ def _flow(w):
     return flow(K, C)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _friction(w, speed):
     """Return the friction at a sliding speed."""
     k = BRANCH + 3 * w.m[WHERE]
     return -w.m[DIRECTION] * w.data[LOAD] * (w.data[k + 1] + w.data[k + 2] * speed)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _release(w, left):
     """Return when the force that holds the contact reaches its bound, and which."""
     d = w.data
@@ -141,7 +140,7 @@ def _release(w, left):
     return (tau, side) if tau < left else (NEVER, 0)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _exit(w, f, left):
     """Return when the sliding speed leaves its branch of the law, and on which side."""
     if w.limits[BRANCHES] == 0:
@@ -153,7 +152,7 @@ def _exit(w, f, left):
     return first_exit(f, w.v[SPEED] - rest, scale * w.v[RATE], low - rest, d[BRANCH + 3 * k] - rest, left)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _advance(w, f, tau):
     """Move the state, keep what is wanted of the motion on the way."""
     x, u, a = w.y[0], w.y[1], w.v[RATE]
@@ -182,7 +181,7 @@ def _advance(w, f, tau):
         w.counts[STALL] = 0
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _extend(w, f, x, u, a, t):
     """Extend the ranges of the rows by their values after the time t."""
     if t > 0.0:
@@ -205,7 +204,7 @@ def _extend(w, f, x, u, a, t):
         k += 4
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _turns(w, f, x, u, a, tau):
     """Extend the ranges of the rows by their turning points within tau; the largest are the first or the last."""
     d = w.data
@@ -227,7 +226,7 @@ def _turns(w, f, x, u, a, tau):
                     _extend(w, f, x, u, a, t + n * half)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _arrive(w, side):
     """Make the event exact: a release, a change of the law's branch, or zero slip, which must be settled."""
     d = w.data
@@ -250,7 +249,7 @@ def _arrive(w, side):
     w.counts[STALL] += 1
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _switch(w):
     """Settle the mode and log what changed."""
     d = w.data
@@ -300,14 +299,14 @@ def _switch(w):
     return budget(w, 2)
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _find_branch(w):
     w.m[WHERE] = 0
     while w.v[SPEED] > w.data[BRANCH + 3 * w.m[WHERE]]:
         w.m[WHERE] += 1
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _accelerate(w):
     """Compute the acceleration of a slip that begins; what rounding leaves of none is none."""
     d = w.data
@@ -317,7 +316,7 @@ def _accelerate(w):
         w.v[RATE] = 0.0
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _way(w):
     """Return the way a contact at zero slip goes on: 0 sticks, else the direction of its slip."""
     d = w.data
@@ -338,7 +337,7 @@ def _way(w):
     return 0
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _doubt(w):
     """Return the part of its bound by which rounding may have falsified the stick force."""
     if w.m[STARTED] == 0:

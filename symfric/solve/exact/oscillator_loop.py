@@ -1,15 +1,13 @@
 """The closed forms of an oscillator as machine code takes them; see `symfric.solve.taylor.loop`."""
 
-from numba import njit
-
 from symfric.solve.exact.oscillator import drive, reset
 from symfric.solve.exact.room import Room
-from symfric.solve.native import INNER, opener
+from symfric.solve.native import compiled, opener
 
 _at_address = opener(Room)
 
 
-@njit(**INNER, error_model="numpy")
+@compiled(ieee_division=True)
 def launch(address, fresh):
     """Drive the room at the address of its table, from its start or on from a pause."""
     w = _at_address(address)

@@ -5,10 +5,9 @@ there is no case of its own for critical damping, or for none.
 """
 
 import numpy as np
-from numba import njit
 
 from symfric.solve.exact.record_room import ORDER
-from symfric.solve.native import INNER
+from symfric.solve.native import compiled
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.polynomials import value as horner
 
@@ -18,7 +17,7 @@ UU, UW, UF, UG, WU, WW, WF, WG, KAPPA = range(9)
 _INVERSE = np.array([np.inf, *(1.0 / k for k in range(1, ORDER + 1))])
 
 
-@njit(**INNER)
+@compiled
 def order_for(reach):
     """Return the order that leaves out nothing, where |root| t is at most `reach`."""
     term, order = 1.0, 0
@@ -28,7 +27,7 @@ def order_for(reach):
     return order
 
 
-@njit(**INNER)
+@compiled
 def series(u, w, f0, f1, lam, kappa, cu, cw):
     """Fill in the coefficients of u and w in powers of the time."""
     cu[0], cw[0] = u, w
@@ -39,13 +38,13 @@ def series(u, w, f0, f1, lam, kappa, cu, cw):
         cw[k] = -(lam * cw[k - 1] + kappa * cu[k - 1]) * _INVERSE[k]
 
 
-@njit(**INNER)
+@compiled
 def value(c, t):
     """Evaluate a polynomial, all of its coefficients."""
     return horner(c, c.size - 1, t)
 
 
-@njit(**INNER)
+@compiled
 def bend(c, t):
     """Evaluate the second derivative of a polynomial."""
     total = 0.0
@@ -54,7 +53,7 @@ def bend(c, t):
     return total
 
 
-@njit(**INNER)
+@compiled
 def root(c, level, low, high, derivative):
     """Return where a polynomial, or its derivative, passes a level between low and high, by Newton's safe method."""
     f_low = (slope(c, low) if derivative else value(c, low)) - level

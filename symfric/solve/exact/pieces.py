@@ -1,17 +1,17 @@
 """The motion of an oscillator between events as polynomials, for dense output."""
 
 import numpy as np
-from numba import njit
 
-from symfric.solve.exact.flow import ALONE, basis, integral
+from symfric.solve.exact.flow import basis, integral
 from symfric.solve.exact.room import DIRECTION, ORDER, RATE, STILL
+from symfric.solve.native import compiled
 from symfric.solve.taylor.workspace import KEPT_STEPS, T_LOW
 
 _LENGTH = 2.0  # of a piece, in units of the largest characteristic root that is alive
 _DEAD = 1e-18
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def keep(w, f, tau):
     """Append the motion of the next tau; return how far there was room."""
     x, u, a = w.y[0], w.y[1], w.v[RATE]
@@ -51,7 +51,7 @@ def keep(w, f, tau):
     return tau
 
 
-@njit(**ALONE)
+@compiled(ieee_division=True)
 def _append(w, at, h):
     """Begin a piece."""
     k = w.counts[KEPT_STEPS]

@@ -9,7 +9,6 @@ bracketed.
 import math
 
 import numpy as np
-from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, PATH_FULL
 from symfric.solve.exact.phi import EPS, KAPPA, UF, UG, UU, UW, WF, WG, WU, WW, order_for, root, series, value
@@ -32,7 +31,7 @@ from symfric.solve.exact.rows import (
     note_end,
     quiet,
 )
-from symfric.solve.native import INLINE, INNER, PART, call_code
+from symfric.solve.native import call_code, compiled, part
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import (
@@ -56,7 +55,7 @@ _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
 
 
-@njit(**PART)
+@part
 def reset(w):
     """Take the parameters that are given, and make the transitions."""
     for k in range(w.given_p.size):
@@ -92,7 +91,7 @@ def reset(w):
             _transition(w, w.tables[2 * k + side], w.force[STIFF] + (2 * side - 1) * friction)
 
 
-@njit(**INNER)
+@compiled
 def _transition(w, table, kappa):
     """Fill in the transition over a whole part of a sample."""
     h = w.dt[0] / w.parts[0]
@@ -106,7 +105,7 @@ def _transition(w, table, kappa):
     table[KAPPA] = kappa
 
 
-@njit(**INNER)
+@compiled
 def _first_end(w, cu, cw, s, h):
     """Return when a slip with these series ends within h, and how."""
     at_start, at_end = s * cw[1], s * slope(cw, h)
@@ -127,7 +126,7 @@ def _first_end(w, cu, cw, s, h):
     return stop, found
 
 
-@njit(**INNER)
+@compiled
 def _slip(w, t, h, u, v, s, a, slope_a):
     """Slip for h at the most; return u, w, the time spent and how the piece ends."""
     line = w.cells[w.where[0]]
@@ -145,7 +144,7 @@ def _slip(w, t, h, u, v, s, a, slope_a):
     return u, v, stop, found
 
 
-@njit(**INNER)
+@compiled
 def _drive(w, u, a):
     """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
     line = w.cells[w.where[0]]
@@ -155,7 +154,7 @@ def _drive(w, u, a):
     return math.copysign(1.0, applied)
 
 
-@njit(**INNER)
+@compiled
 def _stick(w, t, h, u, a, slope_a):
     """Stick for h at the most; return the time spent and the direction of the slip that follows."""
     stop, side = 0.0, _drive(w, u, a)
@@ -173,7 +172,7 @@ def _stick(w, t, h, u, a, slope_a):
     return stop, side
 
 
-@njit(**INNER)
+@compiled
 def _cell_of(w, u):
     c = 0
     while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
@@ -181,7 +180,7 @@ def _cell_of(w, u):
     return c
 
 
-@njit(**INNER)
+@compiled
 def _turn(w, t, old, new, u):
     """Note a change of mode."""
     if new != old:
@@ -197,7 +196,7 @@ def _turn(w, t, old, new, u):
         enter(w, new)
 
 
-@njit(**INNER)
+@compiled
 def _next_due(w, i, whole):
     """Return the next interval behind i in which a row is wanted at a time."""
     due = np.int64(2**62)
@@ -209,7 +208,7 @@ def _next_due(w, i, whole):
     return due
 
 
-@njit(**INNER)
+@compiled
 def _begin(w):
     """Set everything to its start; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
@@ -223,7 +222,7 @@ def _begin(w):
     return u, v, s
 
 
-@njit(**INNER)
+@compiled
 def _stick_on(w, i, stop, u):
     """Stick through whole samples; return the first in which the mass is released, or `stop`."""
     while i < stop:
@@ -235,7 +234,7 @@ def _stick_on(w, i, stop, u):
     return i
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _slip_on(w, i, stop, u, v, s):
     """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
     c, n = w.where[0], w.samples.size - 1
@@ -265,7 +264,7 @@ def _slip_on(w, i, stop, u, v, s):
     return i, u, v
 
 
-@njit(**PART)
+@part
 def march(w):
     """Run through the record and on to the horizon; return a status."""
     u, v, s = _begin(w)

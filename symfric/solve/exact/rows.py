@@ -4,11 +4,10 @@ A row is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the ma
 """
 
 import numpy as np
-from numba import njit
 
 from symfric.solve.exact.phi import root, value
 from symfric.solve.exact.record_room import ORDER
-from symfric.solve.native import INLINE, INNER
+from symfric.solve.native import compiled
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import EVENTS, KEEP_EVENTS, KEEP_PATH, KEPT_EVENTS, KEPT_STEPS
 
@@ -23,7 +22,7 @@ _MARGIN = 2.0  # of the bound on a rate by its values at the ends of a piece
 _PARTS = 4  # of a piece, in each of which a wanted row turns at most once
 
 
-@njit(**INNER)
+@compiled
 def enter(w, s):
     """Note what the wanted rows are in the present direction and cell: slopes in u, w and the input, and a constant."""
     line = w.cells[w.where[0]]
@@ -34,7 +33,7 @@ def enter(w, s):
         now[3] = row[R_0] + row[R_F] * b0
 
 
-@njit(**INNER)
+@compiled
 def hold(w, u):
     """Note what the wanted rows are while the mass sticks at u: the friction carries what is applied."""
     for e in range(w.rows.shape[0]):
@@ -43,7 +42,7 @@ def hold(w, u):
         now[2], now[3] = row[R_A] - row[R_F] * w.force[GAIN], row[R_0] - row[R_F] * w.force[CONSTANT]
 
 
-@njit(**INNER)
+@compiled
 def _extend(w, e, number):
     if number < w.total[e, SMALLEST]:
         w.total[e, SMALLEST] = number
@@ -51,7 +50,7 @@ def _extend(w, e, number):
         w.total[e, LARGEST] = number
 
 
-@njit(**INNER)
+@compiled
 def _ends_and_turns(cr, h):
     """Return the smallest and the largest value of a polynomial between 0 and h."""
     low_value = min(cr[0], value(cr, h))
@@ -67,7 +66,7 @@ def _ends_and_turns(cr, h):
     return low_value, high_value
 
 
-@njit(**INNER)
+@compiled
 def _row(w, e, a, slope_a, t):
     """Make the series of a row in the present piece; return its value after the time t."""
     now, size = w.now[e], w.order[0] + 1
@@ -79,7 +78,7 @@ def _row(w, e, a, slope_a, t):
     return value(cr, t)
 
 
-@njit(**INNER)
+@compiled
 def note(w, t, h, a, slope_a, s):
     """Extend the ranges of all rows over a piece of length h, whose series is in cu and cw, and keep it if wanted."""
     size = w.order[0] + 1
@@ -109,7 +108,7 @@ def note(w, t, h, a, slope_a, s):
         w.counts[KEPT_STEPS] += 1
 
 
-@njit(**INNER)
+@compiled
 def note_end(w, u, a):
     """Extend the ranges by the values at the end of a whole sample of sticking, in which all rows are linear."""
     for e in range(w.rows.shape[0]):
@@ -118,7 +117,7 @@ def note_end(w, u, a):
             _extend(w, e, now[0] * u + now[2] * a + now[3])
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def is_plain(w):
     """Return whether every wanted row depends on u alone or on w alone in the present mode."""
     mixed = 0
@@ -127,7 +126,7 @@ def is_plain(w):
     return mixed == 0
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def quiet(w, h, u, v, a, steep, turns, slope_f):
     """Extend the ranges by the values at the end of a whole sample; return False if a row may go beyond them inside.
 
@@ -145,7 +144,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
     return True
 
 
-@njit(**INNER)
+@compiled
 def log(w, t, old, new):
     """Note an event."""
     if w.limits[KEEP_EVENTS]:

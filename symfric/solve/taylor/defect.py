@@ -1,10 +1,8 @@
 """Whether a step obeys the equations: its defect, looked at where an estimate from its beginning is blind."""
 
 import numpy as np
-from numba import njit
 
-from symfric.solve.native import INLINE, INNER, call_code
-from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.native import call_code, compiled
 from symfric.solve.taylor.powers import reach_of
 from symfric.solve.taylor.settle import probe_trial
 from symfric.solve.taylor.workspace import CHECKED, FORCES, LINEAR, N_Q, T_LOW, TOLERANCE
@@ -12,7 +10,7 @@ from symfric.solve.taylor.workspace import CHECKED, FORCES, LINEAR, N_Q, T_LOW, 
 _LOOKS = 4  # parts of a step, in each of which a slip turns at most once: no step spans more than 4 rad of anything
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def reach(w, h, far):
     """Compute what a step of length h adds to the states, and by how much one of length `far` can change the guards."""
     w.step[0], w.step[1] = h, far
@@ -22,7 +20,7 @@ def reach(w, h, far):
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def is_sound(w, n_x, tau):
     """Move the state on trial to the end of a step; return whether the polynomial obeys the equations on the way.
 
@@ -49,7 +47,7 @@ def is_sound(w, n_x, tau):
     return True
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def _try_end(w, n_x, t):
     """Set the state on trial to that of the polynomial after the time t."""
     if t != w.step[0]:
@@ -58,7 +56,7 @@ def _try_end(w, n_x, t):
         w.trial[r] = w.c[r, 0] + w.reach[r]
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _obeys(w, n_x, t):
     """Return whether the rates of the polynomial after the time t are those of the equations."""
     _try_end(w, n_x, t)
@@ -79,7 +77,7 @@ def _obeys(w, n_x, t):
     return True
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def slope(c, t):
     """Evaluate the derivative of a polynomial."""
     rate = 0.0
@@ -88,7 +86,7 @@ def slope(c, t):
     return rate
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _turn(c, low, high):
     """Return about where a polynomial that falls at low and no longer at high turns."""
     for _ in range(16):

@@ -1,13 +1,12 @@
 """The event loop: compiled once, and given every model's machine code by its address."""
 
 import numpy as np
-from numba import njit
 
 from symfric.solve.compiled import EVENTS_FULL, PATH_FULL, PAUSED
-from symfric.solve.native import INLINE, INNER, PART
+from symfric.solve.native import compiled, part
 from symfric.solve.status import Status
 from symfric.solve.taylor.defect import is_sound, reach
-from symfric.solve.taylor.polynomials import FUSED, extend_range, first_crossing, value
+from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.taylor.settle import expand, prelude, settle
 from symfric.solve.taylor.singular import start_singular
@@ -54,7 +53,7 @@ _STALLED = 200  # events without time advancing
 _STRETCH = 1.05
 
 
-@njit(**PART)
+@part
 def reset(w):
     """Begin a run at t = 0 with what is given."""
     n_x, n_c, n_p = w.given_y.size, w.sticks.size, w.given_p.size
@@ -80,7 +79,7 @@ def reset(w):
     w.rest[:] = 0.0
 
 
-@njit(**PART)
+@part
 def drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
@@ -140,7 +139,7 @@ def drive(w):
             return _LOST
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _first_event(w, n_x, n_c, h, far):
     """Return the time to the first guard that becomes negative within `far`, else h; name it in ``w.hit``."""
     n_g = w.hit.size
@@ -179,7 +178,7 @@ def _first_event(w, n_x, n_c, h, far):
     return h
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _crossing(w, r, g, begin, total, h):
     """Return the time at which guard row r becomes negative, more than h if it does not."""
     order = w.c.shape[1] - 1
@@ -208,7 +207,7 @@ def _crossing(w, r, g, begin, total, h):
     return first_crossing(w.c[r, first:], order - first, h, begin, total, w.table, w.stack, w.found, w.poly)
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
@@ -245,7 +244,7 @@ def _advance(w, n_x, n_c, tau):
             w.tau[s] = 0.0
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _accumulate(w, first, tau):
     """Update ranges and integrals of the wanted rows over a step."""
     order = w.c.shape[1] - 1
@@ -282,7 +281,7 @@ def _accumulate(w, first, tau):
             note_places(w, e, tau, old_low, old_high)
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     if w.limits[VARIED]:
@@ -321,7 +320,7 @@ def _switch(w, n_x, n_c):
     return budget(w, n_x)
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def budget(w, n_x):
     """Return a status that ends a run of too many events."""
     if w.counts[STALL] > _STALLED:
@@ -336,7 +335,7 @@ def budget(w, n_x):
     return _OK
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _begin(w, n_x):
     """Note the first value of every row, and the size of every guard."""
     expand(w)
@@ -345,7 +344,7 @@ def _begin(w, n_x):
         w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _next_segment(w):
     """Load the next slope of the inputs."""
     w.counts[SEGMENT] += 1

@@ -1,16 +1,13 @@
 """The event loop as machine code takes it: a table of addresses, and whether a run begins."""
 
-from numba import njit
-
-from symfric.solve.native import INNER, opener
+from symfric.solve.native import compiled, opener
 from symfric.solve.taylor.driver import drive, reset
-from symfric.solve.taylor.polynomials import FUSED
 from symfric.solve.taylor.workspace import Workspace
 
 _at_address = opener(Workspace)
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def launch(address, fresh):
     """Drive the workspace at the address of its table, from its start or on from a pause."""
     w = _at_address(address)

@@ -7,13 +7,13 @@ zero and returns within a step; the signs of the Bernstein coefficients cannot, 
 """
 
 import numpy as np
-from numba import njit
+
+from symfric.solve.native import compiled
 
 MARCHES = 12  # before subdivision takes over; a simple root needs about five
-FUSED = {"contract"}  # products and sums in one instruction; infinities and NaN keep their meaning
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@compiled(fused=True, from_python=True)
 def value(b, n, s):
     """Evaluate by Horner's rule."""
     r = b[n]
@@ -22,7 +22,7 @@ def value(b, n, s):
     return r
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@compiled(inline=True, fused=True, from_python=True)
 def value_and_slope(b, n, t):
     """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power."""
     square = t * t
@@ -40,7 +40,7 @@ def value_and_slope(b, n, t):
     return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 * inverse + square * d3)
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@compiled(fused=True, from_python=True)
 def polish(b, n, lo, hi, f_lo, f_hi):
     """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
     s = 0.5 * (lo + hi)  # unless both ends are clearly no roots themselves, as an end of a subdivision may be
@@ -67,7 +67,7 @@ def polish(b, n, lo, hi, f_lo, f_hi):
     return hi
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@compiled(fused=True, from_python=True)
 def roots(b, n, most, table, stack, found):
     """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
 
@@ -140,7 +140,7 @@ def roots(b, n, most, table, stack, found):
     return count
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@compiled(inline=True, fused=True, from_python=True)
 def _stays_above(b, h, start, total):
     """Return whether the first three terms stay above the magnitude of all others on [0, h]; excludes most steps."""
     first, second = b[1] * h, b[2] * h * h
@@ -151,7 +151,7 @@ def _stays_above(b, h, start, total):
     return lowest > rest
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@compiled(inline=True, fused=True, from_python=True)
 def _march(b, n, h):
     """Go from 0 towards the first crossing in steps that cannot pass it; NaN if that takes too many.
 
@@ -183,7 +183,7 @@ def _march(b, n, h):
     return np.nan
 
 
-@njit(nogil=True, _nrt=False, forceinline=True, fastmath=FUSED)
+@compiled(inline=True, fused=True, from_python=True)
 def first_crossing(b, n, h, start, total, table, stack, found, own):
     """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
 
@@ -219,7 +219,7 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
     return h * found[0] if roots(own, n, 1, table, stack, found) else 2.0 * h
 
 
-@njit(nogil=True, _nrt=False, fastmath=FUSED)
+@compiled(fused=True, from_python=True)
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)

@@ -1,12 +1,9 @@
 """Taylor coefficients of linear equations: powers of their matrix, applied to the state."""
 
-from numba import njit
-
-from symfric.solve.native import INNER
-from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.native import compiled
 
 
-@njit(**INNER)
+@compiled
 def gather(aux, pattern, n_x, count, row, column, entry):
     """List the entries that are not zero in the present mode, those of the rates first; set how many."""
     count[0] = count[1] = 0
@@ -17,7 +14,7 @@ def gather(aux, pattern, n_x, count, row, column, entry):
             count[0] += pattern[e, 0] < n_x
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def powers(aux, count, row, column, entry, newest, y, c):
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
@@ -48,7 +45,7 @@ def powers(aux, count, row, column, entry, newest, y, c):
             to[k] += factor * of[k]
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def reach_of(c, h, far, n_x, out):
     """Compute what h adds to the states, and by how much `far` can change the other rows that `out` has room for."""
     for r in range(0, n_x, 4):  # four rows at once, as each waits for its last product; the last ones once more

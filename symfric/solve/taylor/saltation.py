@@ -3,9 +3,7 @@
 The functions do nothing to runs without derivatives, and are not called by them.
 """
 
-from numba import njit
-
-from symfric.solve.native import INNER, call_code
+from symfric.solve.native import call_code, compiled
 from symfric.solve.taylor.polynomials import roots, value
 from symfric.solve.taylor.workspace import DOUBTS, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
 from symfric.solve.taylor.zero import natural_time
@@ -14,7 +12,7 @@ from symfric.solve.wanted import INTEGRAL, RANGE
 APART = 1e-6  # relative difference of the times of events that are meant to be one
 
 
-@njit(**INNER)
+@compiled
 def remember(w):
     """Note the mode before an event, and what was hit."""
     n_m, first = w.m.size, w.p.size
@@ -26,7 +24,7 @@ def remember(w):
         w.before[first + 2 * n_m + g] = w.hit[g]
 
 
-@njit(**INNER)
+@compiled
 def jump(w, n_x, n_c, starting):
     """Apply the saltation to all derivatives; count the events at which there are none."""
     n_s, n_m, n_g, n_f = w.limits[VARIED], w.m.size, w.hit.size, w.limits[FOLLOWED]
@@ -56,7 +54,7 @@ def jump(w, n_x, n_c, starting):
                 w.total[f, 1] += w.rise[e, 1] * w.tau[s]
 
 
-@njit(**INNER)
+@compiled
 def _doubt(w, n_x, n_c, slopes):
     """Count an event that grazes, that is two events at one time, or that follows another at once."""
     n_m, n_g, first = w.m.size, w.hit.size, w.p.size
@@ -77,7 +75,7 @@ def _doubt(w, n_x, n_c, slopes):
         w.counts[DOUBTS] += 1
 
 
-@njit(**INNER)
+@compiled
 def _doubt_start(w, n_c, n_s, slips):
     """Count the contacts that slip from zero slip although a direction moves their start to either side."""
     for i in range(n_c):
@@ -86,7 +84,7 @@ def _doubt_start(w, n_c, n_s, slips):
                 w.counts[DOUBTS] += w.after[slips + i * n_s + s] != 0.0
 
 
-@njit(**INNER)
+@compiled
 def note_places(w, e, tau, low, high):
     """Note where in the step (0 to 1) row e took new extremes, -1 where it did not, and its slope if at the end.
 
@@ -103,7 +101,7 @@ def note_places(w, e, tau, low, high):
                 w.rise[e, side] += k * w.poly[k] / tau
 
 
-@njit(**INNER)
+@compiled
 def _place(w, order, target):
     """Return where in [0, 1] the polynomial ``w.poly`` takes an extreme value."""
     if w.poly[0] == target:
@@ -120,7 +118,7 @@ def _place(w, order, target):
     return where
 
 
-@njit(**INNER)
+@compiled
 def turn_lowest(w, e):
     """Extend the least value that row e took where it turned upward; ``w.poly`` holds it, scaled to [0, 1]."""
     order = w.c.shape[1] - 1
@@ -142,7 +140,7 @@ def turn_lowest(w, e):
             w.total[e, 0], w.total[e, 2] = here, at
 
 
-@njit(**INNER)
+@compiled
 def follow(w, f, c, tau):
     """Evaluate derivative row f where the row it follows took its extremes in this step."""
     e = int(w.then[f])

@@ -7,10 +7,9 @@ time, the worst first and, if that runs long, the one of least index: Murty's ru
 """
 
 import numpy as np
-from numba import njit
 
 from symfric.lower.automaton import REDUNDANT
-from symfric.solve.native import INLINE, INNER, call_code
+from symfric.solve.native import call_code, compiled
 from symfric.solve.status import Status
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
@@ -33,13 +32,13 @@ NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _variant(w):
     """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
     return 5 if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
@@ -47,7 +46,7 @@ def prelude(w):
         gather(w.aux, w.pattern, w.y.size - 1, w.count, w.row, w.column, w.entry)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
     if w.limits[LINEAR]:
@@ -56,7 +55,7 @@ def expand(w):
         call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def probe(w):
     """Compute the first coefficients in the mode on trial."""
     if w.limits[LINEAR]:
@@ -65,19 +64,19 @@ def probe(w):
         call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def probe_trial(w):
     """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
     call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _measure(w, y, gauge):
     """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
     call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)
 
 
-@njit(**INNER)
+@compiled
 def settle(w):
     """Choose the mode of every contact and switch at the present state; return a status.
 
@@ -114,7 +113,7 @@ def settle(w):
     return _UNDECIDED
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     _measure(w, w.y, w.gauge)
@@ -139,7 +138,7 @@ def _try_sticking(w, n_x, n_c):
             w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _find_zeros(w, n_c):
     """Add the contacts whose slip is zero to rounding; put all of zero slip on trial, the others in their direction."""
     for i in range(n_c):
@@ -150,7 +149,7 @@ def _find_zeros(w, n_c):
         w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
 
 
-@njit(**INNER)
+@compiled
 def _project(w, n_c):
     """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy.
 
@@ -180,7 +179,7 @@ def _project(w, n_c):
     return True
 
 
-@njit(**INNER)
+@compiled
 def _share(w, n_c):
     """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one."""
     for i in range(n_c):
@@ -205,7 +204,7 @@ def _share(w, n_c):
                     w.m[i] = 3.0
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
@@ -228,7 +227,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     return True
 
 
-@njit(**INNER)
+@compiled
 def _contradiction(w, n_x, i, horizon):
     """Return by how much the mode of contact i contradicts its forces, and the way it would slip.
 
@@ -252,7 +251,7 @@ def _contradiction(w, n_x, i, horizon):
     return size, where
 
 
-@njit(**INNER)
+@compiled
 def _hold_more(w, n_x, n_c, horizon):
     """Stick where static friction holds what was released on the way to the mode found.
 
@@ -277,7 +276,7 @@ def _hold_more(w, n_x, n_c, horizon):
             probe(w)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _excess(w, row, horizon, doubt):
     """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
@@ -290,7 +289,7 @@ def _excess(w, row, horizon, doubt):
     return 0.0, 0
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _drift(w, row, pull):
     """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
     rate = w.probe[row, 1]
@@ -299,7 +298,7 @@ def _drift(w, row, pull):
     return abs(rate) / pull if pull > 0.0 else 1.0, 1 if rate > 0.0 else -1
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _backing(w, row, i, horizon):
     """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
@@ -311,7 +310,7 @@ def _backing(w, row, i, horizon):
     return 0.0
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
     time = natural_time(w)
@@ -339,7 +338,7 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
     return False
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
     w.slack[:] = 0.0

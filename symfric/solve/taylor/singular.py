@@ -6,9 +6,8 @@ the leading terms.
 """
 
 import numpy as np
-from numba import njit
 
-from symfric.solve.native import INNER
+from symfric.solve.native import compiled
 from symfric.solve.status import Status
 from symfric.solve.taylor.settle import expand
 from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
@@ -19,7 +18,7 @@ NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that t
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
-@njit(**INNER)
+@compiled
 def start_singular(w, n_x, n_c):
     """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
     w.counts[STALL] += 1
@@ -61,7 +60,7 @@ def start_singular(w, n_x, n_c):
     return status
 
 
-@njit(**INNER)
+@compiled
 def _keep(w, n_x, n_c, h):
     """Add the short step to the trajectory, as a straight line."""
     if w.limits[KEEP_PATH] == 0 or w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
@@ -77,7 +76,7 @@ def _keep(w, n_x, n_c, h):
     w.counts[KEPT_STEPS] += 1
 
 
-@njit(**INNER)
+@compiled
 def _balance(w, n_x, n_c, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
     high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
@@ -96,7 +95,7 @@ def _balance(w, n_x, n_c, i, weight, h):
             high = slip
 
 
-@njit(**INNER)
+@compiled
 def _endpoint(w, n_x, weight, h):
     """Move all states by the weighted rates at both ends."""
     expand(w)

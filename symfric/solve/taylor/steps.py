@@ -1,10 +1,8 @@
 """The length of a step, from the last coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
 
 import numpy as np
-from numba import njit
 
-from symfric.solve.native import INLINE, INNER
-from symfric.solve.taylor.polynomials import FUSED
+from symfric.solve.native import compiled
 from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
 from symfric.solve.taylor.zero import EPS
 
@@ -17,7 +15,7 @@ _NONE = -2047 * _ONE  # less than any
 _MOST = 1023 << 30
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def step_rule(w):
     """Return what `step_size` needs of the tolerance and the order."""
     order, tolerance = w.c.shape[1] - 1, w.clock[TOLERANCE]
@@ -25,7 +23,7 @@ def step_rule(w):
     return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def step_size(w, n_x, rule):
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite.
 
@@ -61,7 +59,7 @@ def step_size(w, n_x, rule):
     return _exp2(min((limit - (worst >> _CUT)) * root, (limit - (worst_below >> _CUT)) * root_below) >> 20)
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def _bits(x):
     """Return the bits of x >= 0: 2^52 (1023 + log2 x), too small by up to 0.09 x 2^52.
 
@@ -71,7 +69,7 @@ def _bits(x):
     return np.float64(x).view(np.int64)
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def _exp2(x):
     """Return 2^(x 2^-30), to 3 in a thousand: bits again, and a parabola between the powers of two."""
     x = min(x, _MOST)
@@ -80,12 +78,12 @@ def _exp2(x):
     return whole * (0.6870 + part * (part * 0.3435 - 0.0305))
 
 
-@njit(**INLINE, fastmath=FUSED)
+@compiled(inline=True, fused=True)
 def _root(x, n):
     return _exp2(((_bits(x) - 1023 * _ONE) >> _CUT) // n)
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _largest_term(w, r, h):
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
@@ -94,7 +92,7 @@ def _largest_term(w, r, h):
     return max(largest, _TINY)
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _comes_late(w, r):
     """Whether a row begins with a high power of time: a body that the motion reaches through many others.
 
@@ -103,7 +101,7 @@ def _comes_late(w, r):
     return not np.any(w.c[r, : (w.c.shape[1] - 1) // 2 + 1])
 
 
-@njit(**INNER, fastmath=FUSED)
+@compiled(fused=True)
 def _first_step(w):
     """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
     order = w.c.shape[1] - 1

@@ -1,8 +1,6 @@
 """What counts as zero: rounding, ties, and the error of the run."""
 
-from numba import njit
-
-from symfric.solve.native import INLINE, INNER
+from symfric.solve.native import compiled
 from symfric.solve.taylor.workspace import DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
 
 EPS = 2.0**-52
@@ -12,14 +10,14 @@ MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
 TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def no_acceleration(w, i, jerk):
     """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
     little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
     return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
 
 
-@njit(**INNER)
+@compiled
 def natural_time(w):
     """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
 
@@ -33,7 +31,7 @@ def natural_time(w):
     return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
-@njit(**INLINE)
+@compiled(inline=True)
 def doubt_of(w, i):
     """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
 
