@@ -13,10 +13,11 @@ import symfric
 ROOT = Path(symfric.__file__).parent
 BELOW = {
     "errors": set(),
+    "files": set(),
     "model": {"errors"},
     "theory": {"errors", "model"},
     "lower": {"errors", "model"},
-    "solve": {"errors", "model", "lower"},
+    "solve": {"errors", "files", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}

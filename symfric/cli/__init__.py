@@ -1,9 +1,13 @@
 """The command line: words in, tables and files out. Exit status 0, 1 (no answer), 2 (bad input), 130 (interrupted)."""
 
+import errno
 import importlib
+import sys
 
 import click
 
+from symfric.cli.console import say
+from symfric.cli.streams import hold_closed, safe_streams
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model.names import nearest
 
@@ -19,14 +23,22 @@ COMMANDS = {  # name: module and attribute, imported when asked for
 }
 
 
-class BadInput(click.ClickException):
-    """One line on stderr, exit status 2."""
+class _OneLine(click.ClickException):
+    """One line on stderr."""
+
+    def show(self, file=None) -> None:
+        """Print the line."""
+        say(f"Error: {self.format_message()}", err=True)
+
+
+class BadInput(_OneLine):
+    """Exit status 2."""
 
     exit_code = 2
 
 
-class NoAnswer(click.ClickException):
-    """One line on stderr, exit status 1."""
+class NoAnswer(_OneLine):
+    """Exit status 1."""
 
     exit_code = 1
 
@@ -39,6 +51,19 @@ def _in_one_line(error: click.UsageError) -> BadInput:
 
 class Commands(click.Group):
     """Loads a command when it is named and turns the package's errors into one line and an exit status."""
+
+    def main(self, *args, **kwargs):
+        """Run with output that cannot fail; output that was lost is status 1, unless its reader had enough."""
+        hold_closed()
+        with safe_streams() as output:
+            try:
+                return super().main(*args, **kwargs)
+            except SystemExit as ended:
+                sys.stdout.flush()
+                if output.failure is None or output.failure.errno == errno.EPIPE or ended.code:
+                    raise
+                say(f"Error: cannot write to standard output ({output.failure.strerror})", err=True)
+                raise SystemExit(1) from None
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names in the order of `COMMANDS`."""
@@ -69,7 +94,7 @@ class Commands(click.Group):
         except (NotFound, NoRoute, RunFailed) as error:
             raise NoAnswer(str(error)) from None
         except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
+            say("interrupted", err=True)
             return ctx.exit(130)
 
 
@@ -77,7 +102,7 @@ def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     if wanted:
         from symfric.report.versions import package_version
 
-        click.echo(f"symfric {package_version('symfric')}")
+        say(f"symfric {package_version('symfric')}")
         ctx.exit()
 
 
@@ -100,4 +125,4 @@ def main(ctx: click.Context):
     Example: symfric study examples/belt.toml -o out/
     """
     if ctx.invoked_subcommand is None:
-        click.echo(ctx.get_help())
+        say(ctx.get_help())

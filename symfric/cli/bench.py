@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from symfric.bench.problems import NAMES
-from symfric.cli.console import common_options, no_interrupt_lost, print_json, writable_folder
+from symfric.cli.console import common_options, no_interrupt_lost, print_json, say, writable_folder, write_results
 from symfric.errors import SceneError
 from symfric.model.names import nearest
 
@@ -61,12 +61,12 @@ def bench(
         return
     Console().print(table(benchmark))
     for curve in (c for c in benchmark.curves if c.failure):
-        click.echo(f"{curve.problem}, {curve.solver}: {curve.failure}")
+        say(f"{curve.problem}, {curve.solver}: {curve.failure}")
     for name, need in benchmark.absent.items():
-        click.echo(f"{name}: left out, needs {need}")
+        say(f"{name}: left out, needs {need}")
     if not quiet:
         for name, lines in benchmark.workarounds.items():
-            click.echo(f"{name}: " + "; ".join(lines))
+            say(f"{name}: " + "; ".join(lines))
 
 
 def _growth(folder: Path | None, as_json: bool, tell) -> None:
@@ -86,7 +86,7 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
         "processes": [asdict(n) for n in processes],
     }
     if folder is not None:
-        (folder / "growth.json").write_text(json.dumps(plain, indent=2), encoding="utf-8")
+        write_results({folder / "growth.json": json.dumps(plain, indent=2)})
     if as_json:
         print_json(plain)
         return
@@ -97,7 +97,9 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
 
 def _write(benchmark, folder: Path) -> None:
     from symfric.bench.picture import picture
+    from symfric.report.figures import png
 
-    (folder / "bench.json").write_text(json.dumps(benchmark.to_dict(), indent=2), encoding="utf-8")
+    files = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}
     if any(c.points for c in benchmark.curves):
-        picture(benchmark).savefig(folder / "bench.png", dpi=120)
+        files[folder / "bench.png"] = png(picture(benchmark))
+    write_results(files)

@@ -1,10 +1,11 @@
 """The commands ``study``, ``explain`` and ``scenes``."""
 
+import json
 from pathlib import Path
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr, writable_folder
+from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 
 FILE = click.Path(path_type=Path)
 
@@ -32,27 +33,17 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
 
         result = report.study(found, progress)
         progress("pictures", 0.97)
-        files = {"study.html": page(result), "amplitude.csv": amplitude_csv(result)}
-    data = to_dict(result)
-    _write(folder, files, data)
+        data = to_dict(result)
+        files = {
+            "study.html": page(result),
+            "amplitude.csv": amplitude_csv(result),
+            "study.json": json.dumps(data, indent=2, allow_nan=False),
+        }
+        write_results({folder / name: text for name, text in files.items() if text is not None})
     if as_json:
         print_json(data)
     elif not quiet:
         _print_summary(result, folder)
-
-
-def _write(folder: Path, files: dict[str, str | None], data: dict) -> None:
-    import json
-
-    from symfric.errors import SceneError
-
-    files = {**files, "study.json": json.dumps(data, indent=2, allow_nan=False)}
-    for name, text in files.items():
-        if text is not None:
-            try:
-                (folder / name).write_text(text, encoding="utf-8")
-            except OSError as error:
-                raise SceneError(f"cannot write {folder / name} ({error.strerror}); name another folder") from None
 
 
 def _print_summary(result, folder: Path) -> None:
@@ -91,7 +82,7 @@ def explain(file: Path, as_json: bool, quiet: bool):
 
         print_json(plain({"file": str(file), **found.to_dict()}))
     else:
-        click.echo(str(found))
+        say(str(found))
 
 
 @click.command()
@@ -109,13 +100,13 @@ def scenes(as_json: bool, quiet: bool):
         print_json(listed)
         return
     if quiet:
-        click.echo("\n".join(ready_scenes()))
+        say("\n".join(ready_scenes()))
         return
     for kind, entries in listed.items():
-        click.echo(f"{kind}:")
+        say(f"{kind}:")
         for entry in entries:
             shown = ", ".join(a["name"] + (f"={a['default']}" if "default" in a else "") for a in entry["arguments"])
-            click.echo(f"  {entry['name']}({shown})\n      {entry['summary']}")
+            say(f"  {entry['name']}({shown})\n      {entry['summary']}")
 
 
 def _described(functions: dict) -> list[dict]:

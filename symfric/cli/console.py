@@ -7,12 +7,13 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import click
 
 from symfric.errors import SceneError
+from symfric.files import write_together, write_whole
 
 Progress = Callable[[str, float], None]
 PATIENCE = 1.0  # seconds of silence before progress is shown
@@ -24,9 +25,25 @@ def common_options(command):
     return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(command)
 
 
+def say(text: str = "", *, err: bool = False, nl: bool = True) -> None:
+    """Print a text; the stream is named to click, which would write UTF-8 where ASCII is asked for."""
+    click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl)
+
+
 def print_json(data) -> None:
     """Print data as JSON; NaN and infinity, which JSON does not have, must be None already."""
-    click.echo(json.dumps(data, indent=2, allow_nan=False))
+    say(json.dumps(data, indent=2, allow_nan=False))
+
+
+def write_results(files: Mapping[Path, bytes | str]) -> None:
+    """Write files of results, all or none."""
+    try:
+        write_together(files)
+    except OSError as error:
+        names = ", ".join(str(place) for place in files)
+        raise SceneError(
+            f"cannot write {names} ({error.strerror}); make room, or name another folder with -o"
+        ) from None
 
 
 @contextlib.contextmanager
@@ -50,7 +67,7 @@ def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
             with _bar() as (report, write), _logged(write):
                 yield checked(report)
         else:
-            with _logged(lambda line: click.echo(line, err=True)):
+            with _logged(lambda line: say(line, err=True)):
                 yield checked(_Lines())
 
 
@@ -128,7 +145,7 @@ class _Lines:
     def __call__(self, stage: str, fraction: float) -> None:
         now = time.monotonic()
         if stage != self.stage and now - self.last > PATIENCE:
-            click.echo(f"{100 * fraction:3.0f} % {stage}", err=True)
+            say(f"{100 * fraction:3.0f} % {stage}", err=True)
             self.last, self.stage = now, stage
 
 
@@ -139,8 +156,8 @@ def writable_folder(path: Path) -> Path:
             raise SceneError(f"{path} is a file; name a folder for the results with -o")
         path.mkdir(parents=True, exist_ok=True)
         probe = path / ".symfric-probe"
-        probe.write_bytes(b"")
-        probe.unlink()
+        write_whole(probe, b"")
+        probe.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         if isinstance(error, SceneError):
             raise

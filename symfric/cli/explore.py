@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr
+from symfric.cli.console import common_options, print_json, progress_on_stderr, say
 from symfric.errors import SceneError
 
 
@@ -42,7 +42,7 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
         if as_json:
             print_json({"address": address})
         elif not quiet:
-            click.echo(f"{address} (Ctrl-C ends it)")
+            say(f"{address} (Ctrl-C ends it)")
         if opening:
             click.launch(address)
 

@@ -2,13 +2,12 @@
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr, writable_folder
+from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 from symfric.errors import SceneError
 
 FILE = click.Path(path_type=Path)
@@ -53,25 +52,27 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
                 findings = plain([asdict(f) for f in made.findings])
                 results[name] = {"files": files, "seconds": round(seconds, 2), "findings": findings, "data": made.data}
                 if made.text and not (as_json or quiet):
-                    click.echo(made.text, nl=False)
+                    say(made.text, nl=False)
     except KeyboardInterrupt:
         index = _save_index(folder, pages)
-        click.echo(f"interrupted; {len(pages)} of {len(wanted)} are finished, see {index}", err=True)
+        say(f"interrupted; {len(pages)} of {len(wanted)} are finished, see {index}", err=True)
         raise click.exceptions.Exit(130) from None
     index = _save_index(folder, pages)
     if as_json:
         print_json(results)
     elif not quiet:
         for name, result in results.items():
-            click.echo(f"{name}: {', '.join(result['files'])} ({result['seconds']:.1f} s)")
-        click.echo(index)
+            say(f"{name}: {', '.join(result['files'])} ({result['seconds']:.1f} s)")
+        say(index)
 
 
 def _save_index(folder: Path, pages: dict) -> str:
     from symfric.report.gallery import gallery
     from symfric.report.versions import versions
 
-    return _save(folder / "index.html", lambda path: path.write_text(gallery(pages, versions()), encoding="utf-8"))
+    index = folder / "index.html"
+    write_results({index: gallery(pages, versions())})
+    return str(index)
 
 
 def _list(wanted: dict, as_json: bool) -> None:
@@ -79,7 +80,7 @@ def _list(wanted: dict, as_json: bool) -> None:
         print_json({name: entry.caption for name, entry in wanted.items()})
         return
     for name, entry in wanted.items():
-        click.echo(f"{name}: {entry.caption}")
+        say(f"{name}: {entry.caption}")
 
 
 def _read(folder: Path) -> list:
@@ -96,20 +97,14 @@ def _read(folder: Path) -> list:
 
 def _write(folder: Path, name: str, made) -> list[str]:
     """Write what was made; return the names of the files."""
+    from symfric.report.figures import png
+
     parts = {}
     if made.figure is not None:
-        parts[f"{name}.png"] = lambda path: made.figure.savefig(path, dpi=120)
+        parts[folder / f"{name}.png"] = png(made.figure)
     if made.text:
-        parts[f"{name}.txt"] = lambda path: path.write_text(made.text, encoding="utf-8")
+        parts[folder / f"{name}.txt"] = made.text
     if made.data is not None:
-        parts[f"{name}.json"] = lambda path: path.write_text(json.dumps(made.data, indent=2), encoding="utf-8")
-    return [_save(folder / file, write) for file, write in parts.items()]
-
-
-def _save(path: Path, write: Callable[[Path], object]) -> str:
-    """Write a file; return its name."""
-    try:
-        write(path)
-    except OSError as error:
-        raise SceneError(f"cannot write {path} ({error.strerror}); name another folder with -o") from None
-    return str(path)
+        parts[folder / f"{name}.json"] = json.dumps(made.data, indent=2)
+    write_results(parts)
+    return [str(place) for place in parts]

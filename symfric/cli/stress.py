@@ -2,7 +2,7 @@
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr
+from symfric.cli.console import common_options, print_json, progress_on_stderr, say
 
 
 @click.command()
@@ -32,9 +32,9 @@ def stress(scenes: int, seed: int, jobs: int, name: str | None, as_json: bool, q
         print_json(result.to_dict())
     elif not quiet:
         for verdict, count in result.counts.items():
-            click.echo(f"{count:6d} {verdict}")
+            say(f"{count:6d} {verdict}")
     for found in result.failures:
-        click.echo(
+        say(
             f"silent failure: {found.name} ({found.kind}, {found.route}): {found.finer:.1e} from a finer tolerance, "
             f"{found.second:.1e} from the second route, energy {found.energy:.1e}; again with --scene {found.name}",
             err=True,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr, writable_folder
+from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 
 FILE = click.Path(path_type=Path)
 STORE = "store"  # folder of the finished cases, below that of the results
@@ -47,7 +47,7 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
         kept = store.records_in(place)
         if kept is None:
             raise
-        click.echo(
+        say(
             f"interrupted; {kept} finished cases are kept, go on with: symfric sweep {file} -o {folder} --resume",
             err=True,
         )
@@ -126,14 +126,9 @@ def _write(place: Path, result) -> None:
     import csv
     import io
 
-    from symfric.errors import SceneError
-
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(_rows(result))
-    try:
-        place.write_text(text.getvalue(), encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"cannot write {place} ({error.strerror}); name another folder with -o") from None
+    write_results({place: text.getvalue()})
 
 
 def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
@@ -151,12 +146,12 @@ def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, qui
         print_json(plain(data))
     elif not quiet:
         shown = ", ".join(f"{n} {s}" for s, n in counts.most_common())
-        click.echo(f"{len(cases)} cases: {shown}")
+        say(f"{len(cases)} cases: {shown}")
         for name in head[len(result["status"].dims) : -1]:
             numbers = [c[name] for c in cases if c[name] == c[name]]
             if numbers:
-                click.echo(f"  {name}: {min(numbers):.6g} to {max(numbers):.6g}")
-        click.echo(f"{folder / TABLE}, {folder / STORE / 'result.nc'} ({seconds:.1f} s)")
+                say(f"  {name}: {min(numbers):.6g} to {max(numbers):.6g}")
+        say(f"{folder / TABLE}, {folder / STORE / 'result.nc'} ({seconds:.1f} s)")
     if not counts["OK"]:
-        click.echo("Error: no case ran to its end; the statuses say why", err=True)
+        say("Error: no case ran to its end; the statuses say why", err=True)
         raise click.exceptions.Exit(1)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
+from symfric.files import PART, write_whole
 
 _FORMAT = 1
 ABOUT, RESULT = "sweep.json", "result.nc"
@@ -58,7 +59,7 @@ class Store:
         self.path.mkdir(parents=True, exist_ok=True)
         place = self.path / ABOUT
         if not place.exists():
-            if any(not p.name.endswith(".part") for p in self.path.iterdir()):
+            if any(not p.name.endswith(PART) for p in self.path.iterdir()):
                 raise SceneError(f"{self.path} holds other files and no sweep; name another folder as the store")
             write_whole(place, json.dumps(about, indent=2).encode())
             return
@@ -126,7 +127,7 @@ class Store:
         self.close()
         try:
             write_whole(self.path / RESULT, bytes(result.to_netcdf(engine="scipy")))
-            for place in (*self.path.glob("cases-*.bin"), *self.path.glob("*.part")):
+            for place in (*self.path.glob("cases-*.bin"), *self.path.glob(f"*{PART}")):
                 place.unlink(missing_ok=True)
         except OSError as error:
             raise RunFailed(f"cannot write to {self.path} ({error.strerror}); make room and run it again") from None
@@ -169,20 +170,5 @@ def clear(path: Path) -> None:
     """Remove the files of a store, and nothing else."""
     path = Path(path)
     if (path / ABOUT).exists():
-        for place in (*path.glob("cases-*.bin"), *path.glob("*.part"), path / RESULT, path / ABOUT):
+        for place in (*path.glob("cases-*.bin"), *path.glob(f"*{PART}"), path / RESULT, path / ABOUT):
             place.unlink(missing_ok=True)
-
-
-def write_whole(place: Path, data: bytes) -> None:
-    """Write a file whole or not at all, whatever happens in between."""
-    part = place.with_name(f"{place.name}.{os.getpid()}.part")
-    try:
-        with part.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, place)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            part.unlink()
-        raise
