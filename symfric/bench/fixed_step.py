@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit
 def fixed_step(a: np.ndarray, dt: float, lam: float, friction: float) -> tuple[float, float, float, float]:
     """March one mass on a rough floor through a sampled acceleration by the scheme of the source.
 

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 
-from symfric.solve.machine import link, load, store, target_key
+from symfric.solve.machine import link, target_key
 from symfric.solve.memory import Table
+from symfric.solve.objects import load, store
 
 # sources of all loops, beside those in their folders
 _SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py", "wanted.py", "../lower/automaton.py")
@@ -41,12 +42,12 @@ def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool],
         ``(table, fresh) -> int``: start with what is given, or go on after a pause, and return why it stopped.
     """
     if module not in _opened:
-        place = f"{_key(module, folders)}.o"
-        kept = load(place)
+        key = _key(module, folders)
+        kept = load(key)
         if kept is None:
             logging.getLogger("symfric").info("compiling %s, once for this machine", what)
             kept = _compiled(module)
-            store(place, kept)
+            store(key, kept)
         name, _, code = kept.partition(b"\n")
         engine = link(code)
         _opened.setdefault(module, (_caller(engine.get_function_address(name.decode()), what), engine))

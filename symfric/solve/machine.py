@@ -1,13 +1,9 @@
-"""Machine code on this processor: made by LLVM, kept on disk, linked into this process."""
+"""Machine code on this processor: made by LLVM, linked into this process."""
 
 import ctypes
 import ctypes.util
-import hashlib
-import os
 import sys
-import tempfile
 from functools import cache
-from pathlib import Path
 
 import llvmlite
 import llvmlite.binding as llvm
@@ -54,34 +50,3 @@ def _prepare() -> None:
         library = ctypes.CDLL(ctypes.util.find_library("m") or None)
     for name in _MATHEMATICS:
         llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-
-
-def _cache_folder() -> Path:
-    """``SYMFRIC_CACHE_DIR`` if set, else the user's cache folder."""
-    if "SYMFRIC_CACHE_DIR" in os.environ:
-        return Path(os.environ["SYMFRIC_CACHE_DIR"])
-    home = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
-    return Path(home or Path.home() / ".cache") / "symfric"
-
-
-def load(name: str) -> bytes | None:
-    """Return the object, unless it is missing or was damaged: its last 32 bytes are the hash of the rest."""
-    try:
-        data = (_cache_folder() / name).read_bytes()
-    except OSError:
-        return None
-    body, seal = data[:-32], data[-32:]
-    return body if hashlib.sha256(body).digest() == seal else None
-
-
-def store(name: str, code: bytes) -> None:
-    """Write the object whole or not at all; a cache that cannot be written costs time, not the result."""
-    place = _cache_folder() / name
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=place.parent, suffix=".part")
-        with os.fdopen(handle, "wb") as file:
-            file.write(code + hashlib.sha256(code).digest())
-        os.replace(part, place)
-    except OSError:
-        return

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import casadi as ca
 import llvmlite.binding as llvm
 
-from symfric.solve.machine import link, load, store, target_key, target_machine
+from symfric.solve.machine import link, target_key, target_machine
+from symfric.solve.objects import load, store
 from symfric.solve.taylor.assembly import assembly
 
 _FORMAT = 5  # of the generated code; part of the cache key
@@ -42,12 +43,12 @@ def compile_functions(functions: Sequence[ca.Function]) -> MachineCode:
     SceneError
         If an operation has no machine-code translation; named.
     """
-    place = f"{_key(functions)}.o"
-    code = load(place)
+    key = _key(functions)
+    code = load(key)
     cached = code is not None
     if code is None:
         code = target_machine(opt=2).emit_object(llvm.parse_assembly(assembly(functions)))
-        store(place, code)
+        store(key, code)
     engine = link(code)
     return MachineCode({f.name(): engine.get_function_address(f.name()) for f in functions}, cached, engine)
 

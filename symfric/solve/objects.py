@@ -1,0 +1,175 @@
+"""Machine code on disk: loaded only from files that nobody else could have written, and no more of it than a limit."""
+
+import contextlib
+import hashlib
+import logging
+import os
+import stat
+import time
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from symfric.files import PART, write_whole
+
+CODE = ".o"  # ends the name of an object
+LIMIT = 512.0  # MiB, unless SYMFRIC_CACHE_SIZE says otherwise
+_AFTER = 0.9  # of the limit: where removing ends
+_LOOK = 1 / 64  # of the limit: how much this process stores between two looks at the folder
+_FRESH = 3600.0  # s; the time of use of an object is set anew after as long, and an unfinished file is left behind
+_stored: dict[Path, float] = {}  # bytes that this process stored since it looked at a folder
+
+
+def load(key: str) -> bytes | None:
+    """Return an object, unless it is missing, damaged, or in doubt.
+
+    Its last 32 bytes are the hash of the rest: that tells of damage, not of who wrote it. Therefore the folder and the
+    file must belong to the user of this process and be writable by no other; where the system has no such owners,
+    the folder below the user's profile is trusted.
+    """
+    with _trusted(_folder()) as folder:
+        if folder is None:
+            return None
+        try:
+            data = _read(folder, key + CODE)
+        except OSError:
+            return None
+    body, seal = data[:-32], data[-32:]
+    return body if hashlib.sha256(body).digest() == seal else None
+
+
+def store(key: str, code: bytes) -> None:
+    """Write an object whole or not at all; a cache that cannot be written costs time, not the result."""
+    place, limit = _folder(), _limit()
+    if place is None or len(code) > limit:
+        return
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with _trusted(place) as folder:
+            if folder is None:
+                return
+        write_whole(place / (key + CODE), code + hashlib.sha256(code).digest(), mode=0o600, durable=False)
+        _stored[place] = _stored.get(place, limit) + len(code)
+        if _stored[place] > _LOOK * limit:
+            _stored[place] = 0.0
+            _make_room(place, limit)
+    except OSError:
+        return
+
+
+def _folder() -> Path | None:
+    """Return ``SYMFRIC_CACHE_DIR`` if it is set and not empty, else the user's cache folder; None without a home."""
+    given = os.environ.get("SYMFRIC_CACHE_DIR")
+    return Path(given) if given else _default_folder()
+
+
+def _default_folder() -> Path | None:
+    from platformdirs import user_cache_path
+
+    found = user_cache_path("symfric", appauthor=False)
+    return found if found.is_absolute() else None
+
+
+def _limit() -> float:
+    """Return the most bytes that the cache may hold: ``SYMFRIC_CACHE_SIZE`` in MiB."""
+    given = os.environ.get("SYMFRIC_CACHE_SIZE") or LIMIT
+    try:
+        size = float(given)
+    except ValueError:
+        size = -1.0
+    if not size >= 0:
+        _say_once(f"SYMFRIC_CACHE_SIZE is {given!r}; it must be a number of MiB, and {LIMIT:g} is taken")
+        size = LIMIT
+    return 2**20 * size
+
+
+@contextlib.contextmanager
+def _trusted(place: Path | None) -> Iterator[int | Path | None]:
+    """Yield what files are opened in, None if there is no such folder or another user might have written to it.
+
+    On POSIX that is a descriptor: what was examined is what is read, whoever renames folders meanwhile.
+    """
+    if place is None or os.name != "posix":
+        yield place if place is not None and place.is_dir() else None
+        return
+    try:
+        link = place.lstat()
+        folder = os.open(place, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        yield None
+        return
+    try:
+        doubt = _doubt(os.fstat(folder))
+        if not doubt and stat.S_ISLNK(link.st_mode) and link.st_uid != os.geteuid():
+            doubt = "is a link of another user"
+        if doubt:
+            _say_once(
+                f"compiled code is neither loaded nor kept: {place} {doubt}; "
+                "remove it, or name a folder of your own in SYMFRIC_CACHE_DIR"
+            )
+        yield None if doubt else folder
+    finally:
+        os.close(folder)
+
+
+def _doubt(found: os.stat_result) -> str:
+    """Return why the content of a file or folder may be another user's; empty if it may not."""
+    if found.st_uid != os.geteuid():
+        return "belongs to another user"
+    return "can be written by other users" if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else ""
+
+
+def _read(folder: int | Path, name: str) -> bytes:
+    """Return the content of a file, and note that it was used.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read or is in doubt.
+    """
+    if not isinstance(folder, int):
+        place = folder / name
+        data = place.read_bytes()
+        if time.time() - place.stat().st_mtime > _FRESH:
+            with contextlib.suppress(OSError):
+                os.utime(place)
+        return data
+    with os.fdopen(os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder), "rb") as file:
+        found = os.fstat(file.fileno())
+        if not stat.S_ISREG(found.st_mode) or _doubt(found):
+            raise PermissionError(name)
+        if time.time() - found.st_mtime > _FRESH:
+            with contextlib.suppress(OSError):
+                os.utime(file.fileno())
+        return file.read()
+
+
+def _make_room(place: Path, limit: float) -> None:
+    """Remove the objects that were not used for the longest time until the rest is well below the limit.
+
+    Other processes may store, load and remove meanwhile: what one of them has open stays readable, and what it misses
+    it compiles.
+    """
+    objects = []
+    with os.scandir(place) as entries:
+        for entry in entries:
+            with contextlib.suppress(OSError):  # gone meanwhile
+                found = entry.stat(follow_symlinks=False)
+                if entry.name.endswith(CODE):
+                    objects.append((found.st_mtime, found.st_size, entry.path))
+                elif entry.name.endswith(PART) and time.time() - found.st_mtime > _FRESH:
+                    os.unlink(entry.path)  # of a process that was killed while it wrote
+    total = sum(size for _, size, _ in objects)
+    if total <= limit:
+        return
+    for _, size, path in sorted(objects):
+        if total <= _AFTER * limit:
+            return
+        total -= size
+        with contextlib.suppress(OSError):
+            os.unlink(path)
+
+
+@cache
+def _say_once(line: str) -> None:
+    logging.getLogger("symfric").warning(line)
