@@ -315,7 +315,7 @@ def hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
     """Solve A x = b by Cholesky's method without roots; if `tested`, a pivot that vanishes makes its unknown zero."""
     n = b.numel()
     rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal
-    reciprocal = []
+    reciprocal: list[ca.SX] = []
     for j in range(n):
         pivot = rows[j][j] - sum((rows[j][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
         reciprocal.append(ca.if_else(pivot > REDUNDANT * rows[j][j], 1 / pivot, 0) if tested else 1 / pivot)
@@ -357,7 +357,7 @@ def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
         reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
         loaded = ca.SX(1)
         if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
-            loaded = reach > 0
+            loaded = ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
             shared[i] = ca.if_else(
@@ -383,8 +383,8 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach
     out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T))
     names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread"]
-    out = low.unswitched([ca.densify(e) for e in out])
-    return ca.Function("gauge", [low.y, low.t, low.p], out, ["y", "t", "p"], names)
+    shown = low.unswitched([ca.densify(e) for e in out])
+    return ca.Function("gauge", [low.y, low.t, low.p], shown, ["y", "t", "p"], names)
 
 
 def _anchor(scene: Scene, contact) -> tuple[int, float]:

@@ -24,7 +24,7 @@ def bends(law: Law, values: Mapping[sp.Symbol, float | None]) -> list[sp.Expr]:
         Decide which speeds are real and positive; those without a number are left out.
     """
     given = {symbol: value for symbol, value in values.items() if value is not None}
-    found = {}
+    found: dict[float, sp.Expr] = {}
     for node in sp.preorder_traversal(law.kinetic):
         bent = isinstance(node, _BENT) or (node.is_Pow and not (node.exp.is_Integer and node.exp > 0))
         argument = node.args[0] if bent else sp.S.Zero

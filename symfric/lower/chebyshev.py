@@ -5,7 +5,7 @@ in ``asin(v/q)`` it is as smooth as the law itself. A law with a square root lea
 enough in a fourth root.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -186,7 +186,7 @@ def _expression(variable: Variable, pieces: Sequence[Piece], v: sp.Symbol, low: 
     order = np.argsort([e.max() for e in ends])
     pieces, joints = [pieces[i] for i in order], [ends[i].max() for i in order[:-1]]
 
-    def chosen(numbers: Sequence[float]) -> sp.Expr:
+    def chosen(numbers: Iterable[float]) -> sp.Expr:
         *first, last = map(sp.Float, numbers)
         return sp.Piecewise(*((e, v < sp.Float(joint)) for e, joint in zip(first, joints, strict=True)), (last, True))
 

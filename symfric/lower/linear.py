@@ -201,7 +201,7 @@ def without_harmonics(scene: Scene) -> Scene:
     clock = _Clock({*scene.system.states, *scene.inputs})
     system = scene.system
     force, z_rate = ([clock.read(e) for e in es] for es in (system.force, system.z_rate))
-    contacts = [replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts]
+    contacts = tuple(replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts)
     scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
     outputs = {**scene.outputs, **{n: replace(o, expr=clock.read(o.expr)) for n, o in scalar.items()}}
     if not clock.states:
@@ -217,7 +217,8 @@ class _Clock:
     """States that stand for functions of time, with their start and rate."""
 
     def __init__(self, moving: set[sp.Symbol]):
-        self._moving, self.states = moving, {}
+        self._moving = moving
+        self.states: dict[sp.Symbol, tuple[float, sp.Expr]] = {}
 
     def read(self, e: sp.Expr) -> sp.Expr:
         """Return the expression with states in place of functions of time."""

@@ -242,11 +242,13 @@ def _fold(factors: list[ca.SX]) -> ca.SX:
 
 def _integer_power(base: ca.SX, n: int) -> ca.SX:
     """Multiply out by squaring, so that a zero base has all its derivatives."""
-    result = None
-    while n:
+    if n == 0:
+        return ca.SX(1)
+    while not n & 1:
+        base, n = base * base, n >> 1
+    result = base
+    while n := n >> 1:
+        base = base * base
         if n & 1:
-            result = base if result is None else result * base
-        n >>= 1
-        if n:
-            base = base * base
+            result = result * base
     return result

@@ -127,11 +127,11 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     next_rate, _, next_rows = automaton.field(y, t, p, after)
     slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
     gain = ca.densify(along(guards))
-    first, any_before = [], ca.SX(0)
+    firsts, any_before = [], ca.SX(0)
     for g in range(n_g):
-        first.append(ca.if_else(any_before > 0.5, 0, hit[g]))
+        firsts.append(ca.if_else(any_before > 0.5, 0, hit[g]))
         any_before = ca.fmax(any_before, hit[g])
-    first = ca.vertcat(*first) if first else ca.SX(0, 1)
+    first = ca.vertcat(*firsts) if firsts else ca.SX(0, 1)
     divisor = ca.dot(first, slope) if n_g else ca.SX(0)
     tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
     moved = V + (rate - next_rate) @ tau
@@ -165,7 +165,7 @@ def _start(automaton: Automaton, scene: Scene, directions: Sequence[str], pairs)
     symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
     of = {s.name: s for s in scene.values}
     show = Printer(symbols, set(), Switches())
-    fixed = {s: v for s, v in scene.values.items() if s not in symbols}
+    fixed = {s: v for s, v in scene.parameter_values().items() if s not in symbols}
     columns = []
     for name in directions:
         if name in automaton.states:

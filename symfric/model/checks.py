@@ -34,7 +34,7 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
 
 def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parameters: set[str]) -> None:
     """Raise on a symbol that nobody gives a value, on a reserved one, and on two that share a name."""
-    seen = {}
+    seen: dict[str, sp.Symbol] = {}
     for symbol in sorted(symbols, key=str):
         name = symbol.name
         if symbol == SPEED:
@@ -95,7 +95,7 @@ def _compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symb
     for _ in range(3):
         point = dict(zip(others, rng.uniform(0.5, 1.5, len(others)), strict=True))
         coefficients = [complex(c) for c in sp.Poly(boundary.xreplace(point), unknown).all_coeffs()]
-        roots = np.roots(coefficients) if np.all(np.isfinite(coefficients)) else []
+        roots = np.roots(coefficients) if np.all(np.isfinite(coefficients)) else np.zeros(0)
         for root in (r.real for r in roots if abs(r.imag) < 1e-12 and not (unknown.is_positive and r.real <= 0)):
             step = 1e-7 * max(1.0, abs(root))
             at = [float(evaluate(root + d, *point.values())) for d in (-2 * step, -step, step, 2 * step)]

@@ -1,6 +1,7 @@
 """Friction laws: the coefficient of friction of a dry contact as a function of its sliding speed."""
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,7 +102,7 @@ class Law:
         result = np.sign(v) * numeric_function((SPEED,), self.kinetic)(speed)
         return result if result.ndim else float(result)
 
-    def where(self, values: dict) -> "Law":
+    def where(self, values: Mapping) -> "Law":
         """Return the law with numbers or expressions in place of its symbols, given by symbol or by name."""
         named = {s.name: s for s in self.free_symbols}
         mapping = {named.get(key, key) if isinstance(key, str) else key: value for key, value in values.items()}

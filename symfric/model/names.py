@@ -4,6 +4,7 @@ import difflib
 import math
 import numbers
 from collections.abc import Iterable
+from typing import TypeAlias
 
 import sympy as sp
 
@@ -12,7 +13,7 @@ from symfric.errors import SceneError
 TIME = sp.Symbol("t")  # time; equal to SymPy's own dynamicsymbols._t, so its time derivatives are with respect to it
 SPEED = sp.Symbol("v", positive=True)  # sliding speed |slip| > 0; reserved for friction laws
 
-Key = sp.Symbol | str
+Key: TypeAlias = sp.Symbol | str
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -10,8 +10,10 @@ import sympy as sp
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
 LARGEST = 1 << 20  # numbers held at once in nested quadrature
 Rule = tuple[np.ndarray, np.ndarray]
-_IN_NUMPY = (sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs)
-_IN_NUMPY += (sp.Max, sp.Min, sp.Piecewise, sp.sign)
+_IN_NUMPY = (
+    *(sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs),
+    *(sp.Max, sp.Min, sp.Piecewise, sp.sign),
+)
 
 
 @lru_cache(maxsize=16)
@@ -50,7 +52,7 @@ def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, rule: Rule | i
 @lru_cache(maxsize=256)
 def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable:
     """Return ``f(rule, *arrays)``, so that another rule is no other function."""
-    integrals = {}
+    integrals: dict[sp.Integral, sp.Symbol] = {}
     for e in entries:
         _collect(e, integrals)
     outer = [e.xreplace(integrals) for e in entries]

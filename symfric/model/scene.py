@@ -1,8 +1,9 @@
 """A scene: a system, its contacts, numbers, a start, a horizon, and what is wanted of the motion."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import TypeVar
 
 import sympy as sp
 
@@ -12,10 +13,13 @@ from symfric.model.names import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.outputs import Output, ScalarOfExpression, Trajectory, friction_force, slip
 from symfric.model.system import Contact, Signal, System
 
+_Value = TypeVar("_Value")
+_NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})
+_NO_INITIAL: Mapping[Key, float | sp.Expr] = MappingProxyType({})
 _NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Scene:
     """A problem stated once: what moves, from where, for how long, and what is wanted. It never says how to solve it.
 
@@ -41,42 +45,56 @@ class Scene:
     """
 
     system: System
-    contacts: Sequence[Contact] = ()
-    values: Mapping[Key, float | None] = field(default_factory=dict)
-    initial: Mapping[Key, float | sp.Expr] = field(default_factory=dict)
-    horizon: float = 0.0
-    outputs: Mapping[str, Output] | None = None
-    inputs: Mapping[Key, Signal] = field(default_factory=dict)
+    contacts: tuple[Contact, ...]
+    values: Mapping[sp.Symbol, float | None]
+    initial: Mapping[sp.Symbol, float | sp.Expr]
+    horizon: float
+    outputs: Mapping[str, Output]
+    inputs: Mapping[sp.Symbol, Signal]
 
-    def __post_init__(self):
-        if not isinstance(self.system, System):
-            raise SceneError(f"system is {self.system!r}; give a sf.System")
-        object.__setattr__(self, "contacts", tuple(self.contacts))
+    def __init__(
+        self,
+        system: System,
+        contacts: Sequence[Contact] = (),
+        values: Mapping[Key, float | None] = _NO_VALUES,
+        initial: Mapping[Key, float | sp.Expr] = _NO_INITIAL,
+        horizon: float = 0.0,
+        outputs: Mapping[str, Output] | None = None,
+        inputs: Mapping[Key, Signal] = _NO_INPUTS,
+    ):
+        """Check and normalise: the attributes are keyed by the symbols of the expressions, the numbers are floats."""
+        if not isinstance(system, System):
+            raise SceneError(f"system is {system!r}; give a sf.System")
+        self._set("system", system)
+        self._set("contacts", tuple(contacts))
         for c in self.contacts:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(self.system, self.contacts)
-        horizon = finite(self.horizon, "horizon")
-        if horizon <= 0:
-            raise SceneError(f"horizon is {horizon}; it must be positive")
-        object.__setattr__(self, "horizon", horizon)
-        object.__setattr__(self, "outputs", _read_outputs(self.outputs))
+        length = finite(horizon, "horizon")
+        if length <= 0:
+            raise SceneError(f"horizon is {length}; it must be positive")
+        self._set("horizon", length)
+        self._set("outputs", _read_outputs(outputs))
         self._check_output_symbols()
-        self._read_values()
-        self._read_initial()
+        self._read_values(values, initial, inputs)
+        self._read_initial(initial)
         if None not in self.values.values():
             self._check_numbers()
 
-    def _read_values(self):
-        given = {name_of(k): v for k, v in self.values.items()}
-        if len(given) < len(self.values):
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)  # the class is frozen for everybody else
+
+    def _read_values(self, values: Mapping[Key, float | None], initial: Mapping, inputs: Mapping[Key, Signal]) -> None:
+        given = _by_name(values)
+        if len(given) < len(values):
             raise SceneError("a parameter is given twice in Scene.values, as a symbol and by name")
-        signals = {name_of(k): s for k, s in self.inputs.items()}
+        signals = _by_name(inputs)
         for name, signal in signals.items():
             if not isinstance(signal, Signal):
                 raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
-        symbols = self._symbols()
-        found = {}
+        symbols = _symbols(self.system, self.contacts, initial, self.outputs)
+        found: dict[str, sp.Symbol] = {}
         for symbol in sorted(symbols, key=str):
             found.setdefault(symbol.name, symbol)
         allowed = self._state_names() | {name: found.get(name, sp.Symbol(name)) for name in signals}
@@ -91,13 +109,12 @@ class Scene:
                 where = "input" if name in signals else "value"
                 raise SceneError(f"{where} {name} is used by no expression{nearest(name, parameters)}")
         numbers = {found[n]: None if v is None else finite(v, f"the value of {n}") for n, v in given.items()}
-        object.__setattr__(self, "values", numbers)
-        object.__setattr__(self, "inputs", {found[n]: s for n, s in signals.items()})
+        self._set("values", numbers)
+        self._set("inputs", {found[n]: s for n, s in signals.items()})
 
-    def _symbols(self) -> set[sp.Symbol]:
-        return _symbols(self.system, self.contacts, self.initial, self.outputs)
-
-    def _still_used(self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> dict:
+    def _still_used(
+        self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping[str, Output]
+    ) -> dict[sp.Symbol, float | None]:
         """Return the values that the scene would still use with other parts; the rest goes with what it belonged to."""
         used = _symbols(self.system, contacts, initial, outputs)
         return {s: v for s, v in self.values.items() if s in used}
@@ -109,9 +126,9 @@ class Scene:
         symbols = [make(c.name) for c in self.contacts for make in (friction_force, slip)]
         return {s.name: s for s in symbols}
 
-    def _read_initial(self):
+    def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
-        given = {name_of(k): v for k, v in self.initial.items()}
+        given = _by_name(initial)
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -125,9 +142,9 @@ class Scene:
         missing = next((name for name in states if name not in given), None)
         if missing:
             raise SceneError(f"no initial value for {missing}; add it to Scene.initial")
-        object.__setattr__(self, "initial", {s: given[s.name] for s in self.system.states})
+        self._set("initial", {s: given[s.name] for s in self.system.states})
 
-    def _check_output_symbols(self):
+    def _check_output_symbols(self) -> None:
         known = self._contact_symbols()
         for name, output in self.outputs.items():
             if isinstance(output, ScalarOfExpression):
@@ -137,14 +154,14 @@ class Scene:
                         bare = s.name.split("(", 1)[1][:-1]
                         raise SceneError(f"output {name!r} asks for contact {bare!r}{nearest(bare, contacts)}")
 
-    def _check_numbers(self):
+    def _check_numbers(self) -> None:
         numbers = self.numbers()
         for what, e in self._named_expressions():
             check_continuous(e, {k: v for k, v in numbers.items() if k not in self.initial}, what)
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
         check_start(self.system, self.contacts, start)
 
-    def _named_expressions(self):
+    def _named_expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         for i, e in enumerate(self.system.force):
             yield f"force[{i}]", e
         for i, e in enumerate(self.system.z_rate):
@@ -152,16 +169,21 @@ class Scene:
 
     def numbers(self) -> dict[sp.Symbol, float]:
         """Return every parameter and every initial state as a number; raise if a value is still to be given."""
-        missing = next((k for k, v in self.values.items() if v is None), None)
+        numbers = self.parameter_values()
+        for state, value in self.initial.items():
+            number = value if isinstance(value, float) else value.subs(self.values)
+            numbers[state] = finite(number, f"the initial value of {state.name}")
+        return numbers
+
+    def parameter_values(self) -> dict[sp.Symbol, float]:
+        """Return every parameter as a number; raise if a value is still to be given."""
+        numbers = {k: v for k, v in self.values.items() if v is not None}
+        missing = next((k for k in self.values if k not in numbers), None)
         if missing is not None:
             raise SceneError(
                 f"no value for {missing.name}; add it to Scene.values, or scene.where({{'{missing.name}': ...}})"
             )
-        values = dict(self.values)
-        for state, value in self.initial.items():
-            number = value if isinstance(value, float) else value.subs(self.values)
-            values[state] = finite(number, f"the initial value of {state.name}")
-        return values
+        return numbers
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
@@ -183,7 +205,7 @@ class Scene:
 
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
         """Return the scene with another start of some of its states."""
-        start = {s.name: v for s, v in self.initial.items()} | {name_of(k): v for k, v in initial.items()}
+        start = _by_name(self.initial) | _by_name(initial)
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
     def until(self, horizon: float) -> "Scene":
@@ -192,12 +214,12 @@ class Scene:
 
     def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
         """Return the scene with other outputs."""
-        outputs = _read_outputs(outputs)
-        return replace(self, outputs=outputs, values=self._still_used(self.contacts, self.initial, outputs))
+        other = _read_outputs(outputs)
+        return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
 
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`."""
-        contacts = [replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts]
+        contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
         return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
 
     def equations(self) -> tuple[sp.Eq, ...]:
@@ -232,6 +254,10 @@ class Scene:
         return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
 
 
+def _by_name(entries: Mapping[Key, _Value]) -> dict[str, _Value]:
+    return {name_of(k): v for k, v in entries.items()}
+
+
 def _symbols(system: System, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> set[sp.Symbol]:
     """Return every symbol that some expression uses, the speed inside laws apart."""
     wanted = [o.expr for o in outputs.values() if isinstance(o, ScalarOfExpression)]
@@ -240,7 +266,7 @@ def _symbols(system: System, contacts: Sequence[Contact], initial: Mapping, outp
     return set().union(*parts, *(c.free_symbols for c in contacts))
 
 
-def _read_outputs(outputs) -> dict[str, Output]:
+def _read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
     if outputs is None:
         return {"path": Trajectory()}
     if not isinstance(outputs, Mapping):

@@ -181,12 +181,12 @@ def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scen
         arguments["motion"] = motion
     elif "motion" in parameters:
         raise SceneError("scene.motion is missing; give a record's path, or a table: {kind = 'synthetic', seed = 1}")
-    law_values = {}
+    law_values: dict[str, float] = {}
     for name, value in document.values.items():
         if name in arguments:
             raise SceneError(f"values.{name} is also given in [scene]; keep one")
         (arguments if name in parameters else law_values)[name] = value
-    specs = ()
+    specs: tuple[LawSpec, ...] = ()
     if document.friction:
         arguments["law"], specs = _only_law(document, function, law_values)
     unknown = set(law_values) - {s.name for s in arguments["law"].free_symbols} if document.friction else law_values
@@ -205,17 +205,15 @@ def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scen
 def _check_options(function: Callable, options: Mapping) -> None:
     """Raise where a number is given as text: the function's default says what it wants."""
     for name, value in options.items():
-        parameter = inspect.signature(function).parameters.get(name)
-        numeric = parameter is not None and isinstance(parameter.default, float | int)
-        text = parameter is not None and isinstance(parameter.default, str)
         if name == "law":
             raise SceneError("scene.law: the friction law has its own section; write [friction] with law = ...")
-        if numeric and not isinstance(parameter.default, bool) and (isinstance(value, str | bool | list)):
+        parameter = inspect.signature(function).parameters.get(name)
+        default = None if parameter is None else parameter.default
+        number = isinstance(default, float | int) and not isinstance(default, bool)
+        if number and isinstance(value, str | bool | list):
             raise SceneError(f"scene.{name} is {shorten(repr(value), 30)}, not a number; write a plain number")
-        if text and not isinstance(value, str):
-            raise SceneError(
-                f"scene.{name} is {shorten(value, 30)}, not text; write it in quotes, as {parameter.default!r}"
-            )
+        if isinstance(default, str) and not isinstance(value, str):
+            raise SceneError(f"scene.{name} is {shorten(value, 30)}, not text; write it in quotes, as {default!r}")
 
 
 def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[Law, tuple[LawSpec, ...]]:

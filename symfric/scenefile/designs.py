@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from symfric.ensemble import generate, record_files
 from symfric.ensemble.motion import Motion
@@ -31,12 +31,12 @@ class DesignPlan:
     ----------
     kind : str
         Name of the function in `symfric.design`.
-    arguments : mapping of str to object
+    arguments : mapping of str
         Its arguments, those that the table gives.
     """
 
     kind: str
-    arguments: Mapping[str, object]
+    arguments: Mapping[str, Any]
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -64,15 +64,15 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
         The scene file's, where records are looked for; None if there is no file.
     """
     given = {k: exact(v) if isinstance(v, float) else v for k, v in motion.__pydantic_extra__.items()}
-    if (motion.file is None) == (motion.kind is None):
-        raise SceneError(f"{place} needs one of file, a record's path, and kind, 'synthetic' or 'sine_burst'")
-    if motion.kind is not None:
+    if motion.kind is not None and motion.file is None:
         function = getattr(generate, motion.kind)
-    else:
+    elif motion.file is not None and motion.kind is None:
         if folder is None:
             raise SceneError(f"{place}.file: a record is found beside a scene file, and this text is none")
         function = record_files.read_at2 if motion.file.lower().endswith(".at2") else record_files.read_text
         given = {"path": folder / motion.file, **given}
+    else:
+        raise SceneError(f"{place} needs one of file, a record's path, and kind, 'synthetic' or 'sine_burst'")
     check_arguments(place, function, given)
     if motion.kind is not None:
         _check_size(place, given)
@@ -134,7 +134,7 @@ def _arguments(kind: str, section: Section, scene: Scene, model: str | None, fol
         if model != "absorber":
             raise SceneError(f"{place}.mass_ratio is missing; add it")
         given["mass_ratio"] = scene.values[scene.parameter("mass_ratio")]
-    if kind == "isolator":
+    if isinstance(section, questions.Isolator):
         motions = enumerate(section.motions)
         given["motions"] = [read_motion(m, f"{place}.motions[{i}]", folder) for i, m in motions]
     return given

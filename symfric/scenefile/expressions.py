@@ -8,8 +8,9 @@ import ast
 import math
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NoReturn
 
 import sympy as sp
 
@@ -27,7 +28,7 @@ MAX_BRANCHING = 30  # abs, min, max and pieces of piecewise together: SymPy comp
 LARGEST = 1e300
 
 
-FUNCTIONS = {  # one argument: SymPy's function and its value on floats
+FUNCTIONS: dict[str, tuple[Callable, Callable[[float], float]]] = {  # SymPy's function and its value on floats
     "sin": (sp.sin, math.sin),
     "cos": (sp.cos, math.cos),
     "tan": (sp.tan, math.tan),
@@ -42,7 +43,7 @@ FUNCTIONS = {  # one argument: SymPy's function and its value on floats
     "acos": (sp.acos, math.acos),
     "atan": (sp.atan, math.atan),
 }
-EXTREMES = {"min": (sp.Min, min), "max": (sp.Max, max)}
+EXTREMES: dict[str, tuple[Callable, Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
 OF_CONTACTS = {"friction_force": friction_force, "slip": slip}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 IN_COMPARISONS = ("abs", "sin", "cos")  # where pieces meet is solved for, which SymPy can do for simple functions
@@ -70,9 +71,9 @@ class _Term:
     value: float | None = None
 
 
-def shorten(text: str, length: int = 60) -> str:
-    """Return text on one line, control characters escaped, cut to `length`."""
-    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
+def shorten(value: object, length: int = 60) -> str:
+    """Return what a value looks like on one line, control characters escaped, cut to `length`."""
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(value))
     return text if len(text) <= length else text[: length - 3] + "..."
 
 
@@ -151,7 +152,7 @@ class _Reader:
         self.nodes = self.branching = 0
         self.comparing = False
 
-    def refuse(self, message: str):
+    def refuse(self, message: str) -> NoReturn:
         """Raise with the place."""
         raise SceneError(f"{self.place}: {message}")
 
@@ -211,14 +212,17 @@ class _Reader:
             self.refuse(f"{name} is a function; write {name}(...)")
         return self.refuse(f"unknown name {shorten(name, 40)}{nearest(name, self.names)}")
 
-    def combine(self, operation, *terms: _Term) -> _Term:
+    def combine(self, operation: Callable, *terms: _Term) -> _Term:
         """Apply an operation to expressions and, if all are constants, first to their values."""
-        value = None
-        if all(t.value is not None for t in terms):
-            value = self.evaluate(operation, *(t.value for t in terms))
+        value = self.value_of(operation, terms)
         return _Term(operation(*(t.expr for t in terms)), value)
 
-    def evaluate(self, operation, *values: float) -> float:
+    def value_of(self, operation: Callable[..., float], terms: Sequence[_Term]) -> float | None:
+        """Return the value of an operation on constants; None if one of the terms is none."""
+        values = [t.value for t in terms if t.value is not None]
+        return self.evaluate(operation, *values) if len(values) == len(terms) else None
+
+    def evaluate(self, operation: Callable[..., float], *values: float) -> float:
         """Return the value of an operation on numbers, or say what is wrong with it."""
         try:
             value = operation(*values)
@@ -238,10 +242,11 @@ class _Reader:
     def chain(self, node: ast.BinOp, kinds: tuple[type, type], depth: int) -> _Term:
         """Read ``a + b - c`` or ``a * b / c`` without recursion along the chain."""
         operands = []
-        while isinstance(node, ast.BinOp) and isinstance(node.op, kinds):
-            operands.append((type(node.op), node.right))
-            node = node.left
-        terms = [self.term(node, depth + 1)]
+        first: ast.expr = node
+        while isinstance(first, ast.BinOp) and isinstance(first.op, kinds):
+            operands.append((type(first.op), first.right))
+            first = first.left
+        terms = [self.term(first, depth + 1)]
         for kind, operand in reversed(operands):
             term = self.term(operand, depth + 1)
             if kind is ast.Sub:
@@ -253,9 +258,7 @@ class _Reader:
                 term = _Term(1 / term.expr, value)
             terms.append(term)
         adding = kinds[0] is ast.Add
-        value = None
-        if all(t.value is not None for t in terms):
-            value = self.evaluate(sum if adding else math.prod, [t.value for t in terms])
+        value = self.value_of((lambda *v: sum(v)) if adding else (lambda *v: math.prod(v)), terms)
         return _Term((sp.Add if adding else sp.Mul)(*(t.expr for t in terms)), value)
 
     def power(self, base: _Term, exponent: _Term) -> _Term:
@@ -297,12 +300,10 @@ class _Reader:
             self.branch(name == "abs")
             symbolic, numeric = FUNCTIONS[name]
         terms = [self.term(a, depth + 1) for a in node.args]
-        value = None
-        if all(t.value is not None for t in terms):
-            value = self.evaluate(numeric, *(t.value for t in terms))
+        value = self.value_of(numeric, terms)
         return _Term(symbolic(*(t.expr for t in terms)), value)
 
-    def branch(self, count: int):
+    def branch(self, count: int) -> None:
         """Count what SymPy compares pairwise."""
         self.branching += count
         if self.branching > MAX_BRANCHING:
@@ -312,9 +313,9 @@ class _Reader:
         """Return the symbol of a contact's friction force or slip."""
         if not self.contacts:
             self.refuse(f"{name}(...) is allowed in [outputs] only")
-        if len(arguments) != 1 or not isinstance(getattr(arguments[0], "value", None), str):
+        contact = arguments[0].value if len(arguments) == 1 and isinstance(arguments[0], ast.Constant) else None
+        if not isinstance(contact, str):
             self.refuse(f'{name}(...) takes the name of a contact in quotes, as {name}("{self.contacts[0]}")')
-        contact = arguments[0].value
         if contact not in self.contacts:
             self.refuse(f"no contact {shorten(contact, 30)!r}{nearest(contact, self.contacts)}")
         return _Term(OF_CONTACTS[name](contact))

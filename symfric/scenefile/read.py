@@ -175,8 +175,8 @@ def _check_nesting(text: str) -> None:
         elif before != ".":
             dots = 0
         if dots > MAX_DOTS:
-            line = text.count("\n", 0, match.start()) + 1
-            raise SceneError(f"a key of more than {MAX_DOTS} parts (at line {line}); use sections")
+            number = text.count("\n", 0, match.start()) + 1
+            raise SceneError(f"a key of more than {MAX_DOTS} parts (at line {number}); use sections")
         before = token
 
 

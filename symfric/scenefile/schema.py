@@ -3,6 +3,7 @@
 from typing import Annotated
 
 from pydantic import ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from symfric.errors import SceneError
 from symfric.model.names import nearest
@@ -156,7 +157,7 @@ def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ())
     raise SceneError(_one_line(kind, finding, place, extra)) from None
 
 
-def _one_line(kind: type[Section], finding: dict, place: str, extra: tuple[str, ...]) -> str:
+def _one_line(kind: type[Section], finding: ErrorDetails, place: str, extra: tuple[str, ...]) -> str:
     """Turn one of pydantic's findings into place, what is wrong and cure."""
     where, section = place, kind
     path = list(finding["loc"])

@@ -88,8 +88,9 @@ def peaks(mass_ratio: float, tuning: float, damping: float) -> tuple[tuple[float
     damper = (2 * zeta * f) ** 2 * (middle + shift)
     above, below = off**2 + damper, rigid**2 + damper * (main - mu * (middle + shift)) ** 2
     slope = above.deriv() * below - above * below.deriv()
-    roots = [t for t in slope.roots() if abs(t.imag) <= _REAL * abs(t)]
-    found = [t.real for t in roots if slope.deriv()(t.real) < 0 and middle + size * t.real > 0]
+    all_roots = np.asarray(slope.roots(), dtype=complex)
+    roots = [float(t.real) for t in all_roots if abs(t.imag) <= _REAL * abs(t)]
+    found = [t for t in roots if slope.deriv()(t) < 0 and middle + size * t > 0]
     rest = -middle / size
     found = [*found, rest] if slope(rest) < 0 or not found else found
     heights = ((float(np.sqrt(middle + size * t)), float(np.sqrt(above(t) / below(t)))) for t in found)

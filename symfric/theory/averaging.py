@@ -124,13 +124,14 @@ def _oscillator(scene: Scene) -> Oscillator:
     if q in system.mass[0].free_symbols:
         raise SceneError(f"the mass is {system.mass[0]}; averaging takes a constant mass")
     contacts = [_checked(c, q, u) for c in field.contacts]
-    sliding = [c for c in contacts if not (c.slip.subs(u, 0).is_zero and not rests_smoothly(c.law, scene.values))]
+    values = scene.parameter_values()
+    sliding = tuple(c for c in contacts if not (c.slip.subs(u, 0).is_zero and not rests_smoothly(c.law, values)))
     balanced = field_of(replace(scene.wanting({}), contacts=sliding, values=_used(scene, sliding)))
     start = np.array([scene.numbers()[s] for s in (q, u)])
-    x = solve(balanced, balanced.vector(scene.values), start)
-    signs = dict(zip(balanced.signs, map(int, balanced.directions(x, balanced.vector(scene.values))), strict=True))
+    x = solve(balanced, balanced.vector(values), start)
+    signs = dict(zip(balanced.signs, map(int, balanced.directions(x, balanced.vector(values))), strict=True))
     total = balanced.parts[0].subs(signs).subs(u, 0)
-    numbers = {k: sp.Float(v) for k, v in scene.values.items()}
+    numbers = {k: sp.Float(v) for k, v in values.items()}
     symbolic = not any(c.law.breaks for c in contacts) and not total.has(sp.Integral)
     line = sp.expand(total)
     if symbolic and line.is_polynomial(q) and sp.degree(line, q) < 2:
@@ -148,11 +149,11 @@ def _oscillator(scene: Scene) -> Oscillator:
     _check_stiffness(stiffness, scene)
     frictions = tuple(_friction(c, u, numbers, scene) for c in contacts)
     force = system.force[0].subs(numbers)
-    remaining = {} if numbers else dict(scene.values)
+    remaining = {} if numbers else values
     return Oscillator(q, u, position, sp.sqrt(stiffness / mass), mass, force, frictions, remaining)
 
 
-def _used(scene: Scene, contacts: list[Contact]) -> dict:
+def _used(scene: Scene, contacts: tuple[Contact, ...]) -> dict[sp.Symbol, float | None]:
     known = set().union(*(e.free_symbols for e in scene.system.expressions), *(c.free_symbols for c in contacts))
     starts = [v.free_symbols for v in scene.initial.values() if isinstance(v, sp.Expr)]
     known = known.union(*starts)
@@ -246,7 +247,8 @@ def _friction_means(o: Oscillator, friction: Friction):
         return integrand
 
     kinetic = branches(contact.law.kinetic, (SPEED,))
-    parts, edges = ([], []), []
+    parts: tuple[list, list] = ([], [])
+    edges: list[sp.Expr] = []
     for top, arcs in ranges(kinetic, contact.law.breaks, friction.W, V):
         edge = top / (friction.pull * o.omega) if top != sp.oo else sp.oo
         for weight in (0, 1):

@@ -151,8 +151,8 @@ def energy_balance(run) -> EnergyBalance:
     m, stiffness = numbers["m"], numbers["m"] * (2 * np.pi * numbers["f_n"]) ** 2
     x, u = (float(v) for v in run.final)
     given = 0.5 * (stiffness * numbers["x0"] ** 2 + m * numbers["v0"] ** 2)
-    taken = (float(run.outputs[name]) for name in ENERGIES)
-    return EnergyBalance(given, *taken, 0.5 * stiffness * x**2, 0.5 * m * u**2)
+    viscous, contact = (float(run.outputs[name]) for name in ENERGIES)
+    return EnergyBalance(given, viscous, contact, 0.5 * stiffness * x**2, 0.5 * m * u**2)
 
 
 def decisions(run) -> Decisions:

@@ -1,11 +1,13 @@
 """Steady sliding: the states at rest while every contact slips."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.model.laws import Law
 from symfric.model.names import SPEED
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
@@ -79,7 +81,7 @@ def equilibrium(scene: Scene) -> Equilibrium:
     Solves ``force - J^T sign(w) N mu(|w|) = 0`` and ``z_rate = 0`` at u = 0; for one mass on a belt it is Thomsen (7).
     """
     field = field_of(scene)
-    p = field.vector(scene.values)
+    p = field.vector(scene.parameter_values())
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     return Equilibrium(x, slips(field, p, x), tuple(s.name for s in field.states))
@@ -179,7 +181,7 @@ def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
             )
 
 
-def rests_smoothly(law, values: dict[sp.Symbol, float]) -> bool:
+def rests_smoothly(law: Law, values: Mapping[sp.Symbol, float]) -> bool:
     """Whether the friction passes through zero slip without a jump."""
     if law.smooth:
         return True

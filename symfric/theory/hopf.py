@@ -119,11 +119,11 @@ def _tracker(scene: Scene, symbol, low: float, high: float):
     """Return the scene's field and a function from a value to its leading eigenvalue, following the equilibrium."""
     ends = [scene.where({symbol: v}) for v in (low, high)]
     field = field_of(ends[1 if low == 0 else 0], vary=(symbol,))
-    numbers = ends[0].numbers()
+    numbers, others = ends[0].numbers(), ends[0].parameter_values()
     last = [np.array([numbers[s] for s in field.states])]
 
     def leading(value: float):
-        p = field.vector({**scene.values, symbol: value})
+        p = field.vector({**others, symbol: value})
         x = solve(field, p, last[0])
         last[0] = x
         eigenvalues = np.linalg.eigvals(linearise(field, p, x)[3])

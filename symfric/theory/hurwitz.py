@@ -70,14 +70,14 @@ def routh_hurwitz(coefficients: Sequence[float]) -> Hurwitz:
     n = len(coefficients) - 1
     with mpmath.workdps(30 + 5 * n):
         lead = mpmath.sign(mpmath.mpf(coefficients[0]))
-        c = [lead * mpmath.mpf(v) for v in coefficients]
+        positive = [lead * mpmath.mpf(v) for v in coefficients]
         matrix = mpmath.matrix(n, n)
         for i in range(n):
             for j in range(n):
                 if 0 <= 2 * j - i + 1 <= n:
-                    matrix[i, j] = c[2 * j - i + 1]
+                    matrix[i, j] = positive[2 * j - i + 1]
         minors = [mpmath.det(matrix[: k + 1, : k + 1]) for k in range(n)]
-        return Hurwitz(tuple(float(v) for v in c), tuple(float(d) for d in minors), all(d > 0 for d in minors))
+        return Hurwitz(tuple(float(v) for v in positive), tuple(float(d) for d in minors), all(d > 0 for d in minors))
 
 
 def characteristic_coefficients(matrix: np.ndarray) -> tuple:
@@ -125,7 +125,7 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     n, n_x = field.n, len(field.states)
     if n_x > MOST_STATES:
         raise SceneError(f"the scene has {n_x} states; a symbolic criterion is given for up to {MOST_STATES}")
-    p = field.vector(scene.values)
+    p = field.vector(scene.parameter_values())
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     signs = dict(zip(field.signs, (int(s) for s in field.directions(x, p)), strict=True))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.names import Key, finite
@@ -86,18 +87,18 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
     from scipy.optimize import linear_sum_assignment
 
     symbol = scene.parameter(parameter)
-    values = np.array([finite(v, f"a value of {symbol.name}") for v in values])
-    if not values.size:
+    grid = np.array([finite(v, f"a value of {symbol.name}") for v in values])
+    if not grid.size:
         raise SceneError(f"no values of {symbol.name} to follow the eigenvalues along")
-    rows = []
-    for matrix in _state_matrices(scene, symbol, values):
+    rows: list[np.ndarray] = []
+    for matrix in _state_matrices(scene, symbol, grid.tolist()):
         found = np.linalg.eigvals(matrix).astype(complex)
         found = found[np.lexsort((-found.imag, -found.real))]
         if rows:
             ahead = rows[-1] if len(rows) < 2 else 2 * rows[-1] - rows[-2]
             found = found[linear_sum_assignment(np.abs(ahead[:, None] - found[None, :]))[1]]
         rows.append(found)
-    return RootLocus(symbol.name, values, np.array(rows).T)
+    return RootLocus(symbol.name, grid, np.array(rows).T)
 
 
 def damper_loop(scene: Scene, parameter: Key):
@@ -143,14 +144,15 @@ def damper_loop(scene: Scene, parameter: Key):
     return control.ss(none, push[:, None], speed[None, :], 0.0, states=names, inputs=[force], outputs=[output])
 
 
-def _state_matrices(scene: Scene, symbol, values) -> list[np.ndarray]:
+def _state_matrices(scene: Scene, symbol: sp.Symbol, values: Sequence[float]) -> list[np.ndarray]:
     """Return the state matrix at each value of a parameter; steady sliding is followed."""
     field = field_of(scene, vary=(symbol,))
-    numbers = scene.where({symbol: 1.0}).numbers()
+    some = scene.where({symbol: 1.0})
+    numbers, others = some.numbers(), some.parameter_values()
     x = np.array([numbers[s] for s in field.states])
     found = []
     for value in values:
-        p = field.vector({**scene.values, symbol: float(value)})
+        p = field.vector({**others, symbol: value})
         x = solve(field, p, x)
         found.append(linearise(field, p, x)[3])
     return found

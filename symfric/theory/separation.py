@@ -48,7 +48,7 @@ def separate(scene: Scene) -> Scene:
     velocity_sine, velocity_cosine = fast.velocity
     force = [_mean(e, f"force[{i}]", fast, system) for i, e in enumerate(fast.steady)]
     rates = [_mean(e, f"z_rate[{i}]", fast, system) for i, e in enumerate(system.z_rate)]
-    contacts = [_effective(c, fast, scene) for c in scene.contacts]
+    contacts = tuple(_effective(c, fast, scene) for c in scene.contacts)
     start = dict(scene.initial)
     for i, (q, u) in enumerate(zip(system.q, system.u, strict=True)):
         # at t = 0 the fast part of the velocity is its cosine, that of the position -(velocity's sine)/Omega
@@ -230,7 +230,8 @@ def _fast_slip(contact: Contact, fast: Excitation, system: System) -> sp.Expr:
 def _averaged(law: Law, q: sp.Expr, scene: Scene) -> Law:
     if not law.breaks and law.kinetic.is_polynomial(SPEED):
         return law.averaged(q)
-    return law.where(scene.values).averaged(float(q.subs(scene.values)))
+    values = scene.parameter_values()
+    return law.where(values).averaged(float(q.subs(values)))
 
 
 def _plus(value, change: sp.Expr):
@@ -239,7 +240,7 @@ def _plus(value, change: sp.Expr):
     return sp.sympify(value) + change if not (isinstance(value, float) and value == 0) else change
 
 
-def _rebuilt(scene: Scene, system: System, contacts: list[Contact], start: dict) -> Scene:
+def _rebuilt(scene: Scene, system: System, contacts: tuple[Contact, ...], start: dict) -> Scene:
     """Return the scene with only the values that something still uses."""
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     used = used.union(*(v.free_symbols for v in start.values() if isinstance(v, sp.Expr)))

@@ -9,7 +9,7 @@ and M without inverting the mass matrix symbolically.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, System
 
-Values = dict[sp.Symbol, float]
+Values = Mapping[sp.Symbol, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,9 +206,11 @@ def curvature(field: Field) -> Callable:
     """
     n, n_x = field.n, len(field.states)
     parts = field.parts
-    mass = [branches(e, field.states) for e in field.system.mass]
-    blocks = [(parts, 2, (len(parts), n_x, n_x)), (parts, 3, (len(parts), n_x, n_x, n_x))]
-    blocks += [(mass, 1, (n * n, n_x)), (mass, 2, (n * n, n_x, n_x))]
+    mass = tuple(branches(e, field.states) for e in field.system.mass)
+    blocks: tuple[tuple[tuple[sp.Expr, ...], int, tuple[int, ...]], ...] = (
+        *((parts, 2, (len(parts), n_x, n_x)), (parts, 3, (len(parts), n_x, n_x, n_x))),
+        *((mass, 1, (n * n, n_x)), (mass, 2, (n * n, n_x, n_x))),
+    )
     entries, places = [], []
     for block, (rows, order, _) in enumerate(blocks):
         for index, derivative in _derivatives(rows, field.states, order):

@@ -124,11 +124,11 @@ def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np
     """
     from scipy import optimize
 
-    edges = [e for e in edges if e > 0] or [1.0]
-    low, high = 1e-6 * min(edges), 1e3 * max(edges)
+    inner = [e for e in edges if e > 0] or [1.0]
+    low, high = 1e-6 * min(inner), 1e3 * max(inner)
     grid = np.geomspace(low, high, int(np.log10(high / low) * 120))
     near = 10.0 ** np.linspace(-14, -0.5, 82)
-    grid = np.unique(np.concatenate([grid, *(e * (1 + side * near) for e in edges for side in (-1, 1))]))
+    grid = np.unique(np.concatenate([grid, *(e * (1 + side * near) for e in inner for side in (-1, 1))]))
     values = rate(grid)
     good = np.isfinite(values)
     grid, values = grid[good], values[good]

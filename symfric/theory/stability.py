@@ -159,7 +159,7 @@ def stability(scene: Scene) -> Stability:
     ``2 beta + gamma2 mu'(v_b)``, Thomsen (17).
     """
     field = field_of(scene)
-    p = field.vector(scene.values)
+    p = field.vector(scene.parameter_values())
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     M, B, K, matrix = linearise(field, p, x)

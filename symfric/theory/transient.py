@@ -46,14 +46,21 @@ class DamperSymbols(NamedTuple):
 
 
 SYMBOLS = Symbols(
-    *sp.symbols("delta delta_s", positive=True), sp.Symbol("x0", real=True), sp.Symbol("omega_n", positive=True)
+    delta=sp.Symbol("delta", positive=True),
+    delta_s=sp.Symbol("delta_s", positive=True),
+    x0=sp.Symbol("x0", real=True),
+    omega_n=sp.Symbol("omega_n", positive=True),
 )
 DAMPER = DamperSymbols(
-    *sp.symbols("A omega_n mu_m", positive=True),
-    sp.Symbol("zeta", nonnegative=True),
-    sp.Symbol("r", positive=True),
-    *sp.symbols("x0 v0", real=True),
-    *sp.symbols("g v_c", positive=True),
+    A=sp.Symbol("A", positive=True),
+    omega_n=sp.Symbol("omega_n", positive=True),
+    mu_m=sp.Symbol("mu_m", positive=True),
+    zeta=sp.Symbol("zeta", nonnegative=True),
+    r=sp.Symbol("r", positive=True),
+    x0=sp.Symbol("x0", real=True),
+    v0=sp.Symbol("v0", real=True),
+    g=sp.Symbol("g", positive=True),
+    v_c=sp.Symbol("v_c", positive=True),
 )
 
 _SIGNIFICANT = 45.0  # e^-45 is below the rounding of what is left

@@ -63,12 +63,12 @@ def numbers(scene: Scene | None) -> Symbols:
             "the belt's closed forms hold for sf.scenes.mass_on_belt; this scene has other equations (sf.stability, "
             "sf.hopf and sf.average take any)"
         )
-    scene.numbers()
-    given = {s.name: v for s, v in scene.values.items()}
+    values = scene.parameter_values()
+    given = {s.name: v for s, v in values.items()}
     if given["v_b"] < 0:
         raise SceneError(f"v_b is {given['v_b']:g}; the closed forms take belt speeds >= 0, so mirror the scene")
-    mu_s, mu_m, v_m = cubic_parameters(scene.contacts[0].law.where(scene.values))
-    return Symbols(*(given[s.name] for s in SYMBOLS[:5]), mu_s, mu_m, v_m)
+    v_b, beta, gamma2, a, Omega = (given[s.name] for s in SYMBOLS[:5])
+    return Symbols(v_b, beta, gamma2, a, Omega, *cubic_parameters(scene.contacts[0].law.where(values)))
 
 
 def cubic_parameters(law: Law) -> tuple[float, float, float]:

@@ -18,6 +18,7 @@ from symfric.theory.drive.pair import (
     W,
     closed,
     difference,
+    landed,
     multipliers,
     passes,
     path,
@@ -307,8 +308,8 @@ def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, s
     from scipy.optimize import brentq
 
     loads = [float(pair.load @ orbit.y) for orbit in (first, second)]
-    load = brentq(lambda e: slope(pair, closed(pair, second, landing=e)), *loads, xtol=1e-14 * abs(loads[1]))
-    fold = closed(pair, second, landing=load)
+    load = brentq(lambda e: slope(pair, landed(pair, second, e)), *loads, xtol=1e-14 * abs(loads[1]))
+    fold = landed(pair, second, load)
     return (fold, "fold") if passes(pair, fold, fc1) else None
 
 
@@ -359,10 +360,8 @@ def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | Non
         orbit, low, size = ahead, high, 1.5 * size
     else:
         return None
-    load = brentq(
-        lambda e: difference(pair, closed(pair, ahead, landing=e)) - delta, high, low, xtol=1e-300, rtol=1e-14
-    )
-    orbit = closed(pair, ahead, landing=load)
+    load = brentq(lambda e: difference(pair, landed(pair, ahead, e)) - delta, high, low, xtol=1e-300, rtol=1e-14)
+    orbit = landed(pair, ahead, load)
     return orbit if passes(pair, orbit, fc1) else None
 
 
@@ -384,12 +383,12 @@ def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
     out = released(pair, orbit)
     rest = np.array([-fc1, pair.r * pair.zeta**2 * fc1, 0.0, 0.0])
     phases = ((pair.slipping, out, orbit.slip), (pair.sticking, orbit.y, orbit.stick))
-    ranges = tuple(float(np.ptp(np.concatenate([turns(*phase, row) for phase in phases]))) for row in (0, 1))
+    first, second = (float(np.ptp(np.concatenate([turns(*phase, row) for phase in phases]))) for row in (0, 1))
     return SlidesCycle(
         float(fc1 + pair.load @ out),
         orbit.slip,
         orbit.stick,
-        ranges,
+        (first, second),
         orbit.y + rest,
         out + rest,
         multipliers(pair, orbit),

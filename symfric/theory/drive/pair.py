@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from symfric.errors import NotFound
+
 W = np.array([0.0, 0.0, 1.0, -1.0])  # h
 SAMPLES = 2048  # of one phase of an orbit
 
@@ -153,6 +155,14 @@ def closed(pair: Pair, guess: Orbit, *, landing=None, release=None, share: float
             return Orbit(y, float(T1), float(T2))
         last = size
     return None
+
+
+def landed(pair: Pair, guess: Orbit, landing: float) -> Orbit:
+    """Close an orbit whose slip ends with a load between those of two closed ones; raise `NotFound` if it does not."""
+    orbit = closed(pair, guess, landing=landing)
+    if orbit is None:
+        raise NotFound(f"the cycle of two slides whose slip ends with the load {landing:.12g} does not close")
+    return orbit
 
 
 def released(pair: Pair, orbit: Orbit) -> np.ndarray:
