@@ -14,10 +14,11 @@ ROOT = Path(symfric.__file__).parent
 BELOW = {
     "errors": set(),
     "files": set(),
-    "model": {"errors"},
+    "templates": set(),
+    "model": {"errors", "templates"},
     "theory": {"errors", "model"},
     "lower": {"errors", "model"},
-    "solve": {"errors", "files", "model", "lower"},
+    "solve": {"errors", "files", "templates", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}
