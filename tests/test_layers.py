@@ -14,11 +14,11 @@ ROOT = Path(symfric.__file__).parent
 BELOW = {
     "errors": set(),
     "files": set(),
-    "templates": set(),
-    "model": {"errors", "templates"},
-    "theory": {"errors", "model"},
-    "lower": {"errors", "model"},
-    "solve": {"errors", "files", "templates", "model", "lower"},
+    "locks": set(),
+    "model": {"errors", "locks"},
+    "theory": {"errors", "locks", "model"},
+    "lower": {"errors", "locks", "model"},
+    "solve": {"errors", "files", "locks", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}

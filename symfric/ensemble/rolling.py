@@ -11,7 +11,7 @@ from symfric.ensemble.motion import Motion
 from symfric.ensemble.motions import scaled_set
 from symfric.errors import SceneError
 from symfric.model.library.isolator import patched_floor, rolling_isolator
-from symfric.solve.exact.record_program import Marcher
+from symfric.solve.exact.record_program import March, Marcher
 from symfric.theory.scaling import Factors, factors, returned_ratio
 
 G = 9.81  # m/s^2
@@ -134,14 +134,13 @@ def rolling_study(
     marchers = [_marcher(profile, motions[0]) for profile in profiles.values()]
 
     def work(f: int, k: int) -> None:
-        marcher = marchers[f].copy()
-        marcher.load(motions[k].samples)
+        march = marchers[f].under(motions[k].samples)
         for i, C in enumerate(dampings):
             for j, model in enumerate(against):
                 for n in range(len(intensities)):
                     case = _values(model, C, scale[n, k], profiles, f, scaled_positions)
                     at = i, f, j, k, n
-                    status[at] = _run(marcher, case, model, motions[k], found, at)
+                    status[at] = _run(marchers[f], march, case, model, motions[k], found, at)
 
     done, size = 0, len(dampings) * len(against) * len(intensities)
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
@@ -178,13 +177,13 @@ def _values(model: Model, C: float, amplitude: float, profiles: Mapping, f: int,
     return case | {"stretch": by.length if scaled_positions else 1.0}
 
 
-def _run(marcher: Marcher, case: dict, model: Model, motion: Motion, found: dict, at: tuple) -> int:
+def _run(marcher: Marcher, march: March, case: dict, model: Model, motion: Motion, found: dict, at: tuple) -> int:
     """Run one case and note its responses; return its status."""
     time = model.factors.time
     p = np.array([case[name] for name in marcher.parameters])
     ends = {"residual": (motion.duration + _RUN_OUT) * time, "residual_end_of_record": motion.duration * time}
     times = {marcher.row[name]: end for name, end in ends.items()}
-    status, total = marcher.run(p, motion.dt * time, ends["residual"], times)
+    status, total = march.run(p, motion.dt * time, ends["residual"], times)
     if status == 0:
         for name, values in found.items():
             row = total[marcher.row[name]]

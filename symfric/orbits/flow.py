@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower, vanishing
 from symfric.lower.lift import GAPS, lifted
 from symfric.lower.variations import varied
@@ -20,8 +21,8 @@ from symfric.solve.compiled import Numbers
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 from symfric.solve.taylor.program import Taylor
-from symfric.solve.taylor.sensitive import sensitive_loop
-from symfric.solve.taylor.workspace import DOUBTS, T_END
+from symfric.solve.taylor.sensitive import sensitive_model
+from symfric.solve.taylor.workspace import DOUBTS, T_END, Workspace
 from symfric.solve.wanted import RANGE, TURN, Row, Wanted
 
 BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
@@ -70,7 +71,7 @@ class Passage(NamedTuple):
 
 
 class Flow:
-    """The compiled flow of a scene. Not to be shared between threads.
+    """The compiled flow of a scene; may be followed from any thread.
 
     Parameters
     ----------
@@ -88,6 +89,7 @@ class Flow:
         The same for its derivatives by the parameters of the flow, (n_p,).
     """
 
+    @alone(SYMBOLIC)
     def __init__(self, scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13):
         if scene.inputs:
             raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
@@ -101,7 +103,7 @@ class Flow:
         n_gaps = GAPS * len(self.contacts)
         variations = varied(self._automaton, self.scene, (*self.states, *self.parameters), n_gaps)
         wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
-        self._code, self._loop = sensitive_loop(self.scene, variations, wanted, tolerance, BUDGETS)
+        self._model = sensitive_model(self.scene, variations, wanted, tolerance, BUDGETS)
         own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
@@ -112,13 +114,15 @@ class Flow:
 
     def motion(self, scene: Scene, horizon: float) -> Run:
         """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
-        if horizon not in self._motions:
-            if len(self._motions) == _MOST_MOTIONS:
-                self._motions.pop(next(iter(self._motions)))
-            self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
+        with SYMBOLIC:
+            if horizon not in self._motions:
+                if len(self._motions) == _MOST_MOTIONS:
+                    self._motions.pop(next(iter(self._motions)))
+                self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
+            program = self._motions[horizon]
         numbers = scene.numbers()
         initial = {s.name: numbers[s] for s in scene.system.states}
-        return self._motions[horizon].run({s.name: v for s, v in scene.values.items()}, initial)
+        return program.run({s.name: v for s, v in scene.values.items()}, initial)
 
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
@@ -127,11 +131,9 @@ class Flow:
 
     def acceleration_back(self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int) -> float:
         """Return how fast a contact whose slip in direction `way` ends at a time would begin to slip the other way."""
-        end = self.run(y, values, time).end
-        w = self._loop.work
-        mode = w.m.copy()
+        passage, p, mode = self._follow(y, values, time, None)
         mode[contact], mode[len(self.contacts) + contact] = 0.0, -way
-        return float(self._slopes(end, time, w.p, mode)[contact])
+        return float(self._slopes(passage.end, time, p, mode)[contact])
 
     def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
         """Follow the flow from state y for a time.
@@ -150,20 +152,34 @@ class Flow:
         NotFound
             If the motion ends before; with the advice of its status.
         """
-        n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
+        return self._follow(y, values, time, lift)[0]
+
+    def _follow(
+        self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None
+    ) -> tuple[Passage, np.ndarray, np.ndarray]:
+        """Return the passage, and at its end the parameters and the mode as the automaton takes them."""
+        n_c = len(self.contacts)
         _, p = self._numbers.changed(values, {})
-        w = self._loop.work
-        w.clock[T_END] = time
         raised = np.zeros(2 * n_c) if lift is None else lift
-        status = self._loop.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
+        workspace = self._model.workspace()
+        workspace.arrays.clock[T_END] = time
+        status = workspace.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
+        w = workspace.arrays
+        log = workspace.take_log()
+        if status == Status.OK:
+            found = self._passage(w, log), w.p.copy(), w.m.copy()
+        self._model.give_back(workspace)
         if status != Status.OK:
             raise NotFound(f"the motion from this start ends early: {status.name}")
-        w = self._loop.work
+        return found
+
+    def _passage(self, w: Workspace, log: tuple[np.ndarray, np.ndarray]) -> Passage:
+        """Copy what a run has left in its arrays."""
+        n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
         n_e, n_s, n_g = n_x + GAPS * n_c, n_x + n_p, GAPS * n_c
         V = w.y[n_x:-1].reshape(n_s, n_x).T
         follow = w.total[n_e:, 0].reshape(n_g, n_s)
-        kept = w.counts[5]
-        events = tuple(zip(w.event_t[:kept].tolist(), *w.event_i[:kept].T.tolist(), strict=True))
+        events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
         modes = np.where(w.m[:n_c] > 0.5, 0, w.m[n_c : 2 * n_c])
         rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
         return Passage(
@@ -192,6 +208,7 @@ def _slip_rates(automaton: Automaton) -> ca.Function:
     return ca.Function("slip_rates", [y, t, p, m], [ca.densify(m[n_c : 2 * n_c] * rate)])
 
 
+@alone(SYMBOLIC)
 def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:
     """Return the compiled flow of a scene; that of the same equations with other numbers is kept in memory.
 
@@ -209,6 +226,7 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
     return _FLOWS[key]
 
 
+@alone(SYMBOLIC)
 def excitation(scene: Scene, varied: frozenset[str] = frozenset()) -> Callable[[dict[str, float]], float] | None:
     """Return the period of the excitation as a function of parameter values by name; None if nothing depends on time.
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from symfric.errors import NoRoute, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import Key, nearest
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
@@ -63,6 +64,7 @@ class Explanation:
         return "\n".join([*lines, "skipped:", *(f"  {s}" for s in self.skipped)])
 
 
+@alone(SYMBOLIC)
 def explain(scene: Scene) -> Explanation:
     """Say which route solves a scene, why the others decline, and what is skipped.
 
@@ -114,6 +116,7 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
     return tuple(notes)
 
 
+@alone(SYMBOLIC)
 def prepare(
     scene: Scene,
     tolerance: float = 1e-9,
@@ -139,7 +142,7 @@ def prepare(
     Returns
     -------
     Program
-        With ``run(values={}, initial={})``. One program serves one thread at a time.
+        With ``run(values={}, initial={})``; any number of threads may run one program at once.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the compiled routes share: the numbers of a run, the loop around the compiled one, and what it leaves behind."""
+"""What the compiled routes share: the numbers of a run, and programs that run again with others."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,16 +9,10 @@ from symfric.errors import SceneError
 from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
-from symfric.solve.memory import Table
-from symfric.solve.run import Path, Raw, Run
-from symfric.solve.status import Status
-from symfric.solve.wanted import RANGE, Row, Wanted
+from symfric.solve.run import Run
 from symfric.solve.widened import widened
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
-PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
-PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # not ends of a run: call again, with more room where it is full
-_STATUS = tuple(Status)
 
 
 def check_tolerance(tolerance: float) -> float:
@@ -27,10 +21,6 @@ def check_tolerance(tolerance: float) -> float:
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; it must lie between {FINEST:g} and {COARSEST:g}")
     return tolerance
-
-
-def _range(row: Row, low: float, high: float) -> tuple[float, float]:
-    return (max(low, -high, 0.0), max(-low, high)) if row.magnitude else (low, high)
 
 
 class Numbers:
@@ -75,75 +65,11 @@ class Numbers:
         return np.array([finite(float(v), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
 
 
-class Loop:
-    """A compiled event loop and the arrays it works on.
-
-    Parameters
-    ----------
-    launch : callable
-        From `symfric.solve.door`; returns a status, or a reason to be called again.
-    work : NamedTuple
-        With the fields given_y, given_p, y, counts, clock, total, event_t, event_i, path_t, path_c and path_m.
-    wanted : Wanted
-    horizon : float
-    """
-
-    def __init__(self, launch: Callable, work, wanted: Wanted, horizon: float):
-        self._launch, self.work, self._wanted, self._horizon = launch, work, wanted, horizon
-        self._table, self._given = Table(work), (None, None)
-
-    def drive(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> Status:
-        """Run to the end, from state y at t = 0 with parameters p."""
-        w = self.work
-        if self._given[0] is not y or self._given[1] is not p:  # those of the scene itself come again and again
-            w.given_y[:], w.given_p[:] = y, p
-            self._given = y, p
-        code = self._launch(self._table, True)
-        while code < 0:
-            if code == PATH_FULL:
-                w = w._replace(path_t=_double(w.path_t), path_c=_double(w.path_c), path_m=_double(w.path_m))
-            elif code == EVENTS_FULL:
-                w = w._replace(event_t=_double(w.event_t), event_i=_double(w.event_i))
-            elif progress is not None:
-                progress(min(1.0, float(w.y[-1]) / self._horizon))
-            if w is not self.work:
-                self.work, self._table = w, Table(w)
-            code = self._launch(self._table, False)
-        return _STATUS[code]
-
-    def collect(self, n_x: int) -> tuple[np.ndarray, float, dict[str, float], Raw]:
-        """Return the final values of the first n_x states, their time, counts, and what was kept, all copied."""
-        w, wanted = self.work, self._wanted
-        steps, events, kinks, grazes, kept, kept_events = w.counts[:6].tolist()
-        path = log = None
-        if wanted.path:
-            path = Path(
-                w.path_t[:kept, 0].copy(),
-                w.path_t[:kept, 1].copy(),
-                w.path_c[:kept, :n_x].copy(),
-                w.path_m[:kept].copy(),
-            )
-        if wanted.events:
-            log = (w.event_t[:kept_events].copy(), w.event_i[:kept_events].copy())
-        ranges, integrals = {}, {}
-        if wanted.row:
-            total = w.total.tolist()
-            for name, k in wanted.row.items():
-                row, (low, high, value, _) = wanted.rows[k], total[k]
-                if row.kind == RANGE:
-                    ranges[name] = _range(row, low, high)
-                else:
-                    integrals[name] = value
-        raw = Raw(ranges, integrals, w.clock.item(2), path, log)
-        stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
-        return w.y[:n_x].copy(), w.y.item(w.y.size - 1), stats, raw
-
-
 class Compiled:
-    """What the compiled routes share: a prepared scene that `run` repeats with other numbers.
+    """What the compiled routes share: a prepared scene that `run` repeats with other numbers, from any thread.
 
-    A route sets `scene`, `tolerance`, `built_in`, `general`, `remade`, `_numbers` and `_loop`; `_extra` joins the
-    counts.
+    A route sets `scene`, `tolerance`, `built_in`, `varied`, `wider`, `remade`, `_numbers` and `_model`; `_extra` joins
+    the counts.
     """
 
     route = ""
@@ -176,13 +102,8 @@ class Compiled:
             if general is not None:
                 return general.run(values, initial, progress)
             y, p = self._numbers.changed(values, initial)
-        status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect(len(self.scene.system.states))
+        status, (final, t_final, stats, raw) = self._model.run(y, p, progress)
         stats.update(self._extra)
         return Run(
             self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
         )
-
-
-def _double(array: np.ndarray) -> np.ndarray:
-    return np.concatenate([array, np.zeros_like(array)])

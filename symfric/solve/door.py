@@ -14,15 +14,17 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.solve.machine import link, target_key
 from symfric.solve.memory import Table
 from symfric.solve.objects import load, store
 
 # sources of all loops, beside those in their folders
-_SHARED = ("compiled.py", "door.py", "memory.py", "native.py", "status.py", "wanted.py", "../lower/automaton.py")
+_SHARED = ("door.py", "memory.py", "native.py", "status.py", "wanted.py", "../lower/automaton.py")
 _opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
+@alone(SYMBOLIC)
 def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool], int]:
     """Return the event loop of a module, loaded from the disk or compiled and kept there.
 

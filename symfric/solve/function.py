@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import Key, name_of, nearest
 from symfric.model.outputs import End, ScalarOfExpression, StopTime
 from symfric.model.scene import Scene
@@ -16,7 +17,7 @@ from symfric.solve.status import Status
 
 
 class SceneFunction(ca.Callback):
-    """From parameters and starting values to outputs; made by `as_function`. Not to be shared between threads."""
+    """From parameters and starting values to outputs; made by `as_function`."""
 
     def __init__(self, scene: Scene, inputs: tuple[str, ...], outputs: tuple[str, ...], tolerance: float):
         ca.Callback.__init__(self)
@@ -50,12 +51,13 @@ class SceneFunction(ca.Callback):
 
     def at(self, point: tuple[float, ...]) -> Run:
         """Return the run at the values of the inputs; the last one is kept."""
-        if self._last is None or self._last[0] != point:
+        last = self._last  # another thread may replace it
+        if last is None or last[0] != point:
             given = dict(zip(self.inputs, point, strict=True))
             initial = {n: v for n, v in given.items() if n in self._states}
             values = {n: v for n, v in given.items() if n not in self._states}
-            self._last = point, self._program.run(values=values, initial=initial)
-        return self._last[1]
+            self._last = last = point, self._program.run(values=values, initial=initial)
+        return last[1]
 
     def eval(self, arg):
         """Return the outputs; NaN if the run ended before its horizon."""
@@ -120,6 +122,7 @@ class _Jacobian(ca.Callback):
         return self._function.blocks(tuple(float(a) for a in arg[: self._function.n_in()]))
 
 
+@alone(SYMBOLIC)
 def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tolerance: float = 1e-12) -> SceneFunction:
     """Wrap the motion of a scene as a ``casadi.Function``.
 

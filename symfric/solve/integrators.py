@@ -6,12 +6,15 @@ next mode is decided by the forces (`next_mode`). Continuous laws may also run t
 """
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from symfric.errors import NoRoute, SceneError
+from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.model.names import Key, finite
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
@@ -26,6 +29,7 @@ from symfric.solve.status import Status
 from symfric.solve.widened import widened
 
 COARSEST = 0.1  # tolerance
+_KEPT = 4  # sets of integrators that a program keeps
 _STALLED, _LITTLE = 200, 1e-9  # so many events within such a part of the horizon each are chatter
 
 
@@ -79,7 +83,7 @@ class IntegratorsProgram:
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
-        self.general: IntegratorsProgram | None = None
+        self.wider: dict[frozenset[str], IntegratorsProgram] = {}
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
         self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}  # or a value at a time
@@ -93,8 +97,14 @@ class IntegratorsProgram:
         self._held = settings.plugin in ONE_STEP
         self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
         count = len(self._integrals)
-        self._flow = Flow(self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
-        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * self._flow.local))
+        self._make_flow = partial(Flow, self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
+        first = self._make_flow()
+        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator serves one run at a time
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local))
+
+    def __reduce__(self):
+        """Pickle as what it was prepared from."""
+        return IntegratorsProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
     def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
         """Return the program in which the parameters `varied` may be anything."""
@@ -115,19 +125,30 @@ class IntegratorsProgram:
         given = scene.numbers()
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
-        self._flow.steps = 0
+        flow = self._lease()
         motion = _Motion(0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode))
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
         for k, row in enumerate(inputs):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
             self._settle(motion, p, frozenset(), first=k == 0)
             while motion.t < end and motion.status == Status.OK:
-                self._integrate(motion, p, end)
+                self._integrate(flow, motion, p, end)
                 if progress is not None:
                     progress(motion.t / scene.horizon)
             if motion.status != Status.OK:
                 break
+        self._idle.append(flow)
         return self._collect(motion, dict(values or {}), dict(initial or {}))
+
+    def _lease(self) -> Flow:
+        """Return integrators for one run."""
+        try:
+            flow = self._idle.pop()
+        except IndexError:
+            with SYMBOLIC:
+                flow = self._make_flow()
+        flow.begin()
+        return flow
 
     def _settle(self, motion: _Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
         """Choose the mode at the present state, note what changed."""
@@ -153,12 +174,12 @@ class IntegratorsProgram:
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 
-    def _integrate(self, motion: _Motion, p: np.ndarray, end: float) -> None:
+    def _integrate(self, flow: Flow, motion: _Motion, p: np.ndarray, end: float) -> None:
         """Go on to `end` or to the next event, or part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
         start = Start(motion.t, np.concatenate([motion.y, motion.total]), p, motion.m)
-        piece = self._flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
+        piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
         if piece is None:
             motion.status = Status.INTEGRATOR
             return
@@ -167,7 +188,7 @@ class IntegratorsProgram:
         motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
         motion.reach = piece.reach
         motion.counts["pieces"] += 1
-        motion.counts["steps"] = self._flow.steps
+        motion.counts["steps"] = flow.steps
         if not np.all(np.isfinite(motion.y)):
             motion.status = Status.NOT_FINITE
         elif piece.fell >= 0:

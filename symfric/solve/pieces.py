@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.hermite import first_fall, middle_errors
 from symfric.solve.one_mode import ONE_STEP, Integrators, mode_integrator, node_function
@@ -64,7 +65,7 @@ class Piece:
 
 
 class Flow:
-    """The compiled integrators of the modes of one automaton; counts their steps."""
+    """The compiled integrators of the modes of one automaton; counts their steps. For one run at a time."""
 
     def __init__(
         self,
@@ -79,20 +80,24 @@ class Flow:
         self.local = max(_SAFETY[settings.plugin] * tolerance, FINEST)
         self.in_pieces = settings.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.n_guards
-        self.steps = 0
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
-        self._elements = min(2000, settings.elements)
         self._nodes = node_function(field, n_integrals)
         self._compiled: dict[tuple[int, int], ca.Function] = {}
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the run before: what it found out must not change the next one."""
+        self.steps, self._elements = 0, min(2000, self.settings.elements)
 
     def _integrator(self, nodes: int) -> ca.Function:
         key = nodes, self._elements
         if key not in self._compiled:
             s = self.settings
             most, span = (_PIECE_STEPS // nodes, NODES * s.max_step) if self.in_pieces else (s.max_steps, self._horizon)
-            self._compiled[key] = mode_integrator(
-                self._field, self._n_integrals, s, self.local, span, self._elements, nodes, most
-            )
+            with SYMBOLIC:
+                self._compiled[key] = mode_integrator(
+                    self._field, self._n_integrals, s, self.local, span, self._elements, nodes, most
+                )
         return self._compiled[key]
 
     def at_nodes(self, start: Start, span: float, nodes: int) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # what a loop returns to be called again: with more memory where it is full
+
 
 class Status(IntEnum):
     """How a run ended; a number, because a compiled route can only return numbers."""

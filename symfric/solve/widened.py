@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+from symfric.locks import SYMBOLIC
 from symfric.model.names import Key, name_of
 
 Program = TypeVar("Program", bound=Any)
@@ -11,7 +12,8 @@ Program = TypeVar("Program", bound=Any)
 def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
     """Return the program in which the parameters named in `values` may be anything, or None if this one serves.
 
-    It is prepared once and kept as ``program.general``.
+    It is prepared once and kept in ``program.wider``, one for every set of names that were built in, so that a run does
+    not depend on the runs before it.
     """
     built_in = program.built_in
     for key, value in values.items():
@@ -20,7 +22,11 @@ def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
             break
     else:
         return None
-    names = {name_of(k) for k in values}
-    if program.general is None or not names <= program.general.varied:
-        program.general = program.remade(program.varied | names)
-    return program.general
+    names = frozenset(map(name_of, values)).intersection(built_in)
+    found = program.wider.get(names)
+    if found is None:
+        with SYMBOLIC:
+            found = program.wider.get(names)
+            if found is None:
+                found = program.wider[names] = program.remade(program.varied | names)
+    return found

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from symfric.solve.compiled import EVENTS_FULL, PATH_FULL, PAUSED
 from symfric.solve.exact.flow import NEVER, basis, first_exit, first_zero, flow, integral
 from symfric.solve.exact.pieces import keep
 from symfric.solve.exact.room import (
@@ -14,7 +13,6 @@ from symfric.solve.exact.room import (
     DIRECTION,
     LEFT,
     LOAD,
-    MAX_PIECES,
     PULL,
     RATE,
     ROWS,
@@ -28,7 +26,7 @@ from symfric.solve.exact.room import (
     J,
 )
 from symfric.solve.native import call_code, compiled, part
-from symfric.solve.status import Status
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 from symfric.solve.taylor.driver import budget
 from symfric.solve.taylor.workspace import (
     CHUNK,
@@ -83,7 +81,7 @@ def drive(w):
         if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] >= w.event_t.size:
             return EVENTS_FULL
         if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
-            return _STEPS if w.counts[KEPT_STEPS] >= w.limits[MAX_PIECES] else PATH_FULL
+            return PATH_FULL
         if w.counts[PHASE] == SETTLE:
             status = _switch(w)
             if status != _OK:
@@ -93,9 +91,10 @@ def drive(w):
         f = _flow(w)
         tau, side = _release(w, left) if w.m[STILL] else _exit(w, f, left)
         if w.limits[KEEP_PATH]:
-            done = keep(w, f, min(tau, left))
-            if done < min(tau, left):  # no room for more
-                tau, side = done, 0
+            kept = w.counts[KEPT_STEPS]
+            if keep(w, f, min(tau, left)) < min(tau, left):
+                w.counts[KEPT_STEPS] = kept  # the step is repeated with more room, so that the motion is the same
+                return PATH_FULL
         last = tau >= left
         _advance(w, f, left if last else tau)
         if not (abs(w.y[0]) < np.inf and abs(w.y[1]) < np.inf):

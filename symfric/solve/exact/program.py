@@ -6,14 +6,15 @@ from typing import ClassVar
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance
+from symfric.solve.compiled import Compiled, Numbers, check_tolerance
+from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.door import open_door
 from symfric.solve.exact.form import Form, form_of
-from symfric.solve.exact.record_program import record_loop
-from symfric.solve.exact.room import FOLDERS, LEFT, make_room
-from symfric.solve.taylor.jit import MachineCode, compile_functions
+from symfric.solve.exact.record_program import record_model
+from symfric.solve.exact.room import FOLDERS, LEFT, SHARED, make_room
+from symfric.solve.taylor.jit import compile_functions
 from symfric.solve.taylor.linear_series import linear_series
-from symfric.solve.taylor.program import Taylor, TaylorProgram, series_loop
+from symfric.solve.taylor.program import Taylor, TaylorProgram, series_model
 from symfric.solve.taylor.workspace import T_END
 from symfric.solve.wanted import wanted_of
 
@@ -40,7 +41,7 @@ class Exact:
 
 
 class ExactProgram(Compiled):
-    """A scene in closed form; `run` repeats it with other numbers. Not to be shared between threads."""
+    """A scene in closed form; `run` repeats it with other numbers, from any thread."""
 
     route = "exact"
     _extra: ClassVar[dict[str, float]] = {}
@@ -56,10 +57,10 @@ class ExactProgram(Compiled):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
-        self.general: ExactProgram | TaylorProgram | None = None
+        self.wider: dict[frozenset[str], ExactProgram | TaylorProgram] = {}
         form = form_of(scene, varied) if form is None else form
-        build = _closed_loop if form.closed else _record_loop if form.record else _linear_loop
-        self._code, self._loop = build(form, settings)
+        build = _closed_model if form.closed else _record_model if form.record else _linear_model
+        self._model = build(form, settings, len(scene.system.states))
         self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 
     def __reduce__(self):
@@ -75,26 +76,25 @@ class ExactProgram(Compiled):
             return TaylorProgram(self.scene, self.tolerance, budgets, varied)
 
 
-def _closed_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+def _closed_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
     """Compile what the closed forms need."""
-    problem, wanted = form.closed, wanted_of(form.scene)
+    problem, wanted, scene = form.closed, wanted_of(form.scene), form.scene
     code = compile_functions([problem.data])
-    room = make_room(problem, code.addresses["data"])
-    room.clock[T_END] = form.scene.horizon
+    first = make_room(problem, code.addresses["data"])
+    first.clock[T_END] = scene.horizon
     limits = settings.max_steps, settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
-    pieces = PATH_BYTES // (2 * room.path_c[0].nbytes)
-    room.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows, pieces)
+    first.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
     launch = open_door("symfric.solve.exact.oscillator_loop", "the closed forms of an oscillator", *FOLDERS)
-    return code, Loop(launch, room, wanted, form.scene.horizon)
+    return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
 
 
-def _record_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+def _record_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
     """Compile what the march through a record needs."""
-    return record_loop(form.scene, form.record, (settings.max_steps, settings.max_events))
+    return record_model(form.scene, form.record, (settings.max_steps, settings.max_events), n_x)
 
 
-def _linear_loop(form: Form, settings: Exact) -> tuple[MachineCode, Loop]:
+def _linear_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
     """Compile the matrices of every mode."""
     variant = linear_series(form.matrices, len(form.automaton.states), ORDER)
-    budgets = settings.max_steps, settings.max_events
-    return series_loop(form.scene, form.automaton, [variant], wanted_of(form.scene), budgets, (ROUNDED, LEFT))
+    budgets, fine = (settings.max_steps, settings.max_events), (ROUNDED, LEFT)
+    return series_model(form.scene, form.automaton, [variant], wanted_of(form.scene), budgets, fine, n_x=n_x)

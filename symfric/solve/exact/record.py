@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from symfric.solve.compiled import EVENTS_FULL, PATH_FULL
 from symfric.solve.exact.phi import EPS, KAPPA, UF, UG, UU, UW, WF, WG, WU, WW, order_for, root, series, value
 from symfric.solve.exact.rows import (
     CONSTANT,
@@ -32,7 +31,7 @@ from symfric.solve.exact.rows import (
     quiet,
 )
 from symfric.solve.native import call_code, compiled, part
-from symfric.solve.status import Status
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 from symfric.solve.taylor.defect import slope
 from symfric.solve.taylor.workspace import (
     EVENTS,

@@ -9,6 +9,8 @@ from symfric.solve.memory import Cube, IntegerMatrix, Integers, Matrix, Reals
 
 ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
 
+SHARED = frozenset({"code", "samples", "dt", "at", "limits"})  # arrays that no run changes
+
 
 class RecordRoom(NamedTuple):
     """Arrays of one run; counts, clock, limits, events and path as in `symfric.solve.taylor.workspace`."""

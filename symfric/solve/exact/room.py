@@ -15,10 +15,12 @@ STILL, STARTED, DIRECTION, WHERE = range(4)
 # entries of `v`
 SPEED, RATE = range(2)
 # entries of `limits` behind those of the event loop of series
-BRANCHES, STICKS, ROWS, MAX_PIECES = range(9, 13)
+BRANCHES, STICKS, ROWS = range(9, 12)
 LEFT = 5e-14  # of the largest acceleration: what rounding leaves of it after many events
 FOLDERS = Path(__file__).parent, Path(__file__).parents[1] / "taylor"  # sources of the compiled loops
 ORDER = 26  # of a kept piece, on which |root| t <= 2
+
+SHARED = frozenset({"code", "limits"})  # arrays that no run changes
 
 
 class Room(NamedTuple):
@@ -59,7 +61,7 @@ def make_room(problem: Oscillator, address: int) -> Room:
         total=np.zeros((problem.rows, 4)),
         counts=np.zeros(11, dtype=np.int64),
         clock=np.zeros(7),
-        limits=np.zeros(13, dtype=np.int64),
+        limits=np.zeros(12, dtype=np.int64),
         event_t=np.zeros(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=np.zeros((64, 2)),

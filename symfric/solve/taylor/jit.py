@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 import llvmlite.binding as llvm
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.solve.machine import link, target_key, target_machine
 from symfric.solve.objects import load, store
 from symfric.solve.taylor.assembly import assembly
@@ -35,6 +36,7 @@ class MachineCode:
     _engine: object
 
 
+@alone(SYMBOLIC)
 def compile_functions(functions: Sequence[ca.Function]) -> MachineCode:
     """Compile SX functions into one object, or load it from the cache.
 

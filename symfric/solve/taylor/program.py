@@ -11,12 +11,13 @@ from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, constants, lower
 from symfric.lower.variations import Variations
 from symfric.model.scene import Scene
-from symfric.solve.compiled import PATH_BYTES, Compiled, Loop, Numbers, check_tolerance
+from symfric.solve.compiled import Compiled, Numbers, check_tolerance
+from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.door import open_door
 from symfric.solve.segments import segments
 from symfric.solve.taylor.jets import Series, expand, is_branching, reach
-from symfric.solve.taylor.jit import MachineCode, compile_functions
-from symfric.solve.taylor.workspace import Workspace, make_workspace
+from symfric.solve.taylor.jit import compile_functions
+from symfric.solve.taylor.workspace import SHARED, T_END, make_workspace
 from symfric.solve.wanted import Wanted, wanted_of
 
 MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
@@ -58,7 +59,7 @@ def order_for(tolerance: float, n_states: int, branching: bool = False) -> int:
 
 
 class TaylorProgram(Compiled):
-    """A scene compiled for one tolerance; `run` repeats it with other numbers. Not to be shared between threads."""
+    """A scene compiled for one tolerance; `run` repeats it with other numbers, from any thread."""
 
     route = "taylor"
 
@@ -74,15 +75,10 @@ class TaylorProgram(Compiled):
         variants = variants_of(self.automaton, order, sticker)
         budgets = settings.max_steps, settings.max_events
         fine = MARGIN * self.tolerance
-        self._code, self._loop = series_loop(scene, self.automaton, variants, wanted, budgets, (fine, fine))
-        self.general: TaylorProgram | None = None
+        self._model = series_model(scene, self.automaton, variants, wanted, budgets, (fine, fine))
+        self.wider: dict[frozenset[str], TaylorProgram] = {}
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self._numbers = Numbers(scene, self.automaton.parameters, self.built_in)
-
-    @property
-    def work(self) -> Workspace:
-        """The arrays of the last run."""
-        return self._loop.work
 
     def __reduce__(self):
         """Pickle as what it was prepared from; machine code is compiled, or loaded from the cache, where it arrives."""
@@ -93,7 +89,7 @@ class TaylorProgram(Compiled):
         return TaylorProgram(self.scene, self.tolerance, self.settings, varied)
 
 
-def series_loop(
+def series_model(
     scene: Scene,
     automaton: Automaton,
     variants: Sequence[Series],
@@ -101,7 +97,8 @@ def series_loop(
     budgets: tuple[int, int],
     tolerances: tuple[float, float],
     variations: Variations | None = None,
-) -> tuple[MachineCode, Loop]:
+    n_x: int | None = None,
+) -> CompiledModel:
     """Compile what the event loop needs of a scene.
 
     Parameters
@@ -117,6 +114,8 @@ def series_loop(
         Of a step, and the part of an acceleration by which errors may falsify a decision to stick.
     variations : Variations, optional
         From which the automaton was taken, if its states hold derivatives.
+    n_x : int, optional
+        States that results have; those of the scene unless given.
     """
     linear = variants[0].matrices is not None
     functions = [f for v in variants for f in (v.prelude, v.series, v.probe) if f]
@@ -126,16 +125,16 @@ def series_loop(
     functions += [jump] if jump else []
     code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
-    work = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
-    work.clock[4:] = scene.horizon, *tolerances
-    room = PATH_BYTES // work.path_c[0].nbytes if wanted.path else budgets[0]
+    first = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
+    first.clock[T_END:] = scene.horizon, *tolerances
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     smooth = all(v.entire for v in variants)
-    limits = min(budgets[0], room), budgets[1], 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
+    limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
     derivatives = (variations.columns, variations.followed) if variations else (0, 0)
-    work.limits[:] = (*limits, sticker, linear, *derivatives)
+    first.limits[:] = (*limits, sticker, linear, *derivatives)
     launch = open_door("symfric.solve.taylor.loop", "the event loop", Path(__file__).parent)
-    return code, Loop(launch, work, wanted, scene.horizon)
+    n_x = len(scene.system.states) if n_x is None else n_x
+    return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
 
 
 def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:

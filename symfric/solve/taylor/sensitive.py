@@ -10,15 +10,15 @@ from symfric.lower.linear import matrices
 from symfric.lower.variations import Variations, varied
 from symfric.model.names import Key, name_of, nearest
 from symfric.model.scene import Scene
-from symfric.solve.compiled import Loop, Numbers, check_tolerance
+from symfric.solve.compiled import Numbers, check_tolerance
+from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.derivatives import Columns, Derivatives
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 from symfric.solve.taylor.jets import is_branching
-from symfric.solve.taylor.jit import MachineCode
 from symfric.solve.taylor.linear_series import linear_series
-from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_loop, variants_of
-from symfric.solve.taylor.workspace import DOUBTS, EVENTS, KINKS, REST
+from symfric.solve.taylor.program import MARGIN, Taylor, order_for, series_model, variants_of
+from symfric.solve.taylor.workspace import DOUBTS, EVENTS, KINKS, REST, Workspace
 from symfric.solve.wanted import FOLLOW, RANGE, TURN, Row, Wanted, wanted_of
 from symfric.solve.widened import widened
 
@@ -26,7 +26,7 @@ LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series 
 
 
 class SensitiveProgram:
-    """A scene compiled together with its derivatives. Not to be shared between threads.
+    """A scene compiled together with its derivatives; may be run from any thread.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class SensitiveProgram:
         variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
         self._start = variations.start
         self._columns = Columns(self.directions, variations.pairs, len(self._states), self._wanted, scene.outputs)
-        self._code, self._loop = sensitive_loop(scene, variations, self._wanted, self.tolerance, settings)
-        self.general: SensitiveProgram | None = None
+        self._model = sensitive_model(scene, variations, self._wanted, self.tolerance, settings)
+        self.wider: dict[frozenset[str], SensitiveProgram] = {}
         self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
         self._numbers = Numbers(scene, automaton.parameters, self.built_in)
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
@@ -95,11 +95,13 @@ class SensitiveProgram:
             y, p = self._numbers.changed(values, initial)
             first = self._start_derivatives(p, initial) if self._moving_start else self._first
             y = np.concatenate([y, first])
-        status = self._loop.drive(y, p, progress)
-        final, t_final, stats, raw = self._loop.collect(len(self._states))
-        if status == Status.OK and self._loop.work.counts[DOUBTS]:
+        workspace = self._model.workspace()
+        status = workspace.drive(y, p, progress)
+        final, t_final, stats, raw = workspace.collect()
+        if status == Status.OK and workspace.arrays.counts[DOUBTS]:
             status = Status.NO_DERIVATIVE
-        raw = raw._replace(derivatives=self._derivatives(status))
+        raw = raw._replace(derivatives=self._derivatives(workspace.arrays, status))
+        self._model.give_back(workspace)
         return Run(
             self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
         )
@@ -113,9 +115,9 @@ class SensitiveProgram:
                 first[k, self._states.index(name)] = float(direction == name)
         return first.ravel()
 
-    def _derivatives(self, status: Status) -> Derivatives:
-        """Copy the derivatives of the last run."""
-        w, n_x = self._loop.work, len(self._states)
+    def _derivatives(self, w: Workspace, status: Status) -> Derivatives:
+        """Copy the derivatives of a run from its arrays."""
+        n_x = len(self._states)
         counts = w.counts.tolist()
         known, smooth = status != Status.NO_DERIVATIVE, not (counts[EVENTS] or counts[KINKS])
         rests = w.clock.item(REST) >= 0.0
@@ -142,9 +144,9 @@ def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
     return found
 
 
-def sensitive_loop(
+def sensitive_model(
     scene: Scene, variations: Variations, wanted: Wanted, tolerance: float, settings: Taylor
-) -> tuple[MachineCode, Loop]:
+) -> CompiledModel:
     """Compile the motion and its derivatives; linear equations of several bodies as powers of their matrices."""
     rows = list(wanted.rows)
     for e, row in enumerate(wanted.rows[: variations.followed]):
@@ -161,4 +163,4 @@ def sensitive_loop(
         sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
         order = settings.order or order_for(tolerance, len(scene.system.states), is_branching(automaton.field))
         variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
-    return series_loop(scene, automaton, variants, wide, budgets, tolerances, variations)
+    return series_model(scene, automaton, variants, wide, budgets, tolerances, variations)
