@@ -15,10 +15,11 @@ BELOW = {
     "errors": set(),
     "files": set(),
     "locks": set(),
-    "model": {"errors", "locks"},
+    "templates": set(),
+    "model": {"errors", "locks", "templates"},
     "theory": {"errors", "locks", "model"},
     "lower": {"errors", "locks", "model"},
-    "solve": {"errors", "files", "locks", "model", "lower"},
+    "solve": {"errors", "files", "locks", "templates", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}

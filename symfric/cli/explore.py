@@ -32,7 +32,8 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
         raise SceneError("symfric explore needs Bokeh; install it with: python -m pip install 'symfric[explore]'")
     _check_free(port)
     from symfric.report.explore import explorer
-    from symfric.report.explore_page import serve
+    from symfric.report.explore_page import page
+    from symfric.report.explore_server import serve
 
     with progress_on_stderr(quiet) as progress:
         progress("compiling", 0.0)
@@ -47,7 +48,7 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
             click.launch(address)
 
     with contextlib.suppress(KeyboardInterrupt):
-        serve(prepared, port, ready)
+        serve(page(prepared), port, ready)
 
 
 def _check_free(port: int) -> None:

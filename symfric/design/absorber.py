@@ -4,6 +4,7 @@ The optima are closed forms of `symfric.theory.absorber`; here they meet the eve
 there is no closed form, and `symfric.design.rough_absorber` takes over.
 """
 
+import itertools
 from collections.abc import Callable
 from math import ceil, log, pi
 
@@ -12,6 +13,7 @@ import numpy as np
 from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.rough_absorber import rough_absorber
+from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.model import library
 from symfric.model.names import finite, nearest
@@ -88,9 +90,24 @@ def _scene(mass_ratio: float, tuned: theory.Tuned, **changes) -> Scene:
     return library.absorber(mass_ratio=mass_ratio, tuning=tuned.tuning, damping=tuned.damping, **changes)
 
 
-def _result(tuned: theory.Tuned, active, scene: Scene, rows, curve: Curve, status: str = "optimal") -> Design:
+def _result(
+    tuned: theory.Tuned, active, scene: Scene, rows, curve: Curve, objective, claim: str = "optimal", sense: int = 1
+) -> Design:
+    """Return the design; `objective` computes it for any tuning and damping, for the designs beside this one."""
     values = {"tuning": tuned.tuning, "damping": tuned.damping}
-    return Design(values, tuned.value, tuple(active), scene, Comparison(tuple(rows)), status, curve)
+    check, beside = Comparison(tuple(rows)), _beside(tuned, objective)
+    return design(values, tuned.value, active, scene, check, curve, claim=claim, neighbours=beside, sense=sense)
+
+
+def _beside(tuned: theory.Tuned, objective: Callable[[float, float], float]) -> list[Neighbour]:
+    """Return the designs around one, in eight directions and at two distances."""
+    found = []
+    for step, f, z in itertools.product((1e-2, 1e-3), (-1, 0, 1), (-1, 0, 1)):
+        if f or z:
+            tuning, damping = tuned.tuning * (1 + f * step), tuned.damping * (1 + z * step)
+            change = f"tuning {tuning:.6g}, damping {damping:.6g}"
+            found.append(Neighbour(change, objective(tuning, damping), 0.0))
+    return found
 
 
 def _least_peak(mass_ratio: float) -> Design:
@@ -104,7 +121,8 @@ def _least_peak(mass_ratio: float) -> Design:
         Compared("H-infinity norm", tuned.value, theory.peaks(mass_ratio, *tuned[:2])[0][1], 1e-9),
     ]
     active = [f"amplitude at Omega = {g:.6g}" for g in places]
-    return _result(tuned, active, scene, rows, _response_curve(mass_ratio, tuned, places))
+    curve = _response_curve(mass_ratio, tuned, places)
+    return _result(tuned, active, scene, rows, curve, lambda f, z: theory.peaks(mass_ratio, f, z)[0][1])
 
 
 def _least_variance(mass_ratio: float) -> Design:
@@ -118,7 +136,8 @@ def _least_variance(mass_ratio: float) -> Design:
         Compared("squared H2 norm", tuned.value, theory.variance(mass_ratio, *tuned[:2]), 1e-9),
     ]
     places = sorted(g for g, _ in theory.peaks(mass_ratio, *tuned[:2]))
-    return _result(tuned, (), scene, rows, _response_curve(mass_ratio, tuned, places))
+    curve = _response_curve(mass_ratio, tuned, places)
+    return _result(tuned, (), scene, rows, curve, lambda f, z: theory.variance(mass_ratio, f, z))
 
 
 def _fastest_decay(mass_ratio: float) -> Design:
@@ -126,9 +145,9 @@ def _fastest_decay(mass_ratio: float) -> Design:
     scene = _scene(mass_ratio, tuned, F=0.0)
     computed = _rate(scene, 1.0 / tuned.value)
     active = ["both pairs of eigenvalues coincide" if mass_ratio <= 4 else "three eigenvalues coincide"]
-    rows = [Compared("decay rate", tuned.value, computed, COINCIDENT)]
+    rows = [Compared("decay rate", tuned.value, computed, COINCIDENT, size=1.0)]
     curve = _rate_curve("decay rate", tuned, lambda f: theory.decay_rate(mass_ratio, f, tuned.damping))
-    return _result(tuned, active, scene, rows, curve)
+    return _result(tuned, active, scene, rows, curve, lambda f, z: theory.decay_rate(mass_ratio, f, z), sense=-1)
 
 
 def _widest_stability(mass_ratio: float) -> Design:
@@ -139,12 +158,21 @@ def _widest_stability(mass_ratio: float) -> Design:
         beside = _most_stable(mass_ratio, beta, tuned)
         scene = _scene(mass_ratio, beside, F=0.0, main_damping=-beta)
         name = f"decay rate with {100 * BESIDE:.2g} % {word} self-excitation, tuning {beside.tuning:.5g}, damping "
-        rows.append(Compared(f"{name}{beside.damping:.5g}", beside.value, _rate(scene, 20.0), COINCIDENT))
+        rows.append(Compared(f"{name}{beside.damping:.5g}", beside.value, _rate(scene, 20.0), COINCIDENT, 1.0))
     curve = _rate_curve(
         "decay rate at the bound", tuned, lambda f: theory.decay_rate(mass_ratio, f, tuned.damping, -tuned.value)
     )
     scene = _scene(mass_ratio, tuned, F=0.0, main_damping=-tuned.value)
-    return _result(tuned, ["both pairs of eigenvalues meet on the imaginary axis"], scene, rows, curve, "infimum")
+    active = ["both pairs of eigenvalues meet on the imaginary axis"]
+    return _result(tuned, active, scene, rows, curve, lambda f, z: _bound(mass_ratio, f, z), "infimum", sense=-1)
+
+
+def _bound(mass_ratio: float, tuning: float, damping: float) -> float:
+    """Return the largest self-excitation at which a design is stable."""
+    from scipy.optimize import brentq
+
+    rate = lambda beta: theory.decay_rate(mass_ratio, tuning, damping, -beta)  # noqa: E731
+    return float(brentq(rate, 0.0, 1.0, xtol=1e-14)) if rate(1.0) < 0 < rate(0.0) else 0.0
 
 
 def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.Tuned:

@@ -17,11 +17,13 @@ import numpy as np
 import sympy as sp
 
 from symfric.design.belt import Belt
+from symfric.lower.law_features import narrow
 from symfric.lower.printer import Printer, Switches
 from symfric.model.effective import pieces_between
 from symfric.model.names import SPEED
 from symfric.model.numeric import gauss_legendre
 
+NARROW = 0.05  # of the highest speed: features of the law nearer together than that bound arcs of their own
 SMALLEST = 1e-30  # of (q^2 - v^2) relative to q^2: the slope is infinite at v = q, and stays a number here
 
 
@@ -37,7 +39,10 @@ class Averaged:
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
     levels : tuple of float
-        Relative velocities where the law has a kink, increasing: the average has kinks at |level +- q|.
+        Relative velocities where the law has a kink or a narrow feature, increasing; the average has them at
+        |level +- q|.
+    kinks : tuple of float
+        Those of them where it has a kink.
     falls_steeply : bool
         Whether the slope of the law at rest is minus infinity; then so is the damping outside at v = q.
     scale : float
@@ -48,14 +53,17 @@ class Averaged:
     outside: ca.Function
     unshaken: ca.Function
     levels: tuple[float, ...]
+    kinks: tuple[float, ...]
     falls_steeply: bool
     scale: float
 
 
 def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Averaged:
     """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max (at most 192)."""
-    pieces = [_compiled(e) for e in pieces_between(belt.law.kinetic, belt.law.breaks)]
-    breaks = [float(b) for b in belt.law.breaks]
+    kinks = [float(b) for b in belt.law.breaks]
+    breaks = sorted({*kinks, *narrow(belt.law, 0.0, speeds[1] + q_max, NARROW * speeds[1])})
+    whole = [_compiled(e) for e in pieces_between(belt.law.kinetic, belt.law.breaks)]
+    pieces = [whole[np.searchsorted(kinks, v, side="right")] for v in (0.0, *breaks)]
     rest, slope = (float(e) for e in pieces[0](0.0))
     steep = not np.isfinite(slope)
     v = ca.SX.sym("v")
@@ -68,11 +76,11 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
     coarse = _functions(belt, pieces, breaks, rest, nodes)
     while nodes < 192:
         fine = _functions(belt, pieces, breaks, rest, 2 * nodes)
-        if _distance(coarse, fine, speeds, q_max, steep) < 1e-10 * scale:
+        if _distance(coarse, fine, speeds, q_max, steep, breaks) < 1e-10 * scale:
             break
         coarse, nodes = fine, 2 * nodes
-    levels = tuple(sorted({-b for b in breaks} | set(breaks) | {0.0}))
-    return Averaged(*coarse, unshaken, levels, steep and slope < 0, scale)
+    levels, kinks = (tuple(sorted({-b for b in e} | set(e) | {0.0})) for e in (breaks, kinks))
+    return Averaged(*coarse, unshaken, levels, kinks, steep and slope < 0, scale)
 
 
 def _compiled(expr: sp.Expr) -> ca.Function:
@@ -136,13 +144,17 @@ def _angle(cosine: ca.SX) -> ca.SX:
     return ca.if_else(cosine >= 1, 0, ca.if_else(cosine <= -1, np.pi, ca.acos(clipped)))
 
 
-def _distance(coarse, fine, speeds, q_max: float, steep: bool) -> float:
+def _distance(coarse, fine, speeds, q_max: float, steep: bool, breaks) -> float:
     """Return the largest difference of two quadratures over intensities and belt speeds."""
-    q, share = np.meshgrid(q_max * np.array([1e-3, 0.03, 0.3, 1.0]), np.linspace(0, 0.97, 8))
+    intensities = q_max * np.array([1e-3, 0.03, 0.3, 1.0])
+    q, share = np.meshgrid(intensities, np.linspace(0, 0.97, 8))
     pairs = [(0, (share * q).ravel(), q.ravel())]
     share = np.array([1.03, 1.3, 3.0, 10.0] if steep else [1.0, 1.03, 1.3, 3.0, 10.0])
-    q, share = np.meshgrid(q_max * np.array([1e-3, 0.03, 0.3, 1.0]), share)
+    q, share = np.meshgrid(intensities, share)
     pairs.append((1, (share * q).ravel(), q.ravel()))
+    at = np.array([(v, q) for b, q in itertools.product(breaks, intensities) for v in (b, abs(b - q), b + q)])
+    at = at[np.abs(at[:, 0] - at[:, 1]) > 0.03 * at[:, 1]] if len(at) else at.reshape(0, 2)
+    pairs += [(side, *at[(at[:, 0] > at[:, 1]) == bool(side)].T) for side in (0, 1)]
     largest = 0.0
     for side, v, q in pairs:
         seen = (v >= speeds[0]) & (v <= speeds[1])

@@ -70,43 +70,56 @@ class Check:
         At the worst belt speeds of the averaged model; none below where no excitation is needed.
     limits : tuple of Compared
         What limits speak of, on the forced vibration at the optimum and at the worst belt speed of each.
+    others : tuple of Probe
+        With as much more excitation at further belt speeds, local minima of the averaged damping.
     """
 
     step: float
     above: tuple[Probe, ...]
     below: tuple[Probe, ...]
     limits: tuple[Compared, ...] = ()
+    others: tuple[Probe, ...] = ()
 
     @property
     def agrees(self) -> bool:
         """Whether the full model is stable and self-excited where the averaged one is, and within limits as it is."""
-        probes = (*self.above, *self.below)
-        return all(row.agrees for row in self.limits) and all(
-            p.status == "OK" and p.self_excited == (p.averaged_rate < 0) for p in probes
-        )
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What the full model does otherwise, in words."""
+        wrong = [words for p, words in self._probes() if p.status != "OK" or p.self_excited != (p.averaged_rate < 0)]
+        return (*wrong, *(_limit_words(row) for row in self.limits if not row.agrees))
+
+    def _probes(self) -> list[tuple[Probe, str]]:
+        """Return every probe and what it saw."""
+        return [
+            (p, _probe_words(p, f"{100 * self.step:.3g} % {word}"))
+            for probes, word in ((self.above, "more"), (self.others, "more"), (self.below, "less"))
+            for p in probes
+        ]
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
-        sides = {"above": self.above, "below": self.below}
+        sides = {"above": self.above, "others": self.others, "below": self.below}
         rows = {k: [{**asdict(p), "self_excited": p.self_excited} for p in side] for k, side in sides.items()}
         limits = [{**asdict(row), "agrees": row.agrees} for row in self.limits]
         return {"step": self.step, "agrees": self.agrees, **rows, "limits": limits}
 
     def __str__(self) -> str:
-        words = []
-        for probes, share in (
-            (self.above, f"{100 * self.step:.3g} % more"),
-            (self.below, f"{100 * self.step:.3g} % less"),
-        ):
-            for p in probes:
-                state = "self-excited" if p.self_excited else "stable"
-                state = state if p.status == "OK" else f"no answer ({p.status})"
-                rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
-                words.append(f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})")
-        for r in self.limits:
-            seen = f"{r.computed:.4g}" if isfinite(r.computed) else "no answer"
-            words.append(f"{r.quantity}: {seen}, averaged model {r.predicted:.4g}")
-        return "; ".join(words)
+        return "; ".join([*(words for _, words in self._probes()), *map(_limit_words, self.limits)])
+
+
+def _probe_words(p: Probe, share: str) -> str:
+    state = "self-excited" if p.self_excited else "stable"
+    state = state if p.status == "OK" else f"no answer ({p.status})"
+    rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
+    return f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})"
+
+
+def _limit_words(row: Compared) -> str:
+    seen = f"{row.computed:.4g}" if isfinite(row.computed) else "no answer"
+    return f"{row.quantity}: {seen}, averaged model {row.predicted:.4g}"
 
 
 def probe(

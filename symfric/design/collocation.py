@@ -234,13 +234,14 @@ def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, targe
     ends = program.values(z, "x").reshape(n, len(program.tau), -1)[:, -1]
     x = np.vstack([program.model.start, ends]).T
     controls = {s.name: knots[:, :, k] for k, s in enumerate(symbols)}
-    check = _replayed(scene, symbols, cost, h, knots, program.objective(z), target)
+    sizes = np.max(np.abs(x), axis=1)
+    check = _replayed(scene, symbols, cost, h, knots, program.objective(z), target, sizes)
     t = np.concatenate([[0.0], np.cumsum(h)])
     mode = program.modes.T.copy()
     return Profile(float(t[-1]), program.objective(z), t, controls, x, mode, scene, check, "optimal")
 
 
-def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict) -> Comparison:
+def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict, sizes) -> Comparison:
     """Run every piece by the event-driven solver, each from where the one before ended."""
     states, names = scene.system.states, [s.name for s in scene.system.states]
     numbers = scene.where(dict.fromkeys(symbols, 0.0)).numbers()
@@ -254,5 +255,5 @@ def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: floa
         start = dict(zip(states, run.final.tolist(), strict=True))
         spent += length if cost is None else run["cost"]
     final = list(start.values())
-    rows = [Compared(f"{names[k]} at the end", value, final[k], 1e-7) for k, value in target.items()]
+    rows = [Compared(f"{names[k]} at the end", value, final[k], 1e-7, sizes[k]) for k, value in target.items()]
     return Comparison((*rows, Compared("objective", objective, float(spent), 1e-7)))

@@ -13,20 +13,28 @@ class Compared:
     predicted, computed : float
         Of the design's own model; of the event-driven one.
     tolerance : float
-        Largest difference that counts as agreement, relative to the predicted value, or to 1 if that is smaller.
+        Largest difference that counts as agreement, relative to the predicted value, or to `size` if that is larger.
+    size : float
+        What counts as a large value of the quantity, in its unit.
     """
 
     quantity: str
     predicted: float
     computed: float
     tolerance: float
+    size: float = 0.0
 
     @property
     def agrees(self) -> bool:
         """Whether they are the same within the tolerance; NaN agrees with nothing."""
         if self.predicted == self.computed:
             return True
-        return bool(abs(self.computed - self.predicted) <= self.tolerance * max(1.0, abs(self.predicted)))
+        return bool(abs(self.computed - self.predicted) <= self.tolerance * max(self.size, abs(self.predicted)))
+
+    @property
+    def words(self) -> str:
+        """The comparison in one line."""
+        return f"{self.quantity}: predicted {self.predicted:.8g}, computed {self.computed:.8g}"
 
 
 @dataclass(frozen=True)
@@ -45,6 +53,11 @@ class Comparison:
         """Whether every row does."""
         return all(row.agrees for row in self.rows)
 
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """The rows that do not, in words."""
+        return tuple(row.words for row in self.rows if not row.agrees)
+
     def __getitem__(self, quantity: str) -> Compared:
         """Return the row of a quantity."""
         return {row.quantity: row for row in self.rows}[quantity]
@@ -54,4 +67,4 @@ class Comparison:
         return {"agrees": self.agrees, "rows": [{**asdict(row), "agrees": row.agrees} for row in self.rows]}
 
     def __str__(self) -> str:
-        return "; ".join(f"{r.quantity}: predicted {r.predicted:.8g}, computed {r.computed:.8g}" for r in self.rows)
+        return "; ".join(row.words for row in self.rows)

@@ -13,6 +13,7 @@ import numpy as np
 
 from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model import library
 from symfric.model.names import Key, finite, name_of, nearest
@@ -28,6 +29,7 @@ STARTS = 3  # places of the survey from which a piece is optimised
 WORTH = 1.6  # times the shortest time of the survey: pieces that begin above it are left out
 STEP = 1e-6  # of differences, over the width of the bounds
 SAFE = 1e-10  # of the stick limit: so far within it the last turning point lies at least, for other solvers' rounding
+BESIDE = (1e-6, 1e-4, 1e-2)  # of the bounds: designs beside an optimum
 JUST = 1e-9  # of the stick limit: a turning point this near it is at the jump
 
 
@@ -296,10 +298,26 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
     rows = [
         Compared("decay time", decay.time, float(run["stop_time"]), 1e-9),
         Compared("half cycles", decay.turns, sum(e.before != 0 for e in run.events), 0.0),
-        Compared("margin of the last turning point", decay.margin[-1], decisions(run).last, 1e-9),
-        Compared("residual over the stick limit", abs(decay.x) / limit, abs(float(run.final[0])) / limit, 1e-8),
+        Compared("margin of the last turning point", decay.margin[-1], decisions(run).last, 1e-9, size=1.0),
+        Compared("residual over the stick limit", abs(decay.x) / limit, abs(float(run.final[0])) / limit, 1e-8, size=1),
     ]
-    return Design(values, decay.time, tuple(active), full, Comparison(tuple(rows)), "optimal", _curve(damper, p))
+    check, beside = Comparison(tuple(rows)), _beside(damper, p)
+    return design(values, decay.time, active, full, check, _curve(damper, p), claim="optimal", neighbours=beside)
+
+
+def _beside(damper: Damper, p: np.ndarray) -> list[Neighbour]:
+    """Return the designs a little and a little more beside a place, along each parameter."""
+    found = []
+    for k, (name, step) in itertools.product(range(len(p)), itertools.product(("smaller", "larger"), BESIDE)):
+        q = p.copy()
+        q[k] += step if name == "larger" else -step
+        if 0 <= q[k] <= 1:
+            decay = damper(q)
+            met = damper.good(decay)
+            miss = max(damper.shortfall(q, len(decay.t) - 1), SAFE) if decay.t else np.inf
+            change = f"{damper.names[k]} {name} by {step:g} of its bounds"
+            found.append(Neighbour(change, decay.time, 0.0 if met else miss))
+    return found
 
 
 def _beyond(damper: Damper, p: np.ndarray) -> float:

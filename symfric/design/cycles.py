@@ -6,15 +6,19 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from symfric.errors import NotFound
+from symfric.model.outputs import End
 from symfric.model.scene import Scene
 from symfric.orbits.branch import Branch, Special, continue_cycle
 from symfric.orbits.curve import Curve, continue_special
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.orbits.special import Condition
-from symfric.theory.equilibrium import equilibrium
+from symfric.solve.choose import prepare
+from symfric.theory.equilibrium import Equilibrium, equilibrium
+from symfric.theory.stability import stability
 
-_FAR = 20.0  # distances that friction can hold: starts so far out settle to the outermost cycle
-_HORIZON = 60.0  # periods of the linear motion that a start is given to settle
+_FAR = 20.0  # displacements of steady sliding: starts so far out settle to the outermost cycle
+_SMALL = 1e-7  # of the same: disturbances whose growth is that of the linear motion, also beside narrow features
+_TOLERANCE = 1e-13  # of the runs whose differences show growth
 
 
 @dataclass(frozen=True)
@@ -62,18 +66,58 @@ class Summit:
     line: np.ndarray
 
 
-def outermost(scene: Scene) -> Orbit | None:
-    """Return the limit cycle to which motions from far out settle; None if they settle to steady sliding."""
+def outermost(scene: Scene, r: Requirement) -> Orbit | None:
+    """Return the limit cycle to which motions from far out settle; None if they settle to steady sliding.
+
+    Every coordinate is displaced in turn; of several cycles one that does not meet the requirement comes first, the
+    largest of them.
+    """
     rest = equilibrium(scene)
-    numbers = scene.numbers()
-    q = scene.system.q[0]
-    far = rest.x[0] + _FAR * max(abs(rest.x[0]), abs(numbers[q]), 1e-9)
-    try:
-        return limit_cycle(scene.starting({**dict(zip(scene.system.states, rest.x.tolist(), strict=True)), q: far}))
-    except NotFound as failure:
-        if "settles" in str(failure):
-            return None
-        raise
+    states, q = scene.system.states, scene.system.q
+    start = dict(zip(states, rest.x.tolist(), strict=True))
+    found = []
+    for coordinate, far in zip(q, _FAR * _sizes(scene, rest)[: len(q)], strict=True):
+        try:
+            found.append(limit_cycle(scene.starting({**start, coordinate: start[coordinate] + float(far)})))
+        except NotFound as failure:
+            if "settles" not in str(failure):
+                raise
+    return max(found, key=lambda o: (not r.meets(o), o.half_range[0]), default=None)
+
+
+def grows(scene: Scene) -> float:
+    """Return the rate, 1/time, at which small disturbances of steady sliding grow in runs of the full model.
+
+    From differences of runs over one period of the fastest mode; negative where all of them shrink.
+    """
+    rest = equilibrium(scene)
+    duration = 2 * np.pi / _fastest(scene)
+    program = prepare(scene.until(duration).wanting({"end": End()}), _TOLERANCE)
+    names, columns = [s.name for s in scene.system.states], []
+    for k, size in enumerate(_SMALL * _sizes(scene, rest)):
+        ends = []
+        for side in (1, -1):
+            x = rest.x.copy()
+            x[k] += side * size
+            ends.append(program.run(initial=dict(zip(names, x.tolist(), strict=True))).checked().final)
+        columns.append((ends[0] - ends[1]) / (2 * size))
+    largest = np.max(np.abs(np.linalg.eigvals(np.column_stack(columns))))
+    return float(np.log(max(largest, 1e-300)) / duration)
+
+
+def _fastest(scene: Scene) -> float:
+    """Return the largest absolute eigenvalue of steady sliding, 1/time."""
+    return float(np.max(np.abs(stability(scene).eigenvalues)))
+
+
+def _sizes(scene: Scene, rest: Equilibrium) -> np.ndarray:
+    """Return what counts as a large displacement, velocity and further state: what sliding itself has of them."""
+    speed = max(abs(v) for v in rest.sliding.values())
+    n, numbers = len(scene.system.q), scene.numbers()
+    length = max(speed / _fastest(scene), float(np.max(np.abs(rest.x[:n]))))
+    length = max(length, *(abs(numbers[s]) for s in scene.system.q))
+    others = np.abs(rest.x[2 * n :])
+    return np.concatenate([np.full(n, length), np.full(n, speed), np.where(others > 0, others, 1.0)])
 
 
 def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
@@ -86,7 +130,7 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
     """
     r = requirement
     there = scene.where({r.speed: at})
-    orbit = outermost(there)
+    orbit = outermost(there, r)
     branch = continue_cycle(there, r.name, r.bounds, start=orbit)
     special = _need(branch, r)
     if special is None:

@@ -3,19 +3,18 @@
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
-from symfric.design.cycles import Requirement, Summit, outermost, summit
+from symfric.design.cycles import Requirement, Summit, grows, outermost, summit
+from symfric.design.growth import Growth, steepest_falls
 from symfric.design.result import Curve, Design
 from symfric.design.settling import Transient, settled
+from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import Key, finite, name_of
 from symfric.model.scene import Scene
-from symfric.theory.equilibrium import solve
-from symfric.theory.sliding import field_of
-from symfric.theory.stability import linearise
 
-_SPEEDS, _SCAN = 33, 7  # points of the range of speeds, and of the damper's bounds, before polishing
+_SCAN = 7  # points of the damper's bounds, before polishing
 _REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
 _ROUNDS = 12  # speeds from which the conditions on the cycles are followed
 _LOWEST = 0.02  # of the highest speed: slower ones stick for ages and ask for no more
@@ -25,13 +24,25 @@ _STEP = 0.01  # of the damping: how far beside the optimum the full model is ask
 
 @dataclass(frozen=True)
 class Probe:
-    """What the full model does at one speed and damping: the half range of what it settles to, and its sticking."""
+    """What the full model does at one speed and damping.
+
+    Attributes
+    ----------
+    speed, damping : float
+    half_range, stick_fraction : float
+        Of what motions from far out settle to; zero for steady sliding.
+    meets : bool
+        Whether the requirement is met.
+    growth : float
+        Rate at which a small disturbance of steady sliding grows in runs; NaN where vibration is allowed.
+    """
 
     speed: float
     damping: float
     half_range: float
     stick_fraction: float
     meets: bool
+    growth: float
 
 
 @dataclass(frozen=True)
@@ -42,28 +53,41 @@ class Check:
     ----------
     above, below : Probe
         Below is None where the lower bound is already enough.
+    others : tuple of Probe
+        With a little more damping at other speeds of the range.
     """
 
     above: Probe
     below: Probe | None
+    others: tuple[Probe, ...] = ()
 
     @property
     def agrees(self) -> bool:
-        """Whether the requirement is met above and not below."""
-        return self.above.meets and (self.below is None or not self.below.meets)
+        """Whether the requirement is met above, at all speeds that were run, and not below."""
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """The motions that do otherwise, in words."""
+        wrong = [_words(p, "a little more") for p in (self.above, *self.others) if not p.meets]
+        if self.below is not None and self.below.meets:
+            wrong.append(_words(self.below, "a little less") + ", which meets the requirement too")
+        return tuple(wrong)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
-        below = asdict(self.below) if self.below else None
-        return {"agrees": self.agrees, "above": asdict(self.above), "below": below}
+        below, others = asdict(self.below) if self.below else None, [asdict(p) for p in self.others]
+        return {"agrees": self.agrees, "above": asdict(self.above), "below": below, "others": others}
 
     def __str__(self) -> str:
-        words = []
-        for p, share in ((self.above, "a little more"), (self.below, "a little less")):
-            if p:
-                state = f"half range {p.half_range:.6g}, sticking {100 * p.stick_fraction:.3g} % of the time"
-                words.append(f"with {share} damping at speed {p.speed:.6g}: {state if p.half_range else 'quiet'}")
-        return "; ".join(words)
+        words = [_words(p, "a little more") for p in (self.above, *self.others)]
+        return "; ".join([*words, _words(self.below, "a little less")] if self.below else words)
+
+
+def _words(p: Probe, share: str) -> str:
+    state = f"half range {p.half_range:.6g}, sticking {100 * p.stick_fraction:.3g} % of the time"
+    state = state if p.half_range else f"small vibration grows at rate {p.growth:.4g}" if p.growth > 0 else "quiet"
+    return f"with {share} damping at speed {p.speed:.6g}: {state}"
 
 
 def damper(
@@ -173,7 +197,7 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
     """
     if not r.quiet:
         return None
-    growth = _Growth(scene, r)
+    growth = Growth(scene, r)
     values = np.linspace(*r.bounds, _SCAN)
     worst = [growth.worst(value, polished=False) for value in values]
     stable = np.array([rate <= 0 for rate, _ in worst])
@@ -189,72 +213,16 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
     ends = values[last], values[min(last + 2, _SCAN - 1)]  # between the speeds of the grid a little more may be needed
     edge = brentq(lambda value: growth.worst(value)[0], *ends, xtol=1e-300, rtol=1e-14)
     speed = growth.worst(edge)[1]
-    speeds = np.linspace(max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1], _SPEEDS)
-    line = np.array([speeds, [growth.least(float(v)) for v in speeds]])
+    line = np.array([growth.speeds, [growth.least(float(v)) for v in growth.speeds]])
     return Summit(float(edge), speed, "stability of sliding", line)
-
-
-class _Growth:
-    """The growth rate of small vibration about steady sliding."""
-
-    def __init__(self, scene: Scene, r: Requirement):
-        self._scene, self._r = scene, r
-        self._symbols = scene.parameter(r.speed), scene.parameter(r.name)
-        self._field = field_of(scene, vary=self._symbols)
-        numbers = scene.numbers()
-        self._x = np.array([numbers[s] for s in self._field.states])
-        self._speeds = np.linspace(max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1], _SPEEDS)
-
-    def at(self, speed: float, damping: float) -> float:
-        """Return the largest real part of the eigenvalues, 1/time."""
-        values = {**self._scene.values, self._symbols[0]: speed, self._symbols[1]: damping}
-        p = self._field.vector(values)
-        self._x = self._equilibrium(p)
-        return float(np.max(np.linalg.eigvals(linearise(self._field, p, self._x)[3]).real))
-
-    def _equilibrium(self, p: np.ndarray) -> np.ndarray:
-        """Return steady sliding near the last one by plain Newton steps; searched for anew if they fail."""
-        field, x = self._field, self._x.copy()
-        free = np.r_[0 : field.n, 2 * field.n : x.size]
-        for _ in range(6):
-            signs = field.directions(x, p)
-            slopes, value = field.jacobian(x, p, signs)[:, free], field.value(x, p, signs)
-            if not (np.all(np.isfinite(slopes)) and np.all(np.isfinite(value))):
-                break
-            step = np.linalg.lstsq(slopes, value, rcond=None)[0]
-            x[free] -= step
-            if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(x))):
-                return x
-        return solve(field, p, self._x)
-
-    def worst(self, damping: float, polished: bool = True) -> tuple[float, float]:
-        """Return the largest growth rate over the speeds, and the speed; on the grid only unless `polished`."""
-        rates = [self.at(float(v), damping) for v in self._speeds]
-        k = int(np.argmax(rates))
-        best = rates[k], float(self._speeds[k])
-        if polished and 0 < k < _SPEEDS - 1:
-            ends = self._speeds[k - 1], self._speeds[k + 1]
-            found = minimize_scalar(
-                lambda v: -self.at(float(v), damping), bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]}
-            )
-            best = max(best, (-float(found.fun), float(found.x)))
-        return best
-
-    def least(self, speed: float) -> float:
-        """Return the damping at which sliding becomes stable at one speed; NaN outside the bounds."""
-        low, high = self._r.bounds
-        if self.at(speed, low) * self.at(speed, high) > 0:
-            return np.nan
-        return float(brentq(lambda value: self.at(speed, value), low, high, xtol=1e-12))
 
 
 def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None:
     """Return what the large cycles ask for beyond what the stability of sliding does."""
-    speeds = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
-    best = local
+    speeds, best = _references(scene, r), local
     for _ in range(_ROUNDS):
         damping = r.bounds[0] if best is None else best.damping * (1 + _BEYOND)
-        bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping})))), None)
+        bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping}), r))), None)
         if bad is None:
             return best
         found = summit(scene.where({r.name: r.bounds[0] if best is None else best.damping}), r, float(bad))
@@ -263,7 +231,7 @@ def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None
 
 
 def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
-    low = r.bounds[0]
+    low, claim = r.bounds[0], "optimal"
     if found is None:
         speeds = np.array([max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1]])
         found = Summit(low, float(speeds[0]), "", np.array([speeds, [low, low]]))
@@ -271,15 +239,29 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
     else:
         active = (f"{found.reason} at {r.speed} = {found.speed:.6g}",)
     at = max(found.speed, _LOWEST * r.speeds[1])
-    above = _probe(scene, r, at, found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1])
+    more = found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1]
+    above = _probe(scene, r, at, more)
     below = _probe(scene, r, at, found.damping * (1 - _STEP)) if found.damping > low else None
+    check = Check(above, below, tuple(_probe(scene, r, float(v), more) for v in _references(scene, r) if v != at))
+    beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
+    if below is not None:
+        violation = 0.0 if below.meets else 1.0
+        beside.append(Neighbour(f"{r.name} smaller by {100 * _STEP:g} %", below.damping, violation))
     values = {r.name: found.damping}
     curve = Curve(*found.line, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
     placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
-    return Design(values, found.damping, active, placed, Check(above, below), "optimal", curve)
+    return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
 
 
 def _probe(scene: Scene, r: Requirement, speed: float, damping: float) -> Probe:
-    orbit = outermost(scene.where({r.speed: speed, r.name: damping}))
+    there = scene.where({r.speed: speed, r.name: damping})
+    orbit = outermost(there, r)
     size, stick = (float(orbit.half_range[0]), orbit.stick_fraction) if orbit else (0.0, 0.0)
-    return Probe(speed, damping, size, stick, r.meets(orbit))
+    growth = grows(there) if r.quiet else np.nan
+    return Probe(speed, damping, size, stick, r.meets(orbit) and not growth > 0, growth)
+
+
+def _references(scene: Scene, r: Requirement) -> np.ndarray:
+    """Return the speeds at which cycles are looked for: over the range, and where the laws fall steepest."""
+    spread = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
+    return np.unique([*spread, *steepest_falls(scene, r)])

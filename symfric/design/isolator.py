@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.outputs import ScalarOfExpression
@@ -25,7 +26,9 @@ _GRID = 400  # points of the grid over the bounds
 _STARTS = 3  # best points of it that are refined
 _ROUNDS, _TRUST, _LEAST = 40, 0.1, 1e-9  # of the refinement: steps, its first reach and its last, parts of the bounds
 _NEAR = 0.1  # of the largest value: motions so near to it may be the worst after a step
+_AROUND = (1e-5, 1e-3, 1e-2)  # of the bounds: distances of the designs beside an optimum
 _ACTIVE = 1e-6  # of a limit
+_SAME = 1e-6  # of a measure: difference of two routes
 _MET = 1e-9  # of a limit, by which it may be exceeded
 
 
@@ -40,16 +43,25 @@ class Check:
     worst : dict of str to float
     difference : float
         Largest difference from the route that was optimised on, relative to the worst value of its kind.
+    limits : dict of str to float
     """
 
     values: dict[str, tuple[float, ...]]
     worst: dict[str, float]
     difference: float
+    limits: dict[str, float]
 
     @property
     def agrees(self) -> bool:
-        """Whether both routes say the same."""
-        return self.difference < 1e-6
+        """Whether both routes say the same, and the limits hold."""
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What does not, in words."""
+        wrong = [f"the routes differ by {self.difference:.1g}"] if not self.difference < _SAME else []
+        exceeded = ((n, limit) for n, limit in self.limits.items() if not self.worst[n] <= limit * (1 + _SAME))
+        return (*wrong, *(f"{n} {self.worst[n]:.9g} exceeds its limit {limit:g}" for n, limit in exceeded))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
@@ -298,7 +310,22 @@ def _design(problem: _Problem, point: np.ndarray, values: np.ndarray, table: lis
         active.append(f"motions {', '.join(str(k) for k in np.flatnonzero(row >= np.max(row) * (1 - _ACTIVE)))}")
     scene = problem.scenes[int(np.argmax(values[problem.measures.index(problem.minimise)]))].where(parameters)
     curve, check = _trade_off(problem, [*table, values], worst), _checked(problem, parameters, values)
-    return Design(parameters, problem.cost(values), tuple(active), scene, check, "optimal", curve)
+    cost = problem.cost(values)
+    beside = _beside(problem, point)
+    return design(parameters, cost, active, scene, check, curve, claim="optimal", neighbours=beside)
+
+
+def _beside(problem: _Problem, point: np.ndarray) -> list[Neighbour]:
+    """Return the designs around one, in all directions of the axes and diagonals and at several distances."""
+    found = []
+    for way in itertools.product((-1, 0, 1), repeat=point.size):
+        for step in _AROUND:
+            then = np.clip(point + step * np.array(way), 0.0, 1.0)
+            if any(way) and not np.array_equal(then, point):
+                values = problem.values(then)
+                change = ", ".join(f"{k} = {v:.6g}" for k, v in problem.parameters(then).items())
+                found.append(Neighbour(change, problem.cost(values), problem.excess(values) - _MET))
+    return found
 
 
 def _trade_off(problem: _Problem, table: list[np.ndarray], worst: dict[str, float]) -> Curve:
@@ -324,4 +351,6 @@ def _checked(problem: _Problem, parameters: dict[str, float], values: np.ndarray
     size = np.maximum(np.max(values, axis=1, keepdims=True), 1e-300)
     apart = float(np.max(np.abs(other - values) / size))
     rows = {m: tuple(row.tolist()) for m, row in zip(problem.measures, other, strict=True)}
-    return Check(rows, {m: max(row) for m, row in rows.items()}, apart if np.isfinite(apart) else np.inf)
+    return Check(
+        rows, {m: max(row) for m, row in rows.items()}, apart if np.isfinite(apart) else np.inf, problem.limits
+    )

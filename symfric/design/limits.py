@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from symfric.design.search import Optimum, Problem, grid_of, refined, search
+from symfric.design.search import Optimum, Problem, edge, grid_of, refined, search
 from symfric.errors import SceneError
 from symfric.model.names import finite, nearest
 
@@ -119,7 +119,7 @@ def _least_excess(problem: Problem, stable: Problem) -> tuple[float, str]:
         q, slack, _ = refined(stable, regime, q, slack, slack)
         good = slack >= 0
         edges = [
-            _edge(stable, regime, *((q[k], q[k + 1]) if good[k] else (q[k + 1], q[k])))
+            edge(stable, regime, *((q[k], q[k + 1]) if good[k] else (q[k + 1], q[k])))
             for k in np.flatnonzero(good[1:] != good[:-1])
         ]
         q = np.unique(np.concatenate([q[good], edges]))
@@ -138,13 +138,3 @@ def _least_excess(problem: Problem, stable: Problem) -> tuple[float, str]:
             )
             found.append((float(best.fun), float(best.x), regime))
     return min(found)[1:]
-
-
-def _edge(stable: Problem, regime: str, good: float, bad: float) -> float:
-    """Return the stable intensity nearest to an unstable one, by bisection: the damping may be infinite."""
-    while abs(good - bad) > 1e-15 * abs(good):
-        middle = 0.5 * (good + bad)
-        if middle in (good, bad):
-            break
-        good, bad = (middle, bad) if stable.slack(regime, middle) >= 0 else (good, middle)
-    return float(good)

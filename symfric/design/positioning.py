@@ -6,6 +6,7 @@ import numpy as np
 
 from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model import library
 from symfric.model.names import Key, finite, name_of
@@ -15,7 +16,9 @@ from symfric.theory.drive import excess, positioning_error, threshold
 
 VARIED = ("sigma", "mu1", "mu2", "epsilon")
 COARSE, FINE, VALUES = 13, 97, 65  # of the surveys from which worst speeds and best values are polished
-BESIDE = 1e-3  # of the threshold: how far from it the event-driven model is asked whether it sticks again
+BESIDE = 1e-3  # of the static friction, or of the bounds: how far within the threshold the full model is run
+SHARES = (1e-6, 1e-4, 1e-2)  # of the bounds: designs beside the optimum
+CHECKED = 5  # speeds over the range at which the full model is run, beside those that decide
 STRONG = 1e6  # friction difference beyond which nobody looks
 
 
@@ -52,10 +55,14 @@ class Slide:
         return positioning_error(mu1, mu2, self.excess(V), epsilon=self.epsilon).value
 
     def slack(self, V: float) -> float:
-        """Return -1 to 1, not negative if there is no stick-slip at V; 1 where no friction is strong enough."""
+        """Return -1 to 1, not negative if there is no stick-slip at V; 1 where no friction is strong enough.
+
+        A threshold of zero means that the slide sticks again after every release, also without a static excess.
+        """
         limit = self.threshold(V)
-        total = limit + self.epsilon
-        return 1.0 if not np.isfinite(limit) or total == 0 else (limit - self.epsilon) / total
+        if not np.isfinite(limit):
+            return 1.0
+        return -1.0 if limit == 0 else (limit - self.epsilon) / (limit + self.epsilon)
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +254,11 @@ def _missing(problem: Problem, value: float) -> str:
     V, _ = problem.nearest(value)
     slide = problem.at(value)
     limit = slide.threshold(V)
+    if limit == 0:
+        return (
+            f"the slide sticks and slips whatever {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
+            f"closest, and at V = {V:.6g} it sticks again after every release, however small its epsilon"
+        )
     return (
         f"the slide sticks and slips whatever {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
         f"closest, and at V = {V:.6g} its epsilon = {slide.epsilon:.6g} exceeds the threshold {limit:.6g} by "
@@ -258,7 +270,8 @@ def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: 
     slide, name = problem.at(value), problem.name
     V, slack = problem.nearest(value)
     worst = problem.furthest(value)
-    active = [f"no stick-slip at V = {V:.6g}"] if abs(slack) < 1e-9 else []
+    beside = _beside(problem, bounds, value)
+    active = [f"no stick-slip at V = {V:.6g}"] if abs(slack) < 1e-9 or _on_jump(problem, bounds, value) else []
     if abs(problem.push(value)) <= 1e-9 * max(1.0, slide.epsilon):
         active.append(f"the static friction just holds at V = {worst:.6g}")
     active += [f"{name} at its {w} bound" for w, b in zip(("lower", "upper"), bounds, strict=True) if value == b]
@@ -267,31 +280,57 @@ def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: 
     limits = np.array([slide.threshold(e) for e in speeds])
     limits[~np.isfinite(limits) | (limits > STRONG)] = np.nan
     curve = Curve(speeds, limits, slide.epsilon, "speed V = v/v*", "threshold of stick-slip", (V,) if active else ())
-    check = Comparison((*_sticking(full, slide, V), _stopped(slide, worst)))
-    return Design({name: value}, problem.error(value), tuple(active), full, check, "optimal", curve)
+    check = Comparison((*_sticking(full, problem, bounds, value), _stopped(slide, worst)))
+    objective = problem.error(value)
+    return design({name: value}, objective, active, full, check, curve, claim="optimal", neighbours=beside)
 
 
-def _sticking(scene: Scene, slide: Slide, V: float) -> list[Compared]:
-    """Ask the event-driven model whether it sticks again after its release, a little below and above the threshold."""
-    limit = slide.threshold(V)
-    if not (np.isfinite(limit) and 0 < limit < STRONG):
-        cases = [(slide.epsilon, "as it is", 0 if limit > 0 else 1)]
-    else:
-        cases = [(limit * (1 - BESIDE), f"{100 * BESIDE:g} % below the threshold", 0)]
-        cases.append((limit * (1 + BESIDE), f"{100 * BESIDE:g} % above the threshold", 1))
+def _beside(problem: Problem, bounds: tuple[float, float], value: float) -> list[Neighbour]:
+    """Return the designs a little beside a value, within the bounds."""
+    found = []
+    for word, sign in (("smaller", -1), ("larger", 1)):
+        for share in SHARES:
+            other = value + sign * share * (bounds[1] - bounds[0])
+            if bounds[0] <= other <= bounds[1] and other != value:
+                change = f"{problem.name} {word} by {share:g} of its bounds"
+                found.append(Neighbour(change, problem.error(other), -problem.slack(other)))
+    return found or [Neighbour(f"{problem.name} has no other value within its bounds", np.nan, np.nan)]
+
+
+def _on_jump(problem: Problem, bounds: tuple[float, float], value: float) -> bool:
+    """Whether stick-slip begins beside a value although there is slack at it."""
+    step = 1e-9 * (bounds[1] - bounds[0])
+    return any(problem.slack(e) < 0 for e in (value - step, value + step) if bounds[0] <= e <= bounds[1])
+
+
+def _sticking(scene: Scene, problem: Problem, bounds: tuple[float, float], value: float) -> list[Compared]:
+    """Run the full model over the speeds: released from rest, does the slide stick again?
+
+    It does so a little within the threshold, with less static friction, or, without any, a little away from the value
+    at which stick-slip begins.
+    """
+    slide, name = problem.at(value), problem.name
+    changes, within = {}, ""
+    if slide.epsilon > 0:
+        changes = {"epsilon": slide.epsilon * (1 - BESIDE)}
+        within = f", epsilon smaller by {100 * BESIDE:g} %"
+    elif _on_jump(problem, bounds, value):
+        step = BESIDE * (bounds[1] - bounds[0])
+        other = max((value - step, value + step), key=lambda e: problem.slack(float(np.clip(e, *bounds))))
+        changes, within = {name: float(np.clip(other, *bounds))}, f", {name} = {other:.6g}"
     rows = []
-    for epsilon, words, predicted in cases:
-        run = simulate(scene.where({"epsilon": epsilon}), 1e-11).checked()
+    for V in np.unique([*np.geomspace(*problem.speeds, CHECKED), problem.nearest(value)[0]]):
+        run = simulate(scene.where({**changes, "p_star": 1 / V - 1}), 1e-11).checked()
         again = float(any(e.kind == "stick" for e in run.events))
-        rows.append(Compared(f"sticks again at V = {V:.6g}, epsilon {words}", predicted, again, 0.0))
+        rows.append(Compared(f"sticks again at V = {V:.6g}{within}", 0.0, again, 0.0))
     return rows
 
 
 def _stopped(slide: Slide, V: float) -> Compared:
-    """Ask the event-driven model how far the slide overruns the stop."""
+    """Run the full model after a stop of the drive: how far does the slide overrun?"""
     mu1, mu2 = slide.mu1 + slide.sigma, slide.mu2 + slide.sigma
     lam = slide.excess(V)
     computed = 0.0
     if lam > -4 * max(1.0, -mu1):  # else the spring pulls back, which the friction of the ready scene holds
         computed = simulate(library.drive_stop(mu1=mu1, mu2=mu2, lam=lam, epsilon=slide.epsilon), 1e-12)["error"]
-    return Compared(f"positioning error at V = {V:.6g}", slide.error(V), float(computed), 1e-8)
+    return Compared(f"positioning error at V = {V:.6g}", slide.error(V), float(computed), 1e-8, size=1.0)

@@ -7,12 +7,13 @@ import numpy as np
 
 from symfric.design.averaged import average_belt
 from symfric.design.belt import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
-from symfric.design.beside import checked, decay_rate
+from symfric.design.beside import beside, checked, decay_rate
 from symfric.design.check import Check, prepare_map, probe
 from symfric.design.finite import corrected
 from symfric.design.limits import missing, read_limits
 from symfric.design.result import Curve, Design
 from symfric.design.search import Optimum, Problem, search
+from symfric.design.verification import Neighbour, design
 from symfric.design.worst import SHARES, Range
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import finite, nearest
@@ -161,7 +162,9 @@ def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     seen = probe(belt, program, duration, (0.0, Omega), at, rest, decay_rate(belt, damping))
     values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
     found = _placed(belt.scene, values, at)
-    return Design(values, 0.0, (NONE_NEEDED,), found, Check(0.0, (seen,), ()), "optimal", curve)
+    around = [Neighbour("any excitation", float(np.nextafter(0, 1)), 0.0)]
+    check = Check(0.0, (seen,), ())
+    return design(values, 0.0, (NONE_NEEDED,), found, check, curve, claim="optimal", neighbours=around)
 
 
 def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
@@ -182,10 +185,13 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
     check = checked(belt, problem, found)
     values = {AMPLITUDE: a, FREQUENCY: Omega}
     scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
-    status = "infimum" if limit else "optimal"
+    claim = "infimum" if limit else "optimal"
     curve = _along(problem, found.q, tuple(marks))
     better = _corrected(belt, problem, (a, Omega), marks)
-    return Design(values, found.objective, tuple(active), scene, check, status, curve, better)
+    around = beside(belt, problem, found, check)
+    return design(
+        values, found.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
+    )
 
 
 def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], marks: list[float]) -> dict | None:

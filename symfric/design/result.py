@@ -48,11 +48,19 @@ class Design:
     check : object
         What the full event-driven model does at the optimum; has ``agrees``, ``to_dict()`` and a readable ``str``.
     status : str
-        "optimal", or "infimum": the conditions hold for parameters as near to `values` as one likes, not at them.
+        "optimal": the requirement holds on the full model, and designs beside it are worse or violate a condition;
+        "infimum": likewise, but the conditions hold for parameters as near to `values` as one likes, not at them;
+        "best found": the requirement holds on the full model, but better designs may exist;
+        "unverified": the full model disagrees.
     curve : Curve
         What `plot` draws.
     corrected : dict of str to float, or None
         The optimum on the full model, where `values` are that of an averaged one.
+    doubts : tuple of str
+        Why the status is no better.
+    neighbours : tuple of dict
+        Designs beside this one that were computed: how each differs, its objective, and by how much it violates the
+        conditions (relative; not positive where all hold).
     """
 
     values: dict[str, float]
@@ -63,10 +71,14 @@ class Design:
     status: str
     curve: Curve = field(repr=False)
     corrected: dict[str, float] | None = None
+    doubts: tuple[str, ...] = ()
+    neighbours: tuple[dict[str, object], ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{k}={v:.6g}" for k, v in self.values.items())
-        return f"Design({self.status}, {values}, objective={self.objective:.6g}, active: {'; '.join(self.active)})"
+        doubts = f", but {'; '.join(self.doubts)}" if self.doubts else ""
+        active = "; ".join(self.active)
+        return f"Design({self.status}, {values}, objective={self.objective:.6g}, active: {active}{doubts})"
 
     def _repr_html_(self) -> str:
         return html_table("Design", self.to_dict())
@@ -78,6 +90,8 @@ class Design:
             "objective": self.objective,
             "active": list(self.active),
             "status": self.status,
+            "doubts": list(self.doubts),
+            "neighbours": [dict(n) for n in self.neighbours],
             "corrected": dict(self.corrected) if self.corrected else None,
             "check": self.check.to_dict(),
         }

@@ -6,6 +6,7 @@ those at a fixed frequency, because the slope with the frequency vanishes there.
 least bound above all of them: a smooth problem for each set of worst frequencies, which is completed and solved again.
 """
 
+import itertools
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import pi
@@ -14,6 +15,7 @@ import numpy as np
 
 from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.model import library
 from symfric.model.names import TIME, finite
@@ -36,6 +38,7 @@ ROUNDS = 4  # of completing the set of worst frequencies
 REGION, SMALLEST = 0.03, 1e-4  # largest and smallest step of tuning, as a share, and of damping
 BUDGET = 12000  # runs of one search; some seconds
 DAMPING = (0.0, 2.0)
+AROUND = 3e-3  # designs beside the optimum: of the tuning, and in damping
 
 
 class Spent(Exception):
@@ -235,7 +238,19 @@ def _design(forced: Forced, scene: Scene, peaks, p: np.ndarray, status: str) -> 
     g = np.unique(np.concatenate([np.linspace(*forced.band, 2 * GRID - 1), worst]))
     y = np.array([forced.amplitude(*p, e, FEW) for e in g])
     curve = Curve(g, y, highest, "frequency Omega/omega1", "amplitude |x1 k1/F|", tuple(worst))
-    return Design(values, highest, tuple(active), scene, Comparison(tuple(rows)), status, curve)
+    check, beside = Comparison(tuple(rows)), _beside(forced, p)
+    return design(values, highest, active, scene, check, curve, claim=status, neighbours=beside)
+
+
+def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
+    """Return the designs around one, with all peaks in the band."""
+    forced.left, found = BUDGET, []
+    with suppress(Spent):
+        for f, z in itertools.product((-1, 0, 1), (-1, 0, 1)):
+            q = np.array([p[0] * (1 + f * AROUND), p[1] + z * AROUND])
+            if (f or z) and DAMPING[0] <= q[1] <= DAMPING[1]:
+                found.append(Neighbour(f"tuning {q[0]:.6g}, damping {q[1]:.6g}", forced.peaks(*q)[0][1], 0.0))
+    return found
 
 
 def _in_time(scene: Scene, Omega: float) -> float:

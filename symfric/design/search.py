@@ -1,35 +1,19 @@
-"""The least excitation under conditions at every belt speed of a range: a coarse scan, then IPOPT with exchange.
+"""The least excitation under conditions at every belt speed of a range: a scan, then the edges of what is feasible.
 
-The conditions are semi-infinite. IPOPT sees them at a few belt speeds; the worst speed of its answer joins them, until
-the answer violates them nowhere. The feasible intensities may fall into several intervals, so the scan starts one
-search in each and keeps the best.
+For every intensity q the best amplitude and frequency are known, so that the search is over q alone, with the worst
+belt speed of each. The feasible intensities may fall into several intervals: the scan starts one search in each and
+keeps the best.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import sqrt
 
-import casadi as ca
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from symfric.design.worst import ROWS, Point, Range
+from symfric.design.worst import Range
 
-EXCHANGES = 30
 FAR = 0.02  # slack that a peak lacks, over its condition's size, at a first look that makes a second one idle
-IPOPT = {
-    "print_time": False,
-    "error_on_fail": False,
-    "ipopt": {
-        "print_level": 0,
-        "sb": "yes",
-        "tol": 1e-12,
-        "compl_inf_tol": 1e-13,
-        "constr_viol_tol": 1e-13,
-        "bound_relax_factor": 0.0,
-        "honor_original_bounds": "yes",
-        "max_iter": 200,
-    },
-}
 
 
 @dataclass(frozen=True)
@@ -48,7 +32,7 @@ class Condition:
     size: float
 
     def slack(self, value):
-        """Return by how much a value, a float, an array or CasADi's, is on the right side, over the size."""
+        """Return by how much a value, a float or an array, is on the right side, over the size."""
         return (self.level - value if self.kind == "power" else value - self.level) / self.size
 
 
@@ -137,7 +121,7 @@ def search(problem: Problem) -> Optimum | tuple[float, str]:
     for start in starts:
         if best is not None and problem.minimise != "power" and start.low >= best.q:
             break  # intensity and force rise with q
-        q = _polished(problem, start, _exchange(problem, start))
+        q = _least(problem, start)
         found = Optimum(q, start.regime, problem.objective(start.regime, q))
         if best is None or found.objective < best.objective - 1e-13 * abs(best.objective):
             best = found
@@ -202,88 +186,40 @@ def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.n
     return [Start(regime, float(q[k]), *e, float(cost[k])) for k, e in zip(lows, ends, strict=True)]
 
 
-def _exchange(problem: Problem, start: Start) -> float:
-    """Return q of the optimum near a start by IPOPT; the start itself if IPOPT fails."""
-    if not start.high > start.low:
-        return start.q
-    speeds = problem.speeds
-    points = [(c, speeds.worst(start.regime, start.q, c.kind)) for c in problem.conditions]
-    powers = speeds.worst(start.regime, start.q, "power") if problem.minimise == "power" else []
+def _least(problem: Problem, start: Start) -> float:
+    """Return the best intensity between the neighbours of a start in the scan, at which the conditions hold."""
     q = start.q
-    for _ in range(EXCHANGES):
-        found = _solve(problem, start, points, powers)
-        if found is None:
-            return start.q
-        q, bound = found
-        new = []
-        for c, known in points:
-            worst = speeds.worst(start.regime, q, c.kind)
-            new.append(_unknown([p for p in worst if c.slack(p.value) < -1e-12], known))
-        more = []
-        if powers:
-            more = [p for p in speeds.worst(start.regime, q, "power") if p.value > bound + 1e-12 * abs(bound)]
-            more = _unknown(more, powers)
-        if not any(new) and not more:
-            break
-        points = [(c, known + added) for (c, known), added in zip(points, new, strict=True)]
-        powers = powers + more
-    return q
-
-
-def _unknown(points: list[Point], known: list[Point]) -> list[Point]:
-    return [p for p in points if not any(replace(p, value=k.value, v=k.v) == k for k in known)]
-
-
-def _solve(problem: Problem, start: Start, points, powers: list[Point]) -> tuple[float, float] | None:
-    """Minimise over scaled a Omega, Omega and the bound on the power, with each condition at the given speeds."""
-    speeds = problem.speeds
-    q_size, O_size = start.high, problem.Omega[1]
-    P_size = max((abs(p.value) for p in powers), default=0.0) or 1.0
-    z = ca.SX.sym("z", 3)
-    q, Omega, power = z[0] * q_size, z[1] * O_size, z[2] * P_size
-    intensity = q / problem.gain
-    g = [intensity - problem.a[0] * Omega, problem.a[1] * Omega - intensity]
-    g = [e / (q_size / problem.gain) for e in g]
-    if "acceleration" in problem.limits:
-        g.append(1 - intensity * Omega / problem.limits["acceleration"])
-    for c, known in points:
-        g += [c.slack(_at(speeds, p, q)[ROWS[c.kind]]) for p in known]
-    g += [(power - _at(speeds, p, q)[ROWS["power"]]) / P_size for p in powers]
-    cost = {"intensity": z[0], "force": z[0] * z[1], "power": z[2] if powers else z[0]}[problem.minimise]
-    solver = ca.nlpsol("quench", "ipopt", {"x": z, "f": cost, "g": ca.vertcat(*g)}, IPOPT)
-    first = problem.excitation(start.q)[1]
-    bound = max((p.value for p in powers), default=0.0)
-    found = solver(
-        x0=[start.q / q_size, first / O_size, bound / P_size],
-        lbx=[start.low / q_size, problem.Omega[0] / O_size, -np.inf if powers else 0.0],
-        ubx=[1.0, 1.0, np.inf if powers else 0.0],
-        lbg=0.0,
-        ubg=np.inf,
+    low, high = (edge(problem, start.regime, q, end) for end in (start.low, start.high))
+    if problem.minimise != "power" or not high > low:
+        return low  # intensity and force rise with q
+    ends = [(problem.objective(start.regime, e), e) for e in (low, q, high)]
+    found = minimize_scalar(
+        lambda s: problem.objective(start.regime, s),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-12 * high},
     )
-    if not solver.stats()["success"]:
-        return None
-    x = np.array(found["x"]).ravel() * [q_size, O_size, P_size]
-    return float(np.clip(x[0], start.low, start.high)), float(x[2])
+    if problem.slack(start.regime, float(found.x)) >= 0:
+        ends.append((float(found.fun), float(found.x)))
+    return min(ends)[1]
 
 
-def _at(speeds: Range, p: Point, q: ca.SX):
-    function = speeds.averaged.inside if p.inside else speeds.averaged.outside
-    return function(p.at(q), q)
-
-
-def _polished(problem: Problem, start: Start, q: float) -> float:
-    """Put q exactly on the end of its regime, or on the edge of the condition, if it lies beside it."""
-    slack = problem.slack(start.regime, q)
-    for end in (start.low, start.high):
-        if abs(q - end) < 1e-7 * max(q, end) and problem.slack(start.regime, end) >= 0:
-            return end
-    edge = abs(slack) < 1e-6
-    if not edge and slack >= 0:
-        return q
-    for width in (1e-8, 1e-6, 1e-4, 1.0):
-        a, b = max(start.low, q * (1 - width)), min(start.high, q * (1 + width))
-        ends = problem.slack(start.regime, a), problem.slack(start.regime, b)
-        if ends[0] * ends[1] < 0 and np.all(np.isfinite(ends)):
-            root = brentq(lambda s: problem.slack(start.regime, s), a, b, xtol=1e-15, rtol=4e-15)
-            return float(root)
-    return q if slack >= 0 else start.q
+def edge(problem: Problem, regime: str, good: float, bad: float) -> float:
+    """Return the intensity nearest to the second one, from a good one on, at which the conditions hold."""
+    slack = lambda s: problem.slack(regime, s)  # noqa: E731
+    last = slack(bad)
+    if last >= 0 or good == bad:
+        return bad
+    if np.isfinite(last) and np.isfinite(slack(good)):
+        root = float(brentq(slack, good, bad, xtol=1e-300, rtol=4e-15))
+        for share in (0.0, 1e-15, 1e-14, 1e-13, 1e-12):
+            inner = root + share * (root if good > bad else -root)
+            if min(good, bad) <= inner <= max(good, bad) and slack(inner) >= 0:
+                return inner
+        bad = root
+    while abs(good - bad) > 1e-15 * abs(good):
+        middle = 0.5 * (good + bad)
+        if middle in (good, bad):
+            break
+        good, bad = (middle, bad) if slack(middle) >= 0 else (good, middle)
+    return float(good)

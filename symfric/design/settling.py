@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.outputs import End, Events, HalfRange, StopTime
 from symfric.model.scene import Scene
@@ -26,6 +27,7 @@ TOLERANCE, FINER = 1e-12, 1e-13  # of the runs that search, and of those that ch
 SURVEY, DECADES, SPEEDS = 65, 16, 17  # points over the bounds, over their decades, and over the speeds
 JUMPS = 50  # between two points of the survey, at most
 HAIR = 1e-6  # of the damping: how far beside the optimum the check asks
+SHARES = (0.9, 0.97, 0.99, 0.999, 1 - 1e-4, 1 - HAIR, 1 + HAIR)  # of the damping: designs beside the optimum
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,18 @@ def _design(t: Transient, damping: float, survey: list[float]) -> Design:
         active = f"at rest at t = {seen.value:.9g}; a hair less {t.name} takes {less:.9g}"
     changes = {t.name: damping} | ({} if seen.speed is None else {t.speed: seen.speed})
     curve = _curve(t, damping, survey)
-    return Design({t.name: damping}, damping, (active,), t.scene.where(changes), _checked(t, damping), "optimal", curve)
+    check, scene = _checked(t, damping), t.scene.where(changes)
+    beside = [_neighbour(t, damping, share) for share in SHARES if damping * share >= t.bounds[0]]
+    if damping == 0:
+        beside = [Neighbour(f"{t.name} = {survey[1]:g}", survey[1], t(survey[1]).value / t.level - 1)]
+    return design({t.name: damping}, damping, (active,), scene, check, curve, claim="optimal", neighbours=beside)
+
+
+def _neighbour(t: Transient, damping: float, share: float) -> Neighbour:
+    """Return the design with another damping."""
+    word = "larger" if share > 1 else "smaller"
+    change = f"{t.name} {word} by {100 * abs(share - 1):.2g} %"
+    return Neighbour(change, damping * share, t(damping * share).value / t.level - 1)
 
 
 def _checked(t: Transient, damping: float) -> Comparison:
@@ -236,7 +249,7 @@ def _checked(t: Transient, damping: float) -> Comparison:
         seen = t(damping * share)
         value = other.at(damping * share, seen.speed).value
         at = "" if seen.speed is None else f" at {t.speed} = {seen.speed:.6g}"
-        rows.append(Compared(f"{quantity}{at}, {words} {t.name}", seen.value, value, 1e-7))
+        rows.append(Compared(f"{quantity}{at}, {words} {t.name}", seen.value, value, 1e-7, size=t.level))
     return Comparison(tuple(rows))
 
 

@@ -14,11 +14,14 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from symfric.design.averaged import Averaged
 
 _ENDS = np.logspace(-5, -1.1, 12)
+_ZOOM, _FINE = (
+    17,
+    1e-9,
+)  # points of a grid between the neighbours of a low point, and the last grid's width over the first
 ROWS = {"damping": 0, "power": 1, "friction": 3}  # which output of the averaged contact a condition looks at
 SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))  # of an interval, denser at its ends
 
@@ -31,33 +34,26 @@ class Edge:
     rate: float
 
     def __call__(self, q):
-        """Return its place; q may be a float, an array or CasADi's."""
+        """Return its place; q may be a float or an array."""
         return self.fixed + self.rate * q
 
 
 @dataclass(frozen=True)
 class Point:
-    """A belt speed as the optimiser keeps it: a share of an interval between two kinks, which moves with q.
+    """A belt speed.
 
     Attributes
     ----------
     value : float
         Damping, mean power or share of the friction there.
-    v, share : float
+    v : float
     inside : bool
-    low, high : Edge
+        Whether the fast motion reverses the slip there.
     """
 
     value: float
     v: float
-    share: float
     inside: bool
-    low: Edge
-    high: Edge
-
-    def at(self, q):
-        """Return the belt speed at another q."""
-        return self.low(q) + self.share * (self.high(q) - self.low(q))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +70,10 @@ class Range:
         cut = {name: (max(a, q_min), min(b, q_max)) for name, (a, b) in whole.items()}
         empty = {name for name, (a, b) in cut.items() if a > b or whole[name][0] == whole[name][1]}
         return {name: ends for name, ends in cut.items() if name not in empty}
+
+    def regime_of(self, q: float) -> str:
+        """Return the regime of an intensity."""
+        return "outside" if q <= self.low else "mixed" if q <= self.high else "inside"
 
     def interval(self, regime: str, inside: bool) -> tuple[Edge, Edge]:
         """Return the ends of the inside or outside interval of belt speeds."""
@@ -110,19 +110,41 @@ class Range:
     def worst(self, regime: str, q: float, kind: str = "damping") -> list[Point]:
         """Return the local minima of the damping or the friction, maxima of the power, over the belt speeds.
 
-        The worst comes first. Every interval between kinks is searched on a grid, and each low point of it polished.
+        The worst comes first. Every interval between kinks is searched on a grid, and those of its low points are
+        polished that may become the worst.
         """
-        found = []
+        sign, found = -1.0 if kind == "power" else 1.0, []
         for inside in self.sides(regime):
-            for low, high in itertools.pairwise(self._edges(regime, inside, q, kind)):
-                # kinks themselves are left out by a hair: the slope can be infinite on one of their sides
-                hair = 1e-12 * q
-                a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
-                for v, value in self._least(inside, q, a, max(a, b), kind):
-                    width = high(q) - low(q)
-                    share = (v - low(q)) / width if width > 0 else 0.0
-                    found.append(Point(value, v, share, inside, low, high))
-        return sorted(found, key=lambda p: -p.value if kind == "power" else p.value)
+            edges = self._edges(regime, inside, q, kind)
+            cells = [_cell(low, high, q) for low, high in itertools.pairwise(edges)]
+            v = np.concatenate(cells)
+            y = sign * self.on(inside, v, np.full(v.shape, q))[kind]
+            size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
+            split = np.cumsum([c.size for c in cells])[:-1]
+            for speeds, values in zip(cells, np.split(y, split), strict=True):
+                found += [_Low(inside, *e) for e in _lows(speeds, values, 1e-13 * float(size))]
+        least = min((e.value for e in found), default=np.inf)
+        points = []
+        for e in found:
+            v, value = e.v, e.value
+            if e.reach <= least and e.ends[1] > e.ends[0]:
+                v, value = self._polished(e, q, kind, sign)
+            points.append(Point(sign * value, v, e.inside))
+        return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
+
+    def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:
+        """Return the least point between the neighbours of a low point, by ever finer grids."""
+        best, (a, b) = (low.v, low.value), low.ends
+        while b - a > _FINE * (low.ends[1] - low.ends[0]):
+            v = np.linspace(a, b, _ZOOM)
+            y = sign * self.on(low.inside, v, np.full(v.shape, q))[kind]
+            k = int(np.argmin(y))
+            if y[k] < best[1] - low.rounding:  # so that an end stays an end
+                best = float(v[k]), float(y[k])
+            if (a, b) == (v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]):
+                break
+            a, b = v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]
+        return best
 
     def _edges(self, regime: str, inside: bool, q: float, kind: str) -> list[Edge]:
         """Return the ends of the interval and the kinks in it, in order; friction without excitation has its own."""
@@ -137,26 +159,38 @@ class Range:
                     kinks[kink(q)] = kink
         return [low, *(kinks[v] for v in sorted(kinks)), high]
 
-    def _least(self, inside: bool, q: float, a: float, b: float, kind: str) -> list[tuple[float, float]]:
-        sign = -1.0 if kind == "power" else 1.0
-        v = a + (b - a) * SHARES if b > a else np.array([a])
-        y = sign * self.on(inside, v, np.full(v.shape, q))[kind]
-        size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
-        rounding = 1e-13 * float(size)
-        left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
-        found = []
-        for k in np.flatnonzero((y <= left) & (y <= right)):
-            best = v[k], y[k]
-            beside = y[max(k - 1, 0) : k + 2]
-            if np.isfinite(y[k]) and np.max(beside) > y[k] + rounding:  # no plateau
-                ends = v[max(k - 1, 0)], v[min(k + 1, v.size - 1)]
-                polished = minimize_scalar(
-                    lambda s: sign * self.on(inside, np.array([s]), np.array([q]))[kind][0],
-                    bounds=ends,
-                    method="bounded",
-                    options={"xatol": 1e-9 * (ends[1] - ends[0])},
-                )
-                if polished.fun < y[k] - rounding:  # so that an end stays an end
-                    best = float(polished.x), float(polished.fun)
-            found.append((float(best[0]), sign * float(best[1])))
-        return found
+
+@dataclass(frozen=True)
+class _Low:
+    """A low point of an interval on a grid, its neighbours, and how low it may be between them."""
+
+    inside: bool
+    v: float
+    value: float
+    ends: tuple[float, float]
+    reach: float
+    rounding: float
+
+
+def _cell(low: Edge, high: Edge, q: float) -> np.ndarray:
+    """Return the grid of an interval between kinks.
+
+    Kinks themselves are left out by a hair: the slope can be infinite on one of their sides.
+    """
+    hair = 1e-12 * q
+    a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
+    b = max(a, b)
+    return a + (b - a) * SHARES if b > a else np.array([a])
+
+
+def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple]:
+    """Return the local minima of values on a grid: v, y, the neighbours, the least there may be, and the rounding."""
+    left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
+    found = []
+    for k in np.flatnonzero((y <= left) & (y <= right)):
+        a, b = max(k - 1, 0), min(k + 1, v.size - 1)
+        highest = float(np.max(y[a : b + 1]))
+        smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # no plateau
+        ends = (float(v[a]), float(v[b])) if smooth else (float(v[k]), float(v[k]))
+        found.append((float(v[k]), float(y[k]), ends, float(2 * y[k] - highest) if smooth else np.inf, rounding))
+    return found

@@ -1,7 +1,6 @@
 """How a result looks in a notebook: one small table of what its `to_dict` says."""
 
 from collections.abc import Mapping
-from html import escape
 
 MOST = 12  # numbers shown of a list; longer ones are counted
 
@@ -16,10 +15,9 @@ def html_table(name: str, values: Mapping[str, object]) -> str:
     values : mapping
         Plain data, as `to_dict` returns it.
     """
-    rows = "".join(
-        f"<tr><th style='text-align:left'>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in _rows(values)
-    )
-    return f"<table><caption>{escape(name)}</caption><tbody>{rows}</tbody></table>"
+    from symfric.templates import render  # takes as long to load as a run, and only notebooks need it
+
+    return render("result.html", name=name, rows=list(_rows(values)))
 
 
 def _rows(values: Mapping[str, object], above: str = ""):

@@ -1,4 +1,7 @@
-"""The explorer's page: sliders beside live pictures, served by Bokeh to this machine only."""
+"""The explorer's page: sliders beside live pictures.
+
+BokehJS takes some texts as HTML, and any text with TeX in it; what a scene file says is given to it as plain text.
+"""
 
 import time
 from collections.abc import Callable
@@ -7,6 +10,7 @@ import numpy as np
 
 from symfric.report.explore import Explorer
 from symfric.report.figures import BLUE, GREEN, ORANGE
+from symfric.templates import template
 
 AT_ONCE = 0.015  # s for points of the amplitude diagram in an answer; the others follow in lots of as long
 STEPS = 200
@@ -18,22 +22,20 @@ def page(explorer: Explorer) -> Callable:
 
     def fill(doc) -> None:
         from bokeh.layouts import column, row
-        from bokeh.models import Div
 
         sources, plots = _plots(explorer)
         sliders = _sliders(explorer)
-        note = Div(text="", name="note")
+        note = _text("", name="note")
         doc.title = explorer.file.title or "symfric explore"
+        doc.template = template("explore.html")
+        doc.template_variables["heading"] = doc.title
+        labelled = [part for r in explorer.ranges for part in (_text(_with_unit(r.name, r.unit)), sliders[r.name])]
         doc.add_root(
-            column(
-                Div(text=f"<h2>{doc.title}</h2>"),
-                row(
-                    column(*sliders.values(), note, width=320),
-                    column(*plots, sizing_mode="stretch_width", min_width=320),
-                    sizing_mode="stretch_width",
-                    styles={"flex-wrap": "wrap"},  # below one another on a phone
-                ),
+            row(
+                column(*labelled, note, width=320),
+                column(*plots, sizing_mode="stretch_width", min_width=320),
                 sizing_mode="stretch_width",
+                styles={"flex-wrap": "wrap"},  # below one another on a phone
             )
         )
         answer = _answering(doc, explorer, sources, sliders, note)
@@ -42,6 +44,20 @@ def page(explorer: Explorer) -> Callable:
         answer()
 
     return fill
+
+
+def _with_unit(name: str, unit: str | None) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def _text(text: str, **options):
+    """Return a line of plain text."""
+    from bokeh.models import Div
+
+    style = {"overflow-wrap": "anywhere"}
+    return Div(
+        text=text, render_as_text=True, disable_math=True, width=300, margin=(5, 5, 0, 5), styles=style, **options
+    )
 
 
 def _sliders(explorer: Explorer) -> dict:
@@ -53,7 +69,7 @@ def _sliders(explorer: Explorer) -> dict:
             end=r.high,
             value=r.value,
             step=(r.high - r.low) / STEPS,
-            title=f"{r.name} [{r.unit}]" if r.unit else r.name,
+            title="",
             format="0[.]0000a",
             name=r.name,
             width=300,
@@ -64,11 +80,11 @@ def _sliders(explorer: Explorer) -> dict:
 
 def _plots(explorer: Explorer) -> tuple[dict, list]:
     """Return the sources of the pictures by name, and the pictures."""
-    from bokeh.models import ColumnDataSource
+    from bokeh.models import ColumnDataSource, PlainText
     from bokeh.plotting import figure
 
     system, units = explorer.file.scene.system, explorer.file.units
-    words = lambda name: f"{name} [{units[name]}]" if units.get(name) else name  # noqa: E731
+    words = lambda name: _with_unit(name, units.get(name))  # noqa: E731
     look = {"height": 260, "sizing_mode": "stretch_width", "toolbar_location": None}
     sources = {
         name: ColumnDataSource({"x": [], "y": []}, name=name)
@@ -77,8 +93,8 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
     phase = figure(
         name="phase portrait",
         title="phase portrait",
-        x_axis_label=words(system.q[0].name),
-        y_axis_label=words(system.u[0].name),
+        x_axis_label=PlainText(words(system.q[0].name)),
+        y_axis_label=PlainText(words(system.u[0].name)),
         **look,
     )
     phase.line("x", "y", source=sources["phase"], color=BLUE)
@@ -88,8 +104,8 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
     friction.legend.location = "bottom_right"
     plots = [phase, *([friction] if explorer.file.scene.contacts else ())]
     if explorer.swept:
-        label = f"half range of {words(system.q[0].name)}"
-        amplitude = figure(title="amplitude", x_axis_label=words(explorer.swept), y_axis_label=label, **look)
+        label, value = PlainText(f"half range of {words(system.q[0].name)}"), PlainText(words(explorer.swept))
+        amplitude = figure(title="amplitude", x_axis_label=value, y_axis_label=label, **look)
         amplitude.line("x", "y", source=sources["amplitude"], color=GREEN)
         amplitude.scatter("x", "y", source=sources["amplitude"], color=GREEN, size=4)
         amplitude.vspan(x="x", source=sources["now"], color=ORANGE, line_dash="dashed")
@@ -133,24 +149,3 @@ def _show(source, points: list[tuple[float, float]], anew: bool) -> None:
         x, y = np.concatenate([source.data["x"], x]), np.concatenate([source.data["y"], y])
     order = np.argsort(x)
     source.data = {"x": x[order], "y": y[order]}
-
-
-def serve(explorer: Explorer, port: int, ready: Callable[[str], None]) -> None:
-    """Serve the page on this machine's loopback until interrupted.
-
-    Parameters
-    ----------
-    port : int
-        0 for any that is free.
-    ready : callable ``(address) -> None``
-        Called once the page can be opened.
-    """
-    from bokeh.server.server import Server
-
-    server = Server({"/": page(explorer)}, address="127.0.0.1", port=port)
-    server.start()
-    ready(f"http://localhost:{server.port}/")  # the one origin that the server lets connect
-    try:
-        server.io_loop.start()
-    finally:
-        server.stop()

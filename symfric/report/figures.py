@@ -2,6 +2,8 @@
 
 import base64
 import io
+import logging
+import warnings
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,9 +16,12 @@ SIZE = (7.0, 4.2)  # inches
 
 def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
     """Return a name set as mathematics, with its unit if there is one."""
-    unit = units.get(name) if unit is None else unit
-    text = f"${sp.latex(sp.Symbol(name))}$"
-    return f"{text} [{unit}]" if unit else text
+    return f"${sp.latex(sp.Symbol(name))}$" + in_brackets(units.get(name) if unit is None else unit)
+
+
+def in_brackets(unit: str | None) -> str:
+    """Return a unit as it follows a name; its dollar signs are no mathematics."""
+    return " [" + unit.replace("$", r"\$") + "]" if unit else ""
 
 
 def new_axes():
@@ -63,7 +68,7 @@ def plot_time_history(motion, coordinates: Sequence[str], units: Mapping[str, st
 def _shared(names: Sequence[str], units: Mapping[str, str], word: str) -> str:
     found = {units.get(n, "") for n in names}
     unit = found.pop() if len(found) == 1 else ""
-    return f"{word} [{unit}]" if unit else word
+    return word + in_brackets(unit)
 
 
 def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: Mapping[str, str], drive=None, ax=None):
@@ -94,7 +99,7 @@ def plot_friction(curve, unit: str = "", ax=None):
         ax.axvline(curve.operating, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label="steady sliding")
     ax.set_xlim(left=-0.02 * curve.speed[-1], right=curve.speed[-1])
     ax.set_ylim(bottom=min(0.0, float(np.nanmin(curve.coefficient))))
-    ax.set_xlabel(f"sliding speed [{unit}]" if unit else "sliding speed")
+    ax.set_xlabel("sliding speed" + in_brackets(unit))
     ax.set_ylabel("coefficient of friction")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     return tidy(ax)
@@ -142,25 +147,38 @@ def plot_eigenvalues(stability, units: Mapping[str, str], ax=None):
         ax.plot(values.real[~growing], values.imag[~growing], "x", color=GREEN, markersize=8, label="decaying")
     reach = 1.3 * max(np.max(np.abs(values.real)), 1e-12)
     ax.set_xlim(-reach, reach)
-    rate = f" [1/{units['t']}]" if units.get("t") else ""
-    ax.set_xlabel(f"rate of growth{rate}")
-    ax.set_ylabel(f"angular frequency{rate.replace('1/', 'rad/')}")
+    time = units.get("t")
+    ax.set_xlabel("rate of growth" + in_brackets(time and f"1/{time}"))
+    ax.set_ylabel("angular frequency" + in_brackets(time and f"rad/{time}"))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     return tidy(ax)
 
 
 def to_svg(ax) -> str:
     """Return the figure of an Axes as a data URI; text as shapes, so that it looks the same everywhere."""
-    from matplotlib import rc_context
-
-    stream = io.BytesIO()
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}):
-        ax.figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
+    content = _saved(ax.figure, "svg", metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(content).decode("ascii")
 
 
 def png(figure) -> bytes:
     """Return a figure as the content of a PNG file."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=120)
+    return _saved(figure, "png", dpi=120)
+
+
+def _saved(figure, kind: str, **options) -> bytes:
+    """Return the content of a file of a figure; letters that the font lacks are boxes in it, and that is no news."""
+    from matplotlib import rc_context
+
+    stream, log = io.BytesIO(), logging.getLogger("matplotlib.mathtext")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        with (
+            rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}),
+            warnings.catch_warnings(),
+        ):
+            warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from", UserWarning)
+            figure.savefig(stream, format=kind, **options)
+    finally:
+        log.setLevel(level)
     return stream.getvalue()

@@ -1,6 +1,7 @@
 """Versions of the package and of what its numbers rest on."""
 
 import platform
+from collections.abc import Mapping
 from importlib import metadata
 
 BESIDE = ("casadi", "numpy", "scipy", "sympy", "numba", "control")
@@ -18,3 +19,8 @@ def versions() -> dict[str, str]:
     """Return the versions a page should state."""
     found = {name: package_version(name) for name in ("symfric", *BESIDE)}
     return {"python": platform.python_version(), **found}
+
+
+def used(versions: Mapping[str, str]) -> str:
+    """Return the packages that were there, with their versions."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items() if version != "not installed")

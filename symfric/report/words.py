@@ -31,7 +31,7 @@ def counted(n: int, noun: str) -> str:
 
 
 def percent(value: float) -> str:
-    """Return a relative difference; HTML-safe."""
+    """Return a relative difference."""
     if not math.isfinite(value):
         return "–"
     if abs(value) < 1e-12:

@@ -7,6 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from symfric.scenefile.expressions import LARGEST, shorten
 
 MAX_TABLES = 200  # entries of one table or list
+MAX_UNIT = 40  # letters; a picture has no room for more
 MAX_AXIS = 100_000  # values of one axis of a sweep
 
 
@@ -82,7 +83,8 @@ Positive = Annotated[float, BeforeValidator(_number), Field(gt=0)]
 Term = Annotated[float | str, BeforeValidator(_term)]
 Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
 Option = Annotated[Any, BeforeValidator(_option)]
-Text = Annotated[str, BeforeValidator(_text), Field(max_length=10_000)]
+Text = Annotated[str, Field(max_length=10_000), BeforeValidator(_text)]
+Unit = Annotated[str, Field(max_length=MAX_UNIT), BeforeValidator(_text)]
 Names = Annotated[list[Text], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
 Terms = Annotated[list[Term], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
 Axis = Annotated[Any, BeforeValidator(_axis)]

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -180,12 +181,30 @@ def _check_nesting(text: str) -> None:
         before = token
 
 
+def _check_letters(value, place: str = "") -> None:
+    """Raise on control characters in keys and texts: terminals obey them, and no page or picture can show them."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            inside = f"{place}.{shorten(key, 40)}" if place else shorten(key, 40)
+            _check_letters(key, f"a key of {place}" if place else "a key")
+            _check_letters(inner, inside)
+    elif isinstance(value, list):
+        for k, inner in enumerate(value):
+            _check_letters(inner, f"{place}[{k}]")
+    elif isinstance(value, str):
+        odd = next((c for c in value if unicodedata.category(c) == "Cc" and c not in "\n\r\t"), None)
+        if odd:
+            raise SceneError(f"{place} holds the control character U+{ord(odd):04X}; remove it")
+
+
 def _lower(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
 def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
-    document = read_document(_toml(text))
+    raw = _toml(text)
+    _check_letters(raw)
+    document = read_document(raw)
     ground = getattr(document.scene, "motion", None)
     motion = None if ground is None else read_motion(ground, "scene.motion", folder)
     scene, laws = build_scene(document, motion)

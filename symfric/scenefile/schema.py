@@ -21,6 +21,7 @@ from symfric.scenefile.fields import (
     Term,
     Terms,
     Text,
+    Unit,
     kind_of,
 )
 from symfric.scenefile.questions import Designs, Ground
@@ -90,7 +91,7 @@ class Document(Section):
     outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
     design: Designs = Designs()
-    units: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
+    units: Annotated[dict[str, Unit], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
 def read_document(raw: dict) -> Document:

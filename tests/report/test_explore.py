@@ -1,5 +1,6 @@
 """The explorer: right numbers, within a tenth of a second, and a page that follows its sliders."""
 
+import re
 import signal
 import socket
 import subprocess
@@ -83,6 +84,78 @@ def served():
         process.send_signal(signal.SIGINT)
         assert process.wait(30) == 0
         assert "Traceback" not in process.stderr.read()
+
+
+PATHS = ("/", "/static/js/bokeh.min.js", "/static/extensions/none.js", "/ws", "/autoload.js", "/metadata", "/none")
+
+
+def answer_to(port: int, path: str, *headers: str, method: str = "GET", http: str = "1.1") -> tuple[int, str]:
+    """Return the status of a request with these headers, and its answer."""
+    lines = [f"{method} {path} HTTP/{http}", *headers, "Connection: close", "Content-Length: 0", "", ""]
+    with socket.create_connection(("127.0.0.1", port), timeout=30) as connection:
+        connection.sendall("\r\n".join(lines).encode())
+        text = b"".join(iter(lambda: connection.recv(65536), b"")).decode("latin-1")
+    return int(text.split()[1]), text
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_other_hosts_and_origins_are_refused_whatever_the_path(served, path):
+    port = int(served.rstrip("/").rpartition(":")[2])
+    own = f"Host: localhost:{port}"
+    foreign = [
+        f"Host: evil.example:{port}",
+        "Host: evil.example",
+        f"Host: localhost.evil.example:{port}",
+        f"Host: evil.example@localhost:{port}",
+        f"Host: localhost:{port}.evil.example",
+        f"Host: localhost:{port + 1}",
+        "Host: localhost",
+        "Host:",
+        f"Host: 0.0.0.0:{port}",
+        f"Host: [::ffff:127.0.0.1]:{port}",
+    ]
+    for host in foreign:
+        for method in ("GET", "POST", "OPTIONS", "HEAD"):
+            status, text = answer_to(port, path, host, method=method)
+            assert status in (400, 403), host  # 400: not even a host
+            assert "evil" not in text
+    assert answer_to(port, path, f"Host: evil.example:{port}", own)[0] in (400, 403)
+    assert answer_to(port, path, http="1.0")[0] in (400, 403)
+    assert answer_to(port, f"http://localhost:{port}{path}", f"Host: evil.example:{port}")[0] == 403
+    for origin in (
+        f"http://evil.example:{port}",
+        "http://evil.example",
+        "null",
+        f"https://localhost:{port}",
+        f"http://localhost:{port + 1}",
+        f"http://localhost:{port}@evil.example",
+        f"file://localhost:{port}",
+        "",
+    ):
+        assert answer_to(port, path, own, f"Origin: {origin}")[0] == 403, origin
+    for host in (own, f"Host: 127.0.0.1:{port}", f"HOST: LOCALHOST:{port}"):
+        for origin in ((), (f"Origin: http://localhost:{port}",), (f"Origin: http://127.0.0.1:{port}",)):
+            assert answer_to(port, path, host, *origin)[0] != 403 or path == "/ws"
+
+
+def test_the_socket_opens_for_its_own_page_only(served):
+    """A hand shake as a browser makes it; what follows needs the token that is on the page."""
+    port = int(served.rstrip("/").rpartition(":")[2])
+    page = answer_to(port, "/", f"Host: localhost:{port}")[1]
+    token = re.search(r'"token":"([^"]+)"', page)[1]
+    shake = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Key: c3ltZnJpYyBzeW1mcmljIQ==")
+    shake += ("Sec-WebSocket-Version: 13", f"Sec-WebSocket-Protocol: bokeh, {token}")
+    for host, origin, status in (
+        ("localhost", f"http://localhost:{port}", 101),
+        ("127.0.0.1", f"http://127.0.0.1:{port}", 101),
+        ("localhost", f"http://evil.example:{port}", 403),
+        ("evil.example", f"http://evil.example:{port}", 403),
+        ("evil.example", f"http://localhost:{port}", 403),
+    ):
+        lines = ["GET /ws HTTP/1.1", f"Host: {host}:{port}", f"Origin: {origin}", *shake, "", ""]
+        with socket.create_connection(("127.0.0.1", port), timeout=30) as connection:
+            connection.sendall("\r\n".join(lines).encode())
+            assert int(connection.recv(4096).split()[1]) == status, (host, origin)
 
 
 def model(name: str) -> str:

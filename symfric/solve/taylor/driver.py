@@ -7,7 +7,7 @@ from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 from symfric.solve.taylor.defect import is_sound, reach
 from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
-from symfric.solve.taylor.settle import expand, prelude, settle
+from symfric.solve.taylor.settle import expand, keep_scales, prelude, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_rule, step_size
 from symfric.solve.taylor.workspace import (
@@ -66,6 +66,8 @@ def reset(w):
     w.counts[:] = 0
     w.clock[T_LOW], w.clock[H_LAST], w.clock[REST], w.clock[MARK_T] = 0.0, 0.0, np.nan, 0.0
     w.scale[:] = 0.0
+    w.other[:] = 0.0
+    w.carries[:] = 0
     w.start[:] = 0.0
     w.hit[:] = 0
     w.fresh[:] = 0
@@ -291,6 +293,7 @@ def _switch(w, n_x, n_c):
     starting = w.clock[H_LAST] == 0.0 and w.counts[STEPS] == 0
     if w.limits[VARIED]:
         jump(w, n_x, n_c, starting)
+    keep_scales(w, n_x, n_c)
     changed, at_rest = 0, n_c > 0
     for i in range(n_c):
         mode = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])

@@ -15,6 +15,7 @@ from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
     DROP,
+    FORCES,
     KINKS,
     LINEAR,
     LOAD,
@@ -237,13 +238,14 @@ def _contradiction(w, n_x, i, horizon):
     size, where, tie, turns = 0.0, 0, TIE, 3
     if w.zero[i]:
         if w.m[i] == 2.0:
-            size, where = _drift(w, n_x + 2 * i, w.gauge[PULL, i])
+            size, where = _drift(w, n_x + 2 * i, i)
         elif w.m[i] > 0.5:
             doubt = doubt_of(w, i)
             size, where = _excess(w, n_x + 2 * i, horizon, doubt)
             turns = 4
-            if w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:  # it falls below its bound again: no slip would last
-                tie, turns = max(TIE, 16.0 * doubt), 2
+            if size > 0.0 and w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:
+                # it falls below its bound again: no slip would last
+                tie, turns = max(TIE, 16.0 * doubt / _stick_scale(w, n_x + 2 * i)), 2
         else:
             size = _backing(w, n_x + 2 * i, i, horizon)
     if size <= tie and w.turns[i] >= turns:
@@ -277,25 +279,37 @@ def _hold_more(w, n_x, n_c, horizon):
 
 
 @compiled(inline=True)
-def _excess(w, row, horizon, doubt):
-    """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip."""
+def _stick_scale(w, row):
+    """Return the bound of a sticking contact plus the magnitude of its force, from its guards."""
     over, under = w.probe[row, 0], w.probe[row + 1, 0]
-    scale = 0.5 * abs(over + under) + 0.5 * abs(over - under)
-    g, slope, way = (over, w.probe[row, 1], -1) if over < under else (under, w.probe[row + 1, 1], 1)
-    if g < -doubt * scale:
-        return -g / scale, way
-    if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
-        return 0.5 * TIE, way
+    return 0.5 * abs(over + under) + 0.5 * abs(over - under)
+
+
+@compiled(inline=True)
+def _excess(w, row, horizon, doubt):
+    """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip.
+
+    Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
+    """
+    scale = _stick_scale(w, row)
+    side = 0 if w.probe[row, 0] < w.probe[row + 1, 0] else 1
+    if w.probe[row + side, 0] < -doubt:
+        return -w.probe[row + side, 0] / scale, 2 * side - 1
+    for _ in range(2):
+        g, slope = w.probe[row + side, 0], w.probe[row + side, 1]
+        if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
+            return 0.5 * TIE, 2 * side - 1
+        side = 1 - side
     return 0.0, 0
 
 
 @compiled(inline=True)
-def _drift(w, row, pull):
+def _drift(w, row, i):
     """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
-    rate = w.probe[row, 1]
-    if abs(rate) <= REDUNDANT * pull:
+    rate, pull = w.probe[row, 1], w.gauge[PULL, i]
+    if abs(rate) <= max(REDUNDANT * pull, ROUNDING * w.gauge[FORCES, i]):
         return 0.0, 0
-    return abs(rate) / pull if pull > 0.0 else 1.0, 1 if rate > 0.0 else -1
+    return abs(rate) / (abs(rate) + pull), 1 if rate > 0.0 else -1
 
 
 @compiled(inline=True)
@@ -304,7 +318,7 @@ def _backing(w, row, i, horizon):
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
     little = no_acceleration(w, i, second)
     if first < -little:
-        return -first / pull if pull > 0.0 else 1.0
+        return -first / (pull - first)
     if first <= little and second * horizon < -no_acceleration(w, i, 0.0):
         return 0.5 * TIE
     return 0.0
@@ -347,7 +361,7 @@ def _mark_fresh(w, n_x, n_c, n_s):
         if w.m[i] == 2.0:
             w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
         elif w.m[i] > 0.5:
-            scale = 0.5 * abs(a + b) + 0.5 * abs(a - b)
+            scale = _stick_scale(w, n_x + 2 * i)
             w.fresh[2 * i] = a <= ROUNDING * scale
             w.fresh[2 * i + 1] = b <= ROUNDING * scale
             w.slack[2 * i], w.slack[2 * i + 1] = max(0.0, -a), max(0.0, -b)
@@ -357,3 +371,18 @@ def _mark_fresh(w, n_x, n_c, n_s):
     for j in range(n_s):
         g = 2 * n_c + j
         w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= ROUNDING * w.scale[n_x + g]
+
+
+@compiled(inline=True)
+def keep_scales(w, n_x, n_c):
+    """Exchange the scales of the guards of a contact that begins or ends to carry a force: guards are slips, or forces.
+
+    The units of one say nothing about the other.
+    """
+    for i in range(n_c):
+        carries = w.m[i] == 1.0 or w.m[i] == 3.0
+        if carries == (w.carries[i] != 0):
+            continue
+        w.carries[i] = carries
+        for g in range(2 * i, 2 * i + 2):
+            w.scale[n_x + g], w.other[g] = max(w.other[g], abs(w.probe[n_x + g, 0])), w.scale[n_x + g]

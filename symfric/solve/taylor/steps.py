@@ -3,10 +3,11 @@
 import numpy as np
 
 from symfric.solve.native import compiled
-from symfric.solve.taylor.workspace import CHECKED, H_LAST, TOLERANCE
+from symfric.solve.taylor.workspace import CHECKED, H_LAST, T_END, TOLERANCE
 from symfric.solve.taylor.zero import EPS
 
 _TINY = 1e-300  # a scale that is none
+_SHORT = 1e-3  # of the run: a first step that no coefficient limits
 _ONE = 2**52  # one, of a logarithm in fixed point
 _CUT = 22  # bits of it that are dropped before it is multiplied
 _PART = 2.0**20  # one, of the reciprocal of the order
@@ -119,8 +120,10 @@ def _first_step(w):
             for k in range(1, last):
                 if w.c[r, k] != 0.0:
                     reach = max(reach, _root(tolerance * abs(w.c[r, k]) / a, last - k))
-            if reach == 0.0:
-                reach = _root(tolerance * (abs(w.c[r, 0]) or 1.0) / a, last)
+            if reach == 0.0 and w.c[r, 0] != 0.0:
+                reach = _root(tolerance * abs(w.c[r, 0]) / a, last)
+            elif reach == 0.0:  # nothing to compare with: a part of the run
+                reach = _SHORT * w.clock[T_END]
             own = min(own, reach)
         if _comes_late(w, r):
             late = min(late, own)

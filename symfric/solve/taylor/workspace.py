@@ -57,6 +57,8 @@ class Workspace(NamedTuple):
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
     scale: Reals  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
+    other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
+    carries: Integers  # contacts whose guards are forces, (n_c,)
     trial: Reals  # state and time at the end of the step on trial, (n_x + 1,)
     base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
     start: Reals  # first value of every row, (n_r,)
@@ -151,6 +153,8 @@ def make_workspace(
         share=room(n_c, n_c),
         impulse=room(n_c),
         scale=room(n_r),
+        other=room(2 * n_c),
+        carries=flags(n_c),
         trial=room(n_x + 1),
         base=room(3, n_x),
         start=room(n_r),

@@ -1,7 +1,7 @@
 """What counts as zero: rounding, ties, and the error of the run."""
 
 from symfric.solve.native import compiled
-from symfric.solve.taylor.workspace import DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
+from symfric.solve.taylor.workspace import COUPLING, DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
@@ -33,15 +33,15 @@ def natural_time(w):
 
 @compiled(inline=True)
 def doubt_of(w, i):
-    """Return the part of its bound by which the stick force of contact i may be wrong through the error of the run.
+    """Return the force by which the stick force of contact i may be wrong: by rounding, and by the error of the run.
 
-    Its size is tolerance times acceleration, range of the slip over the natural time, against that of the bound. It is
-    at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as none.
+    It is at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as
+    none. The forces that cancel in the stick force set this least, not its bound, which may be far smaller. The error
+    of the run is its tolerance times acceleration, range of the slip over the natural time, next to that of the bound.
     """
-    pull = w.gauge[PULL, i]
-    least = no_acceleration(w, i, 0.0) / pull if pull > 0.0 else TIE
-    if w.counts[STEPS] == 0:
-        return least
-    pull, size = pull * natural_time(w), w.span[TERMS, i]
-    ratio = size / pull if pull > 0.0 else 0.0
-    return max(least, min(MOST_DOUBT, w.clock[DOUBT] * (1.0 + ratio)))
+    pull, least = w.gauge[PULL, i], no_acceleration(w, i, 0.0)
+    if w.counts[STEPS] > 0:
+        error = w.clock[DOUBT] * (pull + w.span[TERMS, i] / natural_time(w))
+        least = max(least, min(MOST_DOUBT * pull, error))
+    coupling = w.gauge[COUPLING + i, i]
+    return least / coupling if coupling > 0.0 else 0.0

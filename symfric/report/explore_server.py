@@ -1,0 +1,71 @@
+"""The server of the explorer: on this machine's loopback, and for pages of its own address only."""
+
+from collections.abc import Callable
+from urllib.parse import urlsplit
+
+from bokeh.application import Application
+from bokeh.application.handlers import FunctionHandler
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
+from bokeh.server.util import bind_sockets
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
+from tornado.ioloop import IOLoop
+from tornado.web import ErrorHandler
+
+FORBIDDEN = 403
+
+
+class OwnPages(BokehTornado):
+    """Answers what names this server's address, and nothing else, whatever the path.
+
+    A page elsewhere can have its own name point to this machine (DNS rebinding) and would then read what is served
+    here: its requests carry that name as their Host. The socket of another page carries that page as its Origin.
+    """
+
+    def __init__(self, pages: dict[str, Application], port: int):
+        self._hosts = {f"localhost:{port}", f"127.0.0.1:{port}"}
+        super().__init__(pages, extra_websocket_origins=sorted(self._hosts), absolute_url=f"http://localhost:{port}/")
+
+    def find_handler(self, request: HTTPServerRequest, **arguments):
+        """Return what answers a request of any path, files and sockets too."""
+        if not self._own(request):
+            return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
+        return super().find_handler(request, **arguments)
+
+    def _own(self, request: HTTPServerRequest) -> bool:
+        hosts, origins = request.headers.get_list("Host"), request.headers.get_list("Origin")
+        if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
+            return False
+        return all(_host_of(origin) in self._hosts for origin in origins)
+
+
+def _host_of(origin: str) -> str:
+    """Return the host and port of an origin of the web; empty for any other, such as ``null``."""
+    scheme, _, host = origin.lower().partition("://")
+    return host if scheme == "http" and urlsplit(f"//{host}").netloc == host else ""
+
+
+def serve(fill: Callable, port: int, ready: Callable[[str], None]) -> None:
+    """Serve a page on this machine's loopback until interrupted.
+
+    Parameters
+    ----------
+    fill : callable ``(doc) -> None``
+        Fills a Bokeh document.
+    port : int
+        0 for any that is free.
+    ready : callable ``(address) -> None``
+        Called once the page can be opened.
+    """
+    sockets, port = bind_sockets("127.0.0.1", port)
+    application = OwnPages({"/": Application(FunctionHandler(fill))}, port)
+    http = HTTPServer(application)
+    http.add_sockets(sockets)
+    server = BaseServer(IOLoop.current(), application, http)
+    server.start()
+    ready(f"http://localhost:{port}/")
+    try:
+        server.io_loop.start()
+    finally:
+        server.stop()
