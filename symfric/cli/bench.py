@@ -99,7 +99,7 @@ def _write(benchmark, folder: Path) -> None:
     from symfric.bench.picture import picture
     from symfric.report.figures import png
 
-    files = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}
+    files: dict[Path, bytes | str] = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}
     if any(c.points for c in benchmark.curves):
         files[folder / "bench.png"] = png(picture(benchmark))
     write_results(files)

@@ -8,7 +8,7 @@ import os
 import sys
 import unicodedata
 from collections.abc import Iterator
-from typing import TextIO
+from typing import Any, TextIO
 
 PLAIN = {  # characters of tables and messages that ASCII or Latin-1 lack
     "−": "-",
@@ -87,8 +87,9 @@ class Sink(io.BufferedIOBase):
         Why the output is not complete.
     """
 
-    def __init__(self, buffer):
+    def __init__(self, buffer: Any):
         super().__init__()
+        self.name = getattr(buffer, "name", "")
         self._raw = getattr(buffer, "raw", buffer)  # what a buffer cannot write, it tries again when Python ends
         self.failure: OSError | None = None
 
@@ -103,7 +104,7 @@ class Sink(io.BufferedIOBase):
     def isatty(self) -> bool:
         return self._raw is not None and self._raw.isatty()
 
-    def write(self, data) -> int:
+    def write(self, data: Any) -> int:
         rest = memoryview(data)
         while rest and self.failure is None:
             try:
@@ -145,7 +146,7 @@ def safe_streams() -> Iterator[Sink]:
 def _text(stream: TextIO | None, sink: Sink) -> TextIO:
     """Return a text stream like another one."""
     encoding = "utf-8" if stream is None else stream.encoding
-    lines = stream is None or stream.line_buffering
+    lines = stream is None or bool(stream.line_buffering)
     return io.TextIOWrapper(sink, encoding=encoding, errors="symfric.plain", newline=None, line_buffering=lines)
 
 

@@ -54,17 +54,17 @@ def _line(row: str, decimals: int | None, where: str) -> list[float]:
     """Return the numbers of one line."""
     fields, end = [], 0
     for found in _REAL.finditer(row):
-        _check_between(row[end : found.start()], row, where)
+        _check_between(row, end, found.start(), where)
         if found.start() == end > 0 and found[0][0] not in "+-":
             fields = _of_equal_decimals(row, decimals, where)
             break
         fields.append(found[0])
         end = found.end()
     else:
-        _check_between(row[end:], row, where)
+        _check_between(row, end, len(row), where)
     values = [float(re.sub("[dD]", "e", f)) for f in fields]
     if not np.all(np.isfinite(values)):
-        raise SceneError(f"{where}: {row.strip()[:60]!r} holds a number too large; get the file anew")
+        raise SceneError(f"{where}: holds a number too large; get the file anew")
     return values
 
 
@@ -78,18 +78,21 @@ def _of_equal_decimals(row: str, decimals: int | None, where: str) -> list[str]:
             end = found.end()
         if not row[end:].strip():
             return fields
-    raise SceneError(
-        f"{where}: numbers touch and cannot be told apart in {row.strip()[:60]!r}; put blanks between them"
-    )
+    raise SceneError(f"{where}: numbers touch and cannot be told apart; put blanks between them")
 
 
-def _check_between(text: str, row: str, where: str) -> None:
-    """Raise unless only blanks or a comma stand between two numbers."""
+def _check_between(row: str, begin: int, end: int, where: str) -> None:
+    """Raise unless only blanks or a comma stand between two numbers; what else stands there is not repeated.
+
+    A scene file from elsewhere may name any file of its reader's as a record.
+    """
+    text = row[begin:end]
     if not text.strip() or text.strip() == ",":
         return
-    odd = text.strip()[:30]
-    if _NOT_FINITE.search(text):
-        raise SceneError(f"{where}: holds {odd!r}, not a finite number; mend the record, no sample is made up here")
-    if "*" in odd:
-        raise SceneError(f"{where}: holds {odd!r}, a number that did not fit its field; get the file anew")
-    raise SceneError(f"{where}: {row.strip()[:60]!r} is no row of numbers ({odd!r}); remove the line or mend it")
+    odd = _NOT_FINITE.search(text)
+    if odd:
+        raise SceneError(f"{where}: holds {odd[0]!r}, not a finite number; mend the record, no sample is made up here")
+    if "*" in text:
+        raise SceneError(f"{where}: holds asterisks, for a number that did not fit its field; get the file anew")
+    column = begin + len(text) - len(text.lstrip()) + 1
+    raise SceneError(f"{where}, column {column}: is no row of numbers; remove the line or mend it")

@@ -15,7 +15,7 @@ from symfric.model.names import finite, nearest
 MAX_BYTES = 50_000_000
 HEADER_LINES = 40  # among which the line with NPTS and DT must be
 _REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
-_NAMED = re.compile(rf"NPTS\s*=\s*(\d+)\s*[,;]?\s*DT\s*=\s*({_REAL}|[-+]?(?:nan|inf)\w*)", re.IGNORECASE)
+_NAMED = re.compile(rf"NPTS\s*=\s*(\d+)\s*[,;]?\s*DT\s*=\s*({_REAL}|[-+]?(?:nan|inf)(?:inity)?\b)", re.IGNORECASE)
 _NUMBERS_FIRST = re.compile(rf"^\s*(\d+)\s+({_REAL})\s*,?\s*NPTS\s*,?\s*DT\b", re.IGNORECASE)
 _UNIT = re.compile(r"\bunits?\s*(?:of|are|is|:|=)?\s*\(?\s*([a-z][\w/*^²().-]*)", re.IGNORECASE)
 _QUANTITY = re.compile(r"\b(velocity|displacement)\b", re.IGNORECASE)
@@ -62,7 +62,7 @@ def read_lines(path: str | Path) -> Lines:
     strange = re.search(rb"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]", data)
     if strange:
         line = data.count(b"\n", 0, strange.start()) + 1
-        raise SceneError(f"{name}, line {line}: is binary (byte {strange.group()[0]:#04x}); export the record as text")
+        raise SceneError(f"{name}, line {line}: is binary; export the record as text")
     text = data.rstrip(b"\x1a").decode("utf-8-sig" if data.startswith(b"\xef\xbb\xbf") else "latin-1")
     return Lines(name, re.split(r"\r*\n|\r", text))
 
@@ -129,8 +129,7 @@ def _header_line(name: str, rows: list[str]) -> tuple[int, re.Match]:
             return number, found
         if re.search("NPTS", row, re.IGNORECASE):
             raise SceneError(
-                f"{name}, line {number}: NPTS and DT cannot be read from {row.strip()[:60]!r}; "
-                "write it as NPTS= 4000, DT= .01000 SEC"
+                f"{name}, line {number}: NPTS and DT cannot be read; write the line as NPTS= 4000, DT= .01000 SEC"
             )
     raise SceneError(
         f"{name}: no line with NPTS and DT in its first {min(len(rows), HEADER_LINES)}; it is no AT2 file or has lost "
@@ -162,13 +161,13 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
         other = _QUANTITY.search(row)
         if other and re.search(r"time|history|series|units|record", row, re.IGNORECASE):
             raise SceneError(
-                f"{name}, line {number}: a {other[1].lower()} ({row.strip()[:60]}); take the record of the "
-                "acceleration, which ends with .AT2 at PEER"
+                f"{name}, line {number}: a {other[1].lower()}; take the record of the acceleration, which ends with "
+                ".AT2 at PEER"
             )
         found = _UNIT.search(row)
         if found:
             unit = found[1].rstrip(".,)").lstrip("(")
-            factor = factor_of(unit, f"{name}, line {number}: the unit")
+            factor = factor_of(unit, f"{name}, line {number}: the unit", quoted=False)
             if given is not None and factor_of(given, "unit") != factor:
                 raise SceneError(f"{name}, line {number}: the unit is {unit}, and unit={given!r} is given; drop one")
             return unit

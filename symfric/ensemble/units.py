@@ -18,13 +18,21 @@ def plain_unit(unit: str) -> str:
     return re.sub(r"^(c?m|mm)(?:\*s|s|\.s)(?:\^|\*\*)?-2$", r"\1/s^2", text)
 
 
-def factor_of(unit: str, where: str) -> float:
+def factor_of(unit: str, where: str, quoted: bool = True) -> float:
     """Return what a unit is in m/s^2.
+
+    Parameters
+    ----------
+    unit : str
+    where : str
+        Stands before the message.
+    quoted : bool
+        Whether a message repeats an unknown unit; one that was found in a file may be anything.
 
     Raises
     ------
     SceneError
-        If it is no unit of acceleration; `where` stands before the message.
+        If it is no unit of acceleration.
     """
     if not isinstance(unit, str):
         raise SceneError(f"{where} is {unit!r}; give the unit of the samples, {KNOWN}")
@@ -33,4 +41,5 @@ def factor_of(unit: str, where: str) -> float:
         return _FACTORS[plain]
     if plain in _OTHER:
         raise SceneError(f"{where} is {unit}, {_OTHER[plain]}; take the record of the acceleration instead")
-    raise SceneError(f"{where} is {unit!r}, which is no unit of acceleration known here; give {KNOWN}")
+    shown = f"{unit!r}, which is " if quoted else ""
+    raise SceneError(f"{where} is {shown}no unit of acceleration known here; give {KNOWN}")

@@ -93,8 +93,8 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
     phase = figure(
         name="phase portrait",
         title="phase portrait",
-        x_axis_label=PlainText(words(system.q[0].name)),
-        y_axis_label=PlainText(words(system.u[0].name)),
+        x_axis_label=PlainText(text=words(system.q[0].name)),
+        y_axis_label=PlainText(text=words(system.u[0].name)),
         **look,
     )
     phase.line("x", "y", source=sources["phase"], color=BLUE)
@@ -104,7 +104,7 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
     friction.legend.location = "bottom_right"
     plots = [phase, *([friction] if explorer.file.scene.contacts else ())]
     if explorer.swept:
-        label, value = PlainText(f"half range of {words(system.q[0].name)}"), PlainText(words(explorer.swept))
+        label, value = PlainText(text=f"half range of {words(system.q[0].name)}"), PlainText(text=words(explorer.swept))
         amplitude = figure(title="amplitude", x_axis_label=value, y_axis_label=label, **look)
         amplitude.line("x", "y", source=sources["amplitude"], color=GREEN)
         amplitude.scatter("x", "y", source=sources["amplitude"], color=GREEN, size=4)

@@ -1,5 +1,6 @@
 """Records: every file and every variant is read, and what is no record of accelerations is refused by name."""
 
+import random
 import re
 from pathlib import Path
 
@@ -144,12 +145,12 @@ REFUSED = {
     "infinity": (HEAD + LINE + BODY.replace(".5304162E-03", "-Infinity"), "line 5: holds '-Infinity'"),
     "overflow": (HEAD + LINE + BODY.replace("E-03", "E+999"), "line 5: .* too large"),
     "asterisks": (HEAD + LINE + BODY.replace(".5304162E-03", "************"), "line 5: .* did not fit"),
-    "words": (HEAD + LINE + BODY + "see below\n", "line 7: 'see below' is no row of numbers"),
+    "words": (HEAD + LINE + BODY + "see below\n", "line 7, column 1: is no row of numbers"),
     "velocity": (TITLE + "VELOCITY TIME SERIES IN UNITS OF CM/S\n" + LINE + BODY, "line 3: a velocity"),
     "cm/s": (TITLE + "TIME SERIES IN UNITS OF CM/S\n" + LINE + BODY, "line 3: the unit is CM/S, a velocity"),
     "cm/sec": (TITLE + "ACCELERATION, UNITS: cm/sec\n" + LINE + BODY, "line 3: the unit is cm/sec, a velocity"),
     "displacement": (TITLE + "DISPLACEMENT TIME HISTORY IN UNITS OF CM\n" + LINE + BODY, "line 3: a displacement"),
-    "unknown unit": (TITLE + "UNITS OF FURLONG\n" + LINE + BODY, "line 3: the unit is 'FURLONG'"),
+    "unknown unit": (TITLE + "UNITS OF FURLONG\n" + LINE + BODY, "line 3: the unit is no unit of acceleration known"),
     "empty": (" \n\n", "is empty"),
     "binary": (bytes(range(256)), "line 1: is binary"),
     "compressed": (b"\x1f\x8b\x08\x00" + bytes(range(255)), "is binary"),
@@ -224,7 +225,7 @@ def test_rounded_times_take_the_given_step(tmp_path):
         ("0 1\n.1 nan\n", {"unit": "g"}, "line 2: holds 'nan'"),
         ("nan\n1\n", {"unit": "g", "dt": 1}, "line 1: holds 'nan'"),
         ("1\n****\n", {"unit": "g", "dt": 1}, "line 2: holds"),
-        ("1\nend\n", {"unit": "g", "dt": 1}, "line 2: 'end' is no row"),
+        ("1\nend\n", {"unit": "g", "dt": 1}, "line 2, column 1: is no row"),
         ("1\n", {"unit": "g", "dt": 1}, "has 1 rows"),
         ("# nothing\n", {"unit": "g", "dt": 1}, "has 0 rows"),
     ],
@@ -234,3 +235,95 @@ def test_columns_that_are_refused(text, arguments, message, tmp_path):
     with pytest.raises(sf.SceneError, match=message) as caught:
         sf.motions.read_text(path, **arguments)
     assert "a" in str(caught.value)
+
+
+# --- a scene file from elsewhere may name any file of its reader's: what it holds is not repeated
+
+SECRET = "hunter2xyzzy"
+PRIVATE = {
+    "passwords": f"root:{SECRET}:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n",
+    "key": f"-----BEGIN OPENSSH PRIVATE KEY-----\n{SECRET}AAAAB3Nza\n-----END OPENSSH PRIVATE KEY-----\n",
+    "settings": f"# production\nPASSWORD={SECRET}\nPORT=8080\n",
+    "JSON": f'{{"token": "{SECRET}", "n": [1, 2, 3]}}\n',
+    "table": f"time,acc\n0.0,0.1\n0.1,0.2\n0.2,{SECRET}\n0.3,0.1\n",
+    "end of a number": f"0.0 0.1\n0.1 0.2{SECRET}\n",
+    "beside asterisks": f"0.0 0.1\n0.1 **{SECRET}**\n",
+    "beside nan": f"0.0 0.1\n0.1 nan {SECRET}\n",
+    "touching": f"0.0 0.1\n0.1 .2.3.4 {SECRET}\n",
+    "nan word": f"0.0 0.1\n0.1 nan_{SECRET}\n",
+    "unit": TITLE + f"IN UNITS OF {SECRET}\n{LINE}{BODY}",
+    "step": HEAD + f"NPTS= 7, DT= inf{SECRET}\n" + BODY,
+    "step in words": HEAD + f"NPTS= {SECRET}, DT= {SECRET}\n" + BODY,
+    "velocity": TITLE + f"VELOCITY TIME SERIES {SECRET}\n{LINE}{BODY}",
+    "after the numbers": HEAD + LINE + BODY + f"{SECRET}\n",
+    "second line": f"velocity {SECRET}\n1 2\n",
+    "brackets": f"{SECRET} [cm/s]\n1 2\n",
+    "control": f"{SECRET}\x00\n1 2\n",
+    "no line end": SECRET,
+    "latin-1": f"{SECRET} \xe9\xff 1 2\n1 2 x\n",
+}
+STUDIED = """
+[scene]
+model = "rolling_isolator"
+C = 1.0
+m = 1.0
+profile = 0.1
+motion = {file = "%s"%s}
+"""
+
+
+@pytest.mark.parametrize("case", PRIVATE)
+@pytest.mark.parametrize(
+    ("name", "given"), [("r.at2", ""), ("r.csv", ', unit = "g"'), ("r.csv", ', unit = "g", dt = 0.1')]
+)
+def test_what_a_file_holds_is_not_repeated(case, name, given, tmp_path):
+    from symfric.scenefile import read_scene_file
+
+    (tmp_path / name).write_text(PRIVATE[case], encoding="latin-1")
+    (tmp_path / "scene.toml").write_text(STUDIED % (name, given))
+    message = refusal(lambda: read_scene_file(tmp_path / "scene.toml"))
+    assert SECRET[:6] not in message
+    assert "\n" not in message
+    assert name in message
+    assert re.search(r"line \d+|no line with NPTS|rows of numbers|ends after|no dt", message), message
+
+
+def refusal(read) -> str:
+    """Return why something is refused; empty if it is not."""
+    try:
+        read()
+    except sf.SceneError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_words_of_any_file_are_not_repeated(seed, tmp_path):
+    """Lines of numbers, words and signs at random, in the places that the readers look at."""
+    chance = random.Random(seed)
+    parts = [
+        SECRET,
+        "1.5",
+        "-2",
+        "nan",
+        "**",
+        "NPTS=",
+        "DT=",
+        "units",
+        "velocity",
+        "series",
+        ",",
+        ";",
+        "[",
+        "#",
+        "(cm/s)",
+    ]
+    rows = [" ".join(chance.choices(parts, k=chance.randint(1, 6))) for _ in range(chance.randint(1, 8))]
+    path = write(tmp_path, "\n".join(rows), "r.txt")
+    for read in (
+        lambda: sf.motions.read_at2(path),
+        lambda: sf.motions.read_at2(path, unit="g", dt=0.1),
+        lambda: sf.motions.read_text(path, unit="g"),
+        lambda: sf.motions.read_text(path, unit="g", dt=0.1),
+    ):
+        assert SECRET[:6] not in refusal(read)
