@@ -6,6 +6,7 @@ from symfric.errors import NotFound
 from symfric.orbits.shooting import Point, System, ranges, solve
 
 CORRECTIONS = 8
+REST = 1e-6  # of the ranges of an orbit: a motion that has come to rest
 _SHARE = 0.02  # of the largest range of a state so far: what counts where the orbit is smaller
 
 
@@ -63,6 +64,7 @@ def step_along(
         new = solve(system, guess, normal / np.linalg.norm(normal), CORRECTIONS)
     except NotFound:
         return None, False
-    if np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
+    rests = np.all(ranges(new.passage) <= REST * ranges(point.passage))
+    if rests or np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
         return None, False
     return new, bool(crossed)

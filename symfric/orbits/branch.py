@@ -14,7 +14,7 @@ from symfric.orbits.flow import flow_of
 from symfric.orbits.hopf_end import birth
 from symfric.orbits.shooting import Point, System, solve
 from symfric.orbits.special import Condition
-from symfric.orbits.walk import Found, Walk
+from symfric.orbits.walk import Found, Met, Placed, Walk
 from symfric.theory.hopf import HopfPoint
 
 
@@ -31,18 +31,23 @@ class Special:
     value : float
         Of the parameter.
     orbit : Orbit
-        There; at a Hopf point the smallest one found.
+        There; at a Hopf point the smallest one found, and where static friction exceeds kinetic friction one that is
+        3e-6 of the bound away, on the side from which the branch was followed.
     condition : Condition
         What holds there, for `continue_special`.
+    jump : bool
+        Whether the orbits end there: with a static coefficient above the kinetic one a contact that begins to stick may
+        stick for a while at once. The branch goes on with the orbit to which the last one settles, if there is one.
     """
 
     kind: str
     value: float
     orbit: Orbit
     condition: Condition = field(repr=False)
+    jump: bool = False
 
     def __repr__(self) -> str:
-        return f"Special({self.kind}, value={self.value:.14g})"
+        return f"Special({self.kind}, value={self.value:.14g}{', jump' if self.jump else ''})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +63,9 @@ class Branch:
     special : tuple of Special
         In the order of the branch.
     ends : (str, str)
-        Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "closed", "budget",
-        or "lost" if no orbit was found further on.
+        Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "jump" (static
+        friction above kinetic friction ends the orbits there, and beyond, the motion settles to no other orbit),
+        "closed", "budget", or "lost" if no orbit was found further on.
     """
 
     parameter: str
@@ -83,7 +89,7 @@ class Branch:
             "period": [o.period for o in self.orbits],
             "stick_fraction": [o.stick_fraction for o in self.orbits],
             "stable": [o.stable for o in self.orbits],
-            "special": [{"kind": s.kind, "value": s.value} for s in self.special],
+            "special": [{"kind": s.kind, "value": s.value, "jump": s.jump} for s in self.special],
             "ends": list(self.ends),
         }
 
@@ -104,7 +110,8 @@ class Branch:
         return html_table("Branch", self.to_dict())
 
     def __repr__(self) -> str:
-        kinds = ", ".join(f"{s.kind} at {s.value:.9g}" for s in self.special) or "no special points"
+        kinds = ", ".join(f"{s.kind}{' with a jump' * s.jump} at {s.value:.9g}" for s in self.special)
+        kinds = kinds or "no special points"
         low, high = np.min(self.values), np.max(self.values)
         return f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds})"
 
@@ -147,8 +154,9 @@ def continue_cycle(
     Notes
     -----
     The branch goes on across the onset of sticking, where it has a corner: the orbit that touches zero slip is found
-    by Newton's method on orbits that ignore the touch, and the orbits beyond start there. Special points are located to
-    the precision of the orbits.
+    by Newton's method on orbits that ignore the touch, and the orbits beyond start there. A reversal begins to stick
+    where static friction can just bear the force that holds the contact. Special points are located to the precision of
+    the orbits; where static friction exceeds kinetic friction, from orbits 3e-6 of the bound away on one side.
     """
     name = scene.parameter(parameter).name
     low, high = (finite(v, f"an end of the span of {name}") for v in span)
@@ -163,11 +171,13 @@ def continue_cycle(
     orbit = limit_cycle(scene, start, tolerance)
     system = _system(scene, name, orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
-    walk = Walk(scene, system, (low, high), most)
-    upward = walk.tangent(first, _parameter_alone(system))
-    sides = [
-        walk.go(first, way * upward) if begins != end else Found(end="span") for way, end in ((-1, low), (1, high))
-    ]
+    upward = _parameter_alone(system)
+    sides = []
+    for way, end in ((-1, low), (1, high)):
+        if begins == end or (sides and sides[0].end == "closed"):
+            sides.append(Found(end="span" if begins == end else "closed"))
+            continue
+        sides.append(Walk(scene, system, (low, high), most).go(first, way * upward))
     return _joined(scene, system, first, *sides)
 
 
@@ -188,18 +198,20 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
     system = _system(scene, name, None, tolerance)
     first, grows = birth(scene, system, start)
     walk = Walk(scene, system, span, most)
-    begin = Found(special=[(Condition("hopf"), first, start.value)], end="hopf")
+    begin = Found(special=[Met(Condition("hopf"), Placed(system, first), start.value)], end="hopf")
     return _joined(scene, system, first, begin, walk.go(first, grows))
 
 
 def _joined(scene: Scene, system: System, first: Point, back: Found, there: Found) -> Branch:
     """Return the branch of two walks from one orbit, backward and forward."""
-    points = [*reversed(back.points), first, *there.points]
+    orbits = [*reversed(back.orbits), Placed(system, first), *there.orbits]
     special = [*reversed(back.special), *there.special]
     return Branch(
         parameter=system.flow.parameters[0],
-        values=np.array([p.z[-1] for p in points]),
-        orbits=tuple(orbit_of(scene, system, p) for p in points),
-        special=tuple(Special(c.kind, value, orbit_of(scene, system, p), c) for c, p, value in special),
+        values=np.array([p.point.z[-1] for p in orbits]),
+        orbits=tuple(orbit_of(scene, *p) for p in orbits),
+        special=tuple(
+            Special(m.condition.kind, m.value, orbit_of(scene, *m.orbit), m.condition, m.jump) for m in special
+        ),
         ends=(back.end, there.end),
     )

@@ -10,86 +10,173 @@ from symfric.errors import NotFound
 from symfric.lower.lift import FAR, GAPS
 from symfric.orbits.flow import Passage
 from symfric.orbits.shooting import Point, System, solve
-from symfric.orbits.special import Condition, at_the_edge, between, guard_size, has_others, lift_of, signature
+from symfric.orbits.special import (
+    Condition,
+    at_the_edge,
+    between,
+    guard_size,
+    has_others,
+    holding_at,
+    lift_of,
+    signature,
+    slip_ends,
+)
 
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # of the span: how far from a corner its other side is looked for
 _CLOSE = 0.3  # of the ranges of the states, the period and the span: corners farther away are others
+_HALT = 1e-3  # the same where the orbits end, and a walk stopped just before
+_GRAZES = 0.01  # of the size of a guard, or its root: how deep the motion would be below an event it all but misses
+_BEHIND = 1e-5  # of a step's unit: how far behind the walk a corner ahead of it may be found, by rounding
+_REACH = 3.0  # lengths of a step: how far from its ends the corner on it may be
 
 
 class Corner(NamedTuple):
-    """An orbit that touches a guard, what holds there, and an orbit of the other side, if there is one."""
+    """An orbit where the events of a branch change, what holds there, and an orbit of the other side, if there is one.
+
+    Attributes
+    ----------
+    condition : Condition
+    point : Point
+        On the edge, or as near to it as the condition says.
+    beyond : Point or None
+    jump : bool
+        Whether the orbits of the other side are not near: static friction above kinetic friction makes a contact that
+        sticks at all stick for a while.
+    """
 
     condition: Condition
     point: Point
     beyond: Point | None = None
+    jump: bool = False
+
+    @property
+    def edge(self) -> np.ndarray:
+        """The unknowns on the edge, (n_z,)."""
+        return self.point.z + at_the_edge(self.point, self.condition)
+
+    @property
+    def value(self) -> float:
+        """Of the parameter there."""
+        return float(self.edge[-1])
 
 
-def corner_between(system: System, one: Point, other: Point) -> Corner:
-    """Find the corner between two orbits of a branch with different events."""
+def corner_between(system: System, one: Point, other: Point, size: np.ndarray, span: tuple[float, float]) -> Corner:
+    """Find the corner between two orbits of a branch with different events, in units `size` of the unknowns."""
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
     kind = _kind(untouched.passage, touched.passage)
+    reach = _REACH * np.linalg.norm((other.z - one.z) / size)
+
+    def lies_there(corner: Corner | None) -> bool:
+        """Whether it is one on this step."""
+        if corner is None or not span[0] <= corner.value <= span[1]:
+            return False
+        return max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach
+
     for which in _turns_that_differ(untouched.passage, touched.passage, contact):
-        condition = Condition(kind, turn=(contact, which))
-        try:
-            return Corner(condition, solve(condition.system(system, 1.0), untouched.z), other)
-        except NotFound:
-            continue
-    guards = _guards(untouched.passage, contact, system)
-    for k in guards:
-        found = _touch(system, untouched, Condition(kind, k))
-        if found is None:
-            continue
-        low, high = sorted((one.z[-1], other.z[-1]))
-        margin = high - low + 1e-9 * abs(high)
-        if low - margin <= found.z[-1] <= high + margin:
-            return Corner(Condition(kind, k), found, other)
-    first, _ = between(system, untouched, touched, signature)
+        for near in (untouched, touched):
+            corner = _turned(system, near, contact, which, kind)
+            if lies_there(corner):
+                return corner._replace(beyond=other)
+    peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
+    for k in _guards(untouched.passage, contact, system):
+        corner = _touch(system, untouched, Condition(kind, k, side=int(peaked)))
+        if lies_there(corner):
+            return corner._replace(beyond=other)
+    first, _ = between(system, one, other, signature)
     return Corner(Condition(kind), first, other)
 
 
-def corner_ahead(system: System, point: Point, size: np.ndarray) -> Corner | None:
-    """Find the corner at which a walk came to a halt, and an orbit beyond it if there is one.
+def corner_ahead(
+    system: System, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
+) -> Corner | None:
+    """Find the corner at which a walk came to a halt, and an orbit beyond it if there is one near.
 
     Parameters
     ----------
     system : System
     point : Point
         The last orbit.
+    way : ndarray, shape (n_z,)
+        Direction of the walk.
     size : ndarray, shape (n_z,)
         Units of the unknowns, the span of the parameter last.
+    span : (float, float)
     """
+
+    def near(corner: Corner, most: float) -> bool:
+        """Whether a corner is ahead, and not far."""
+        away = (corner.edge - point.z) / size
+        return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
+
+    ends = []
     for contact in range(len(system.flow.contacts)):
-        for near in (point, _without_sticking(system, point, contact)):
-            if near is None:
+        for corner in _edges(system, point, contact):
+            if not near(corner, _HALT):
                 continue
-            for k in _guards(near.passage, contact, system):
-                found = _touch(system, near, Condition("grazing", k))
-                if found is None or np.max(np.abs(found.z - point.z) / size) > _CLOSE:
+            beyond = None if corner.jump else _other_side(system, point, corner.point, size)
+            if beyond is not None:
+                return corner._replace(beyond=beyond)
+            ends += [corner] if corner.jump else []
+        for other in (point, _without_sticking(system, point, contact)):
+            for k in [] if other is None or ends else _guards(other.passage, contact, system):
+                corner = _touch(system, other, Condition("grazing", k))
+                if corner is None or not near(corner, _CLOSE):
                     continue
-                beyond = _other_side(system, point, found, size)
+                beyond = _other_side(system, point, corner.point, size)
                 if beyond is not None:
-                    untouched, touched = _in_order(point, beyond)
-                    return Corner(Condition(_kind(untouched.passage, touched.passage), k), found, beyond)
-    return _landing(system, point, size)
+                    kind = _kind(*(p.passage for p in _in_order(point, beyond)))
+                    return corner._replace(condition=Condition(kind, k), beyond=beyond)
+    ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
+    inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
+    return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
 
 
-def _touch(system: System, untouched: Point, condition: Condition) -> Point | None:
+def _edges(system: System, point: Point, contact: int) -> list[Corner]:
+    """Return the orbits near one at which its family comes to an edge, whether or not the contact has other events."""
+    n = len(slip_ends(point.passage, contact))
+    found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
+    if system.flow.peaked(contact, system.unpack(point.z)[2]):
+        for k in _guards(point.passage, contact, system):
+            kind = "grazing" if k % GAPS else "stick-onset"
+            found.append(_touch(system, point, Condition(kind, k, side=1)))
+    return [corner for corner in found if corner]
+
+
+def _turned(system: System, near: Point, contact: int, which: int, kind: str) -> Corner | None:
+    """Return the orbit near one on which the end of a slip is on the edge between a stick and a reversal."""
+    values = system.unpack(near.z)[2]
+    ends = [after for _, i, before, after in near.passage.events if i == contact and before]
+    peaked = system.flow.peaked(contact, values)
+    condition = Condition(kind, turn=(contact, which), side=(1 if ends[which] == 0 else -1) if peaked else 0)
+    try:
+        found = solve(condition.system(system, 1.0), near.z)
+        holding = holding_at(system, found.z, found.passage, contact, which)
+    except NotFound:
+        return None
+    if condition.side and signature(found.passage) != signature(near.passage):
+        return None
+    return Corner(condition, found, jump=peaked and holding.rate > 0)
+
+
+def _touch(system: System, untouched: Point, condition: Condition) -> Corner | None:
     """Return the orbit that touches a guard near one that does not, None if it is not found.
 
-    It is one that ignores the touch, so the contact must have no other events of this kind.
+    Unless it is approached from its side, it is one that ignores the touch, so the contact must have no other events of
+    this kind.
     """
-    if has_others(untouched.passage, condition.guard):
+    if not condition.side and has_others(untouched.passage, condition.guard):
         return None
     size = guard_size(untouched.passage, condition.guard, system.flow)
     try:
         found = solve(condition.system(system, size), untouched.z)
     except NotFound:
         return None
-    return found if signature(found.passage) == signature(untouched.passage) else None
+    same = signature(found.passage) == signature(untouched.passage)
+    return Corner(condition, found, jump=bool(condition.side)) if same else None
 
 
-def _landing(system: System, point: Point, size: np.ndarray) -> Corner | None:
+def _landing(system: System, point: Point) -> Corner | None:
     """Return the orbit whose first event lies where its guard only just touches zero: beyond, it would be missed."""
     if not point.passage.events:
         return None
@@ -98,12 +185,27 @@ def _landing(system: System, point: Point, size: np.ndarray) -> Corner | None:
     for k in (GAPS * contact + row for row in rows):
         condition = Condition("grazing", k, landing=True)
         try:
-            found = solve(condition.system(system, guard_size(point.passage, k, system.flow)), point.z)
+            return Corner(
+                condition, solve(condition.system(system, guard_size(point.passage, k, system.flow)), point.z)
+            )
         except NotFound:
             continue
-        if np.max(np.abs(found.z - point.z) / size) < _CLOSE:
-            return Corner(condition, found._replace(z=found.z + at_the_edge(found)))
     return None
+
+
+def _grazes(system: System, point: Point) -> list[Corner]:
+    """Return the same of every other event, to the leading order, from the orbit itself."""
+    found = []
+    for k in range(1, len(point.passage.events)):
+        condition = Condition("grazing", event=k)
+        try:
+            deep = -condition.system(system, 1.0).test.value(point.z, point.passage)
+            if deep < _GRAZES:
+                condition = replace(condition, deep=deep)
+                found.append(Corner(condition, solve(condition.system(system, 1.0), point.z)))
+        except NotFound:
+            continue
+    return found
 
 
 def _without_sticking(system: System, point: Point, contact: int) -> Point | None:

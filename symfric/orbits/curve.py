@@ -183,7 +183,7 @@ def _unit(system: System, place: int) -> np.ndarray:
 
 def _exact(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
     """Return the unknowns at the edge itself; see `at_the_edge`."""
-    return point.z + at_the_edge(point, normal) if condition.landing else point.z
+    return point.z + at_the_edge(point, condition, normal)
 
 
 def _grazes(system: System, point: Point) -> bool:

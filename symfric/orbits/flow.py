@@ -26,6 +26,7 @@ from symfric.solve.taylor.workspace import DOUBTS, T_END, Workspace
 from symfric.solve.wanted import RANGE, TURN, Row, Wanted
 
 BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
+_PEAK = 1e-9  # of the static coefficient: what it exceeds the kinetic one by, if it does
 _ROUGH = 1e-8  # tolerance of a motion that serves as a guess
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # programs kept
 _FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations
@@ -70,6 +71,22 @@ class Passage(NamedTuple):
     doubtful: bool
 
 
+class Guard(NamedTuple):
+    """A guard at one moment, and its first and second derivative in time, in units of `size`.
+
+    Attributes
+    ----------
+    left, rate, bend : float
+    size : float
+        Of what is left to a bound, that to both bounds; of a slip 1.
+    """
+
+    left: float
+    rate: float
+    bend: float
+    size: float
+
+
 class Flow:
     """The compiled flow of a scene; may be followed from any thread.
 
@@ -107,7 +124,7 @@ class Flow:
         own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
-        self._slopes = _slip_rates(self._automaton)
+        self._guards = _guard_rates(self._automaton)
         self._motions: dict[float, Program] = {}
         autonomous = self._automaton.autonomous
         self.period, self.period_by = (None, None) if autonomous else _period(self.scene, self.parameters)
@@ -129,11 +146,27 @@ class Flow:
         _, p = self._numbers.changed(values, {})
         return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(2 * len(self.contacts))))[0]).ravel()
 
-    def acceleration_back(self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int) -> float:
-        """Return how fast a contact whose slip in direction `way` ends at a time would begin to slip the other way."""
+    def guard(
+        self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
+    ) -> Guard:
+        """Return what is left, at a time, until a contact that slips in direction `way` stops, or one that sticks slips
+        in the other direction."""
         passage, p, mode = self._follow(y, values, time, None)
-        mode[contact], mode[len(self.contacts) + contact] = 0.0, -way
-        return float(self._slopes(passage.end, time, p, mode)[contact])
+        parallels, n_c = self._automaton.parallels, len(self.contacts)
+        alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
+        mode[n_c + contact] = way
+        mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
+        found = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
+        row = 2 * contact + (sticks and way < 0)
+        size = float(np.sum(np.abs(found[0][2 * contact : 2 * contact + 2]))) if sticks else 1.0
+        return Guard(*(float(e[row] / max(size, 1e-300)) for e in found), size)
+
+    @alone(SYMBOLIC)
+    def peaked(self, contact: int, values: dict[str, float]) -> bool:
+        """Whether the static coefficient of a contact exceeds its kinetic one at rest."""
+        law, numbers = self.scene.contacts[contact].law, {s: values[s.name] for s in self.scene.values}
+        stick, rest = (float(sp.sympify(e).subs(numbers)) for e in (law.stick, law.at_rest))
+        return stick - rest > _PEAK * abs(stick)
 
     def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
         """Follow the flow from state y for a time.
@@ -198,14 +231,15 @@ class Flow:
         )
 
 
-def _slip_rates(automaton: Automaton) -> ca.Function:
-    """Return ``(y, t, p, m) -> d w'`` of every contact."""
+def _guard_rates(automaton: Automaton) -> ca.Function:
+    """Return ``(y, t, p, m) -> (g, g', g'')`` for both guards of every contact."""
     field = automaton.field
     y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
-    w = automaton.gauge(y, t, p)[0]
-    n_c = len(automaton.contacts)
-    rate = ca.jacobian(w, y) @ field(y, t, p, m)[0] + ca.jacobian(w, t)
-    return ca.Function("slip_rates", [y, t, p, m], [ca.densify(m[n_c : 2 * n_c] * rate)])
+    rate, guards, _ = field(y, t, p, m)
+    out = [guards[: 2 * len(automaton.contacts)]]
+    for _ in range(2):
+        out.append(ca.jtimes(out[-1], y, rate) + ca.jacobian(out[-1], t))
+    return ca.Function("guards", [y, t, p, m], [ca.densify(e) for e in out])
 
 
 @alone(SYMBOLIC)

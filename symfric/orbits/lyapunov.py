@@ -13,6 +13,8 @@ from symfric.orbits.flow import Flow, flow_of
 LOST = 1e-11  # of the largest growth in a piece: what rounding leaves of a direction that sticking takes away
 _BATCHES = 20  # of the pieces, for the spread
 _PIECES = 400  # of the horizon of a scene without excitation
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # a step round a circle whose multiples keep away from each other
+_GROWTH = np.log(1e3)  # least growth that chaos shows: any bounded change of length looks like growth in a short window
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +26,9 @@ class Lyapunov:
     exponent : float
         The largest.
     spread : float
-        Standard error of `exponent`, from the means of 20 stretches of the motion.
+        Uncertainty of `exponent`: the larger of its standard error, from the means of 20 stretches of the motion, and
+        of what a whole number of turns more or less would change, the range over which the logarithm of the growth
+        swings about its trend, over the time.
     exponents : ndarray, shape (n_x,)
         All, by falling value; -inf for a direction that is lost, because a contact sticks.
     times : ndarray, shape (n,)
@@ -48,8 +52,11 @@ class Lyapunov:
 
     @property
     def chaotic(self) -> bool:
-        """Whether the largest exponent is positive by more than three times its spread."""
-        return self.exponent > 3 * self.spread
+        """Whether the largest exponent is positive by more than three times its spread, over a growth of 1000 or more.
+
+        A growth of less than that may be a swing that a longer window would show as one: give a longer horizon.
+        """
+        return bool(self.exponent > 3 * self.spread and self.exponent * self.times[-1] > _GROWTH)
 
     def plot(self, ax=None):
         """Draw the convergence of the largest exponent; return the Axes."""
@@ -99,7 +106,7 @@ def lyapunov(
         Time before that, which is left out; a fifth of the horizon unless given.
     piece : float, optional
         Time between two renormalisations. For a forced scene it is rounded to whole periods of the excitation, one
-        unless given; otherwise it is 1/400 of the horizon unless given.
+        unless given; otherwise it varies about 1/400 of the horizon unless given.
     tolerance : float
         Of the motion and its derivatives.
 
@@ -123,6 +130,10 @@ def lyapunov(
     cycle has 0, a stable forced one something negative. If sticking takes all directions away, neighbouring motions
     become one and the same, and the largest exponent is -inf. A body that friction holds for good may rest anywhere
     within bounds: its exponent is 0.
+
+    The growth along a cycle swings with its period. Pieces of one length may be nearly whole periods; then their ends
+    see but one phase of the swing, and its rise over the window passes for growth. So the lengths vary from piece to
+    piece and the ends meet all phases alike, and the spread holds the swing.
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")
@@ -138,8 +149,17 @@ def lyapunov(
     skipped = int(np.ceil(skipped / length - 1e-9))
     numbers = scene.numbers()
     start = np.array([numbers[s] for s in scene.system.states])
-    growth, end, doubtful = _grow(flow, values, start, length, skipped, count)
-    return _summed(growth, length, end, doubtful)
+    lengths = np.full(skipped + count, length)
+    if piece is None and not period:
+        lengths = np.concatenate([_varied(length, n) for n in (skipped, count)])
+    growth, end, doubtful = _grow(flow, values, start, lengths, skipped)
+    return _summed(growth, np.cumsum(lengths[skipped:]), end, doubtful)
+
+
+def _varied(length: float, n: int) -> np.ndarray:
+    """Return n lengths between a half and three halves of one, with its mean, whose sums meet all phases alike."""
+    parts = 0.5 + (np.arange(n) * _GOLDEN) % 1.0
+    return n * length * parts / max(np.sum(parts), 0.5)
 
 
 def _positive(value: float, what: str) -> float:
@@ -150,19 +170,19 @@ def _positive(value: float, what: str) -> float:
 
 
 def _grow(
-    flow: Flow, values: dict[str, float], y: np.ndarray, length: float, skipped: int, count: int
+    flow: Flow, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the growth of every direction in every piece (count, n_x), the last state, and doubtful pieces."""
-    basis, growth, doubtful = np.eye(y.size), np.empty((count, y.size)), 0
-    for k in range(-skipped, count):
+    """Return the growth of every direction in every piece that counts (n, n_x), the last state, and doubtful pieces."""
+    basis, growth, doubtful = np.eye(y.size), np.empty((lengths.size - skipped, y.size)), 0
+    for k, length in enumerate(lengths.tolist(), -skipped):
         try:
             passage = flow.run(y, values, length)
         except NotFound as reason:
-            raise NotFound(f"no Lyapunov exponents: {reason}, after t = {(k + skipped) * length:g}") from None
+            after = np.sum(lengths[: k + skipped])
+            raise NotFound(f"no Lyapunov exponents: {reason}, after t = {after:g}") from None
         if not np.all(np.isfinite(passage.by_start)):
-            raise NotFound(
-                f"the motion has no derivatives by its start: it grazes after t = {(k + skipped) * length:g}"
-            )
+            after = np.sum(lengths[: k + skipped])
+            raise NotFound(f"the motion has no derivatives by its start: it grazes after t = {after:g}")
         y = passage.end
         basis, R = np.linalg.qr(passage.by_start @ basis)
         size = np.abs(np.diag(R))
@@ -173,15 +193,22 @@ def _grow(
     return growth, y, doubtful
 
 
-def _summed(growth: np.ndarray, length: float, end: np.ndarray, doubtful: int) -> Lyapunov:
-    """Return means, convergence and spread of the growth per piece, (n, n_x)."""
-    n = growth.shape[0]
-    times = length * np.arange(1, n + 1)
+def _summed(growth: np.ndarray, times: np.ndarray, end: np.ndarray, doubtful: int) -> Lyapunov:
+    """Return means, convergence and spread of the growth per piece, (n, n_x), which end at `times`."""
     exponents = np.sum(growth, axis=0) / times[-1]
     largest = growth[:, int(np.argmax(exponents))]
-    history = np.cumsum(largest) / times
-    means = [np.mean(part) / length for part in np.array_split(largest, min(n, _BATCHES))]
-    spread = 0.0 if not np.isfinite(history[-1]) else np.inf
-    if np.isfinite(history[-1]) and len(means) > 1:
-        spread = float(np.std(means, ddof=1) / np.sqrt(len(means)))
+    total = np.cumsum(largest)
+    spread = _spread(total, times) if np.isfinite(total[-1]) else 0.0
+    history = total / times
     return Lyapunov(float(history[-1]), spread, -np.sort(-exponents), times, history, end, doubtful)
+
+
+def _spread(total: np.ndarray, times: np.ndarray) -> float:
+    """Return the uncertainty of the mean rate of a growth whose logarithm is known at some times, (n,)."""
+    if times.size < 2:
+        return np.inf
+    edges = np.linspace(0, times.size, min(times.size, _BATCHES) + 1).round().astype(int)
+    means = np.diff(np.append(0.0, total)[edges]) / np.diff(np.append(0.0, times)[edges])
+    error = np.std(means, ddof=1) / np.sqrt(means.size)
+    swing = np.ptp(np.append(0.0, total - total[-1] * times / times[-1])) / times[-1]
+    return float(max(error, swing))

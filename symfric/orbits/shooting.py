@@ -202,7 +202,7 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
 def ranges(passage: Passage) -> np.ndarray:
     """Return the largest minus the smallest value of every state; at least a little of the largest of them."""
     size = passage.high - passage.low
-    return np.maximum(size, 1e-9 * max(np.max(size), 1e-300))
+    return np.maximum(size, 1e-9 * max(np.max(size), 1e-140))  # whose squares are numbers
 
 
 def misfit(point: Point) -> float:

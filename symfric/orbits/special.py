@@ -9,12 +9,13 @@ import numpy as np
 from symfric.errors import NotFound
 from symfric.lower.lift import GAPS
 from symfric.orbits.cycle import multipliers_of
-from symfric.orbits.flow import Flow, Passage
+from symfric.orbits.flow import Flow, Guard, Passage
 from symfric.orbits.shooting import Point, System, Test, ranges, solve
 
 LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
-EDGE = 3e-6  # of the size of a guard: how deep an orbit lands from which the one that only touches is extrapolated
+EDGE = 3e-6  # of the size of a guard: how far from an edge an orbit is from which the one on it is extrapolated
 WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
+_NEAR = 1e-8  # of the ranges: steps of differences that stay on one side of the edge
 _BISECTIONS = 60
 TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard is touched
 
@@ -33,8 +34,16 @@ class Condition:
         Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
         the orbit is followed as if it ignored the touch.
     turn : (int, int) or None
-        A contact, and which of the ends of its slips in one period just fails to be a stick: the slip that begins there
-        in the other direction starts without acceleration.
+        A contact, and which of the ends of its slips in one period just fails to be a stick: the force that holds it
+        there is all that static friction can bear.
+    side : int
+        Where static friction exceeds kinetic friction, the orbits on both sides differ, and the edge is approached from
+        one of them. Of a turn, 1 by orbits that stick there, -1 by orbits that slip back; of a guard, 1 by orbits that
+        do not touch it. Otherwise 0.
+    event : int
+        Of the orbit, one whose guard just touches zero, by its place among the events in a period; else -1. Such orbits
+        are the less differentiable the nearer they are to the edge, so they keep a distance of `deep`.
+    deep : float
     level : float
     """
 
@@ -42,20 +51,32 @@ class Condition:
     guard: int = -1
     landing: bool = False
     turn: tuple[int, int] | None = None
+    side: int = 0
+    event: int = -1
+    deep: float = 0.0
     level: float = 0.0
+
+    @property
+    def depth(self) -> float:
+        """What the solutions of `system` lack of the edge itself, in sizes of the guard."""
+        return self.deep if self.event >= 0 else EDGE if self.landing else -self.side * EDGE
 
     def system(self, system: System, size: float) -> System:
         """Return the equations of closed orbits with this condition; `size` is that of the guard."""
         if self.kind == "half-range":
             return replace(system, test=Test(lambda z, passage: 0.5 * ranges(passage)[0] / self.level - 1.0))
         if self.turn:
-            return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, *self.turn)))
+            return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, self)))
+        if self.event >= 0:
+            return replace(system, test=_graze(system, self))
         if self.guard < 0:
             return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
+        if self.side:
+            return replace(system, test=_touch(self, size))
         lift = lift_of(system.flow, self.guard, size)
         if self.landing:
             return replace(system, test=_landing(system, self.guard, size, lift))
-        return replace(system, test=_touch(system, self.guard, size), lift=lift)
+        return replace(system, test=_touch(self, size), lift=lift)
 
 
 def signature(passage: Passage) -> tuple[tuple[int, int, int], ...]:
@@ -96,14 +117,16 @@ def _others(passage: Passage, free: bool) -> np.ndarray:
     return np.delete(multipliers, trivial) if trivial is not None else multipliers
 
 
-def _touch(system: System, k: int, size: float) -> Test:
-    """Return the equation that guard k just touches zero."""
+def _touch(condition: Condition, size: float) -> Test:
+    """Return the equation that a guard just touches zero, or is as far from it as the condition says."""
+    k = condition.guard
 
     def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
-        parts = passage.gaps_by_start[k], np.zeros(int(system.free)), passage.gaps_by_value[k]
+        n_p = passage.gaps_by_value.shape[1]
+        parts = passage.gaps_by_start[k], np.zeros(z.size - passage.end.size - n_p), passage.gaps_by_value[k]
         return np.concatenate(parts) / size
 
-    return Test(lambda z, passage: float(passage.gaps[k] / size), slopes)
+    return Test(lambda z, passage: float(passage.gaps[k] / size) + condition.depth, slopes)
 
 
 def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
@@ -132,27 +155,67 @@ def has_others(passage: Passage, k: int) -> bool:
     return not all(begins) if row == 0 else any(begins)
 
 
-def at_the_edge(point: Point, normal: np.ndarray | None = None) -> np.ndarray:
-    """Return what leads from an orbit as deep as EDGE beyond a guard to the one that touches it, (n_z,).
+def at_the_edge(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+    """Return what leads from an orbit with a condition to the edge itself, (n_z,).
 
     At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
     """
-    A, rest = point.slopes, np.append(np.zeros(point.rest.size - 1), EDGE)
+    if not condition.depth:
+        return np.zeros(point.z.size)
+    A, rest = point.slopes, np.append(np.zeros(point.rest.size - 1), condition.depth)
     if normal is not None:
         A, rest = np.vstack([A, normal]), np.append(rest, 0.0)
     return np.linalg.lstsq(A, rest, rcond=None)[0]
 
 
-def _turn(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> float:
-    """Return the acceleration with which a contact starts to slip back, relative to the largest one on the orbit."""
+def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
+    """Return what static friction has left to hold a contact at one of the ends of its slips.
+
+    Raises
+    ------
+    NotFound
+        If there is no such end.
+    """
     ends = slip_ends(passage, contact)
     if which >= len(ends):
         raise NotFound("the contact no longer turns there")
-    time, way = ends[which]
     start, _, values = system.unpack(z)
-    n_q = len(system.flow.scene.system.q)
-    size = np.max(ranges(passage)[n_q : 2 * n_q] ** 2 / ranges(passage)[:n_q])
-    return system.flow.acceleration_back(start, values, time, contact, way) / float(size)
+    return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
+
+
+def _turn(system: System, z: np.ndarray, passage: Passage, condition: Condition) -> float:
+    """Return what is left of the static bound where a slip ends, relative to it, from the depth of the condition."""
+    return holding_at(system, z, passage, *condition.turn).left + condition.depth
+
+
+def _graze(system: System, condition: Condition) -> Test:
+    """Return the equation that the guard of an event only just touches zero.
+
+    The motion that ignores the event would be deepest below zero by ``g'^2/(2 g'')``, to the leading order, after
+    ``-g'/g''``. A contact that begins to slip with less friction than held it makes the orbits depend on this time, the
+    root of the depth.
+    """
+
+    def value(z: np.ndarray, passage: Passage) -> float:
+        if condition.event >= len(passage.events):
+            raise NotFound("the event is missed")
+        start, _, values = system.unpack(z)
+        time, contact, before, after = passage.events[condition.event]
+        guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
+        size = 1.0 if before == 0 else guard_size(passage, GAPS * contact, system.flow)
+        if not guard.bend > 0:
+            raise NotFound("the event is no graze")
+        depth = 0.5 * guard.rate**2 / (guard.bend * size)
+        return condition.depth - (np.sqrt(depth) if before == 0 and system.flow.peaked(contact, values) else depth)
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
+        ends = [
+            [value(z + way * step, system.follow(z + way * step)) for way in (1, -1)] for step in _NEAR * np.diag(size)
+        ]
+        return np.array([(ahead - behind) / (2 * _NEAR * h) for (ahead, behind), h in zip(ends, size, strict=True)])
+
+    return Test(value, slopes)
 
 
 def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
@@ -177,17 +240,23 @@ def guard_size(passage: Passage, k: int, flow: Flow) -> float:
 
 
 def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
-    """Bisect along the branch for the place where a property of the orbits changes; return the orbits on both sides."""
+    """Bisect along the branch for the place where a property of the orbits changes; return the orbits on both sides.
+
+    Where the orbits jump there may be none at a trial; then the first of the two ends before it.
+    """
+    start, chord = one.z, other.z - one.z
+    low, high, mark = 0.0, 1.0, where(one.passage)
     for _ in range(_BISECTIONS):
-        chord = other.z - one.z
-        if np.max(np.abs(chord) / np.maximum(np.abs(one.z), 1e-9)) < 1e-13:
+        share = 0.5 * (low + high)
+        if np.max(np.abs((high - low) * chord) / np.maximum(np.abs(start), 1e-9)) < 1e-13:
             break
         try:
-            middle = solve(system, one.z + 0.5 * chord, chord / np.linalg.norm(chord), most=12)
+            middle = solve(system, start + share * chord, chord / np.linalg.norm(chord), most=12)
         except NotFound:
-            break
-        if where(middle.passage) == where(one.passage):
-            one = middle
+            high = share
+            continue
+        if where(middle.passage) == mark:
+            low, one = share, middle
         else:
-            other = middle
+            high, other = share, middle
     return one, other

@@ -48,6 +48,47 @@ def test_autonomous_cycles_have_zero_and_the_multipliers():
     assert not sticking.chaotic
 
 
+def van_der_pol(strength):
+    return oscillator(-X + strength * (1 - X**2) * U)
+
+
+CYCLES = {
+    "van der Pol": van_der_pol(1.0),
+    "relaxation": van_der_pol(6.0),
+    "belt that slips": sf.scenes.mass_on_belt(v_b=0.42),
+    "belt beside its onset": sf.scenes.mass_on_belt(v_b=0.44),
+    "belt that sticks": sf.scenes.mass_on_belt(v_b=0.2),
+    "belt with a static peak": sf.scenes.mass_on_belt(sf.laws.coulomb(0.4, 0.3), v_b=0.1),
+}
+
+
+@pytest.mark.parametrize("name", CYCLES)
+def test_no_horizon_makes_chaos_of_a_cycle(name):
+    """Horizons at random: for some a piece is nearly a whole number of periods, or the window half a swing."""
+    rng = np.random.default_rng(7)
+    for horizon in rng.uniform(60.0, 1500.0, 20):
+        found = sf.lyapunov(CYCLES[name], horizon)
+        assert not found.chaotic
+        assert abs(found.exponent) < 3 * found.spread or horizon < 200
+
+
+def test_pieces_of_a_whole_period_make_no_chaos_either():
+    """All ends see one phase: the growth along the cycle over the window is bounded all the same."""
+    scene = van_der_pol(1.0)
+    period = sf.limit_cycle(scene).period
+    for off in (1e-6, 1e-4, 1e-3, 4e-3):
+        assert not sf.lyapunov(scene, 400 * period, piece=period * (1 + off), transient=50.3).chaotic
+
+
+def test_a_forced_torus_is_no_chaos():
+    """Van der Pol's oscillator, weakly forced away from its frequency: two periods, exponent 0."""
+    scene = oscillator(-X + 0.3 * (1 - X**2) * U + 0.3 * sp.cos(1.31 * sf.TIME))
+    for periods in (60, 100, 157, 230):
+        found = sf.lyapunov(scene, periods * 2 * np.pi / 1.31)
+        assert not found.chaotic
+        assert abs(found.exponent) < 3 * found.spread
+
+
 def test_coulomb_friction_contracts_at_its_jumps_alone():
     """x'' + x = cos bt - f Sgn x' never stops for small f; between reversals areas stay, so without saltation the sum
     of the exponents would be zero. At a reversal the derivatives of the velocity jump as the acceleration does."""
