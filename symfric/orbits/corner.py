@@ -202,7 +202,8 @@ def _grazes(system: System, point: Point) -> list[Corner]:
             deep = -condition.system(system, 1.0).test.value(point.z, point.passage)
             if deep < _GRAZES:
                 condition = replace(condition, deep=deep)
-                found.append(Corner(condition, solve(condition.system(system, 1.0), point.z)))
+                there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])
+                found.append(Corner(condition, there))
         except NotFound:
             continue
     return found
