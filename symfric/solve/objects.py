@@ -105,7 +105,7 @@ def _trusted(place: Path | None) -> Iterator[int | Path | None]:
         if doubt:
             _say_once(
                 f"compiled code is neither loaded nor kept: {place} {doubt}; "
-                "remove it, or name a folder of your own in SYMFRIC_CACHE_DIR"
+                "make it yours alone (chmod 700), or name another in SYMFRIC_CACHE_DIR"
             )
         yield None if doubt else folder
     finally:

@@ -56,7 +56,7 @@ def test_a_folder_that_others_can_write_is_not_used(folder, mode, caplog):
     assert [p.name for p in folder.iterdir()] == ["key.o"]
     assert said(caplog) == [
         f"compiled code is neither loaded nor kept: {folder} can be written by other users; "
-        "remove it, or name a folder of your own in SYMFRIC_CACHE_DIR"
+        "make it yours alone (chmod 700), or name another in SYMFRIC_CACHE_DIR"
     ]
     folder.chmod(0o755)
     assert objects.load("key") == b"code"
