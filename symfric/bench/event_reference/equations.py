@@ -1,0 +1,266 @@
+"""Numeric functions of a scene's expressions, with the sign of every kink as an argument."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+from scipy import special
+
+from symfric.model.names import SPEED, TIME
+from symfric.model.scene import Scene
+
+
+class select(sp.Function):  # noqa: N801  (a SymPy function is named as it is called)
+    """The second argument where the first is positive, the third elsewhere."""
+
+    nargs = 3
+
+    def _eval_derivative(self, s):
+        return select(self.args[0], self.args[1].diff(s), self.args[2].diff(s))
+
+
+def _guarded(function):
+    def call(x):
+        try:
+            return function(x)
+        except (ValueError, OverflowError):
+            return math.nan
+
+    return call
+
+
+def _exp(x):
+    return math.exp(x) if x < 709.0 else math.inf
+
+
+def _pick(side, above, below):
+    return above if side > 0 else below
+
+
+SCALAR = {
+    **{name: _guarded(getattr(math, name)) for name in ("sqrt", "log", "asin", "acos")},
+    "exp": _exp,
+    "cosh": lambda x: math.cosh(x) if abs(x) < 709.0 else math.inf,
+    "sinh": lambda x: math.sinh(x) if abs(x) < 709.0 else math.copysign(math.inf, x),
+    "falling": lambda x: 2 / (_exp(abs(x)) + math.exp(-abs(x))),
+    "erf": math.erf,
+    "select": _pick,
+}
+ARRAY = {
+    "erf": special.erf,
+    "select": _pick,
+    "falling": lambda x: 2 * np.exp(-np.abs(x)) / (1 + np.exp(-2 * np.abs(x))),
+}
+
+
+class KinkRegister:
+    """Replaces Abs, Max, Min and Piecewise by `select` over signs; collects the expressions whose signs they are."""
+
+    def __init__(self):
+        self.guards: list[sp.Expr] = []
+        self.signs: list[sp.Symbol] = []
+
+    def side(self, guard: sp.Expr) -> sp.Expr:
+        """Return the symbol of the sign of `guard`, or its negative if the opposite is known."""
+        for known, sign in zip(self.guards, self.signs, strict=True):
+            if guard == known:
+                return sign
+            if guard == -known:
+                return -sign
+        self.guards.append(guard)
+        self.signs.append(sp.Symbol(f"kink_{len(self.signs)}", real=True))
+        return self.signs[-1]
+
+    def pieces(self, expr: sp.Expr) -> sp.Expr:
+        """Return `expr` as a function that is smooth for fixed signs."""
+        if not expr.args or not expr.has(sp.Abs, sp.Max, sp.Min, sp.Piecewise):
+            return expr
+        if isinstance(expr, sp.Piecewise):
+            result = self.pieces(expr.args[-1].expr)
+            for value, condition in reversed(expr.args[:-1]):
+                result = self._where(condition, self.pieces(value), result)
+            return result
+        args = [self.pieces(a) for a in expr.args]
+        if isinstance(expr, sp.Abs):
+            return select(self.side(args[0]), args[0], -args[0])
+        if isinstance(expr, sp.Max | sp.Min):
+            way, result = (1 if isinstance(expr, sp.Max) else -1), args[0]
+            for other in args[1:]:
+                result = select(way * self.side(result - other), result, other)
+            return result
+        return expr.func(*args)
+
+    def _where(self, condition, yes: sp.Expr, no: sp.Expr) -> sp.Expr:
+        if condition == sp.true:
+            return yes
+        if isinstance(condition, sp.And):
+            for part in condition.args:
+                yes = self._where(part, yes, no)
+            return yes
+        if isinstance(condition, sp.Or):
+            for part in condition.args:
+                no = self._where(part, yes, no)
+            return no
+        if isinstance(condition, sp.Not):
+            return self._where(condition.args[0], no, yes)
+        above = isinstance(condition, sp.StrictGreaterThan | sp.GreaterThan)
+        left, right = (self.pieces(e) for e in (condition.lhs, condition.rhs))
+        return select(self.side(left - right if above else right - left), yes, no)
+
+
+class Equations:
+    """Forces, slips, bounds and kinks of a scene as functions of numbers.
+
+    Every function takes ``(t, *states, *parameters, *signals, *slopes, *modes, *signs)``: the parameters in the order of
+    `parameters`, value and slope of every sampled input, the mode of every contact and the sign of every kink.
+    """
+
+    def __init__(self, scene: Scene):
+        system, contacts = scene.system, scene.contacts
+        self.scene = scene
+        self.n, self.n_z, self.n_c = len(system.q), len(system.z), len(contacts)
+        self.parameters = tuple(sorted(scene.parameters, key=str))
+        signals = tuple(scene.inputs)
+        slopes = tuple(sp.Symbol(f"{s.name}_slope", real=True) for s in signals)
+        modes = sp.symbols(f"mode_:{self.n_c}", real=True) if self.n_c else ()
+        kinks = KinkRegister()
+        everything = [*system.expressions, *(e for c in contacts for e in (c.slip, c.normal, c.profile, c.law.kinetic))]
+        symbols = {TIME, *system.states, *signals}.union(*(e.free_symbols for e in everything))
+        real = {s: sp.Symbol(s.name, real=True) for s in symbols if s.is_extended_real is None}  # Abs of others is re, im
+        time = real.get(TIME, TIME)
+        q, u, states, signals = (
+            tuple(real.get(s, s) for s in group) for group in (system.q, system.u, system.states, signals)
+        )
+        smooth = lambda e: kinks.pieces(e.xreplace(real))  # noqa: E731
+        slips = [smooth(c.slip) for c in contacts]
+        speeds = [m * w for m, w in zip(modes, slips, strict=True)]
+        # a law with an infinite slope at rest has no values beyond it, where steps that cross zero slip look
+        steep = [bool(c.law.steep) or c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in contacts]
+        speeds = [smooth(sp.Max(v, 0)) if s else v for v, s in zip(speeds, steep, strict=True)]
+        load = [smooth(c.normal * c.profile) for c in contacts]
+        kinetic = [smooth(c.law.kinetic.subs(SPEED, v)) for c, v in zip(contacts, speeds, strict=True)]
+        force = [smooth(e) for e in system.force]
+        rates = [smooth(e) for e in system.z_rate]
+        mass = [smooth(e) for e in system.mass]
+        rows = [w.diff(v) for w in slips for v in u]
+        q_dot = dict(zip(q, u, strict=True))
+        drift = [
+            w.diff(time)
+            + sum(w.diff(a) * b for a, b in q_dot.items())
+            + sum(w.diff(s) * r for s, r in zip(signals, slopes, strict=True))
+            for w in slips
+        ]
+        friction = [-m * n * mu for m, n, mu in zip(modes, load, kinetic, strict=True)]
+        bounds = [n * smooth(c.law.stick) for n, c in zip(load, contacts, strict=True)]
+        self._inputs = tuple(zip(signals, slopes, strict=True))
+        parameters = (real.get(s, s) for s in self.parameters)
+        self._time, self._states = time, states
+        self.arguments = (time, *states, *parameters, *signals, *slopes, *modes, *kinks.signs)
+        self.guards, self.n_k = tuple(kinks.guards), len(kinks.guards)
+        self._core = [*mass, *force, *rates, *rows, *drift, *friction, *bounds]
+        self._watched = [*slips, *self.guards]
+        self._features = features([*self._core, *self._watched])
+        sizes = [self.n**2, self.n, self.n_z, self.n_c * self.n, self.n_c, self.n_c, self.n_c]
+        self.cuts = tuple(int(k) for k in np.cumsum(sizes))
+        self._scales = [*(_terms(f) for f in force), *(_terms(w) for w in slips), *(_terms(g) for g in self.guards)]
+
+    def _scalar(self, expressions):
+        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [SCALAR, "math"], cse=True)
+
+    def _array(self, expressions):
+        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [ARRAY, "numpy"], cse=True)
+
+    @cached_property
+    def core(self):
+        """Mass, force, rates of z, slip rows, drifts, kinetic friction and bounds of sticking; cut at `cuts`."""
+        return self._scalar(self._core)
+
+    @cached_property
+    def core_array(self):
+        """The same for arrays of times."""
+        return self._array(self._core)
+
+    @cached_property
+    def watched(self):
+        """Slips and guards of the kinks."""
+        return self._scalar(self._watched)
+
+    @cached_property
+    def watched_array(self):
+        """Slips, guards of the kinks and arguments of the features, for arrays of times."""
+        return self._array([*self._watched, *self._features])
+
+    @cached_property
+    def guard_slopes(self):
+        """Derivatives of the guards of the kinks: with respect to t, then q, u and z of every guard."""
+        rows = [
+            e
+            for g in self.guards
+            for e in (
+                g.diff(self._time) + sum(g.diff(s) * r for s, r in self._inputs),
+                *(g.diff(s) for s in self._states),
+            )
+        ]
+        return self._scalar(rows)
+
+    @cached_property
+    def scales(self):
+        """Sums of the magnitudes of the terms of every force, slip and guard: what their rounding is relative to."""
+        return self._scalar(self._scales)
+
+
+def _terms(expr: sp.Expr) -> sp.Expr:
+    return sp.Add(*(sp.Abs(a) for a in sp.Add.make_args(sp.expand_mul(expr, deep=False))))
+
+
+class falling(sp.Function):  # noqa: N801
+    """The hyperbolic secant, which does not overflow where the cosine does."""
+
+    nargs = 1
+
+
+def _plain(expr: sp.Expr) -> sp.Expr:
+    """Rewrite functions that the math module lacks, and quotients of hyperbolic functions that overflow."""
+    expr = expr.replace(sp.sech, lambda x: 1 / sp.cosh(x))
+    if expr.has(sp.cosh):
+        expr = expr.replace(sp.sinh, lambda x: sp.tanh(x) * sp.cosh(x))
+        secants = {
+            e: falling(e.base.args[0]) ** -e.exp
+            for e in expr.atoms(sp.Pow)
+            if isinstance(e.base, sp.cosh) and e.exp.is_negative
+        }
+        expr = expr.xreplace(secants)
+    return expr
+
+
+def features(expressions: list[sp.Expr]) -> list[sp.Expr]:
+    """Return the arguments whose change over a step must stay small, so that no narrow feature is leapt over.
+
+    The function of an argument does nothing sudden while the argument changes by less than one, or by less than half of
+    itself; where a power of a term is the argument, that term counts. A reciprocal counts by its logarithm.
+    """
+    found: dict[sp.Expr, None] = {}
+    for expr in expressions:
+        for e in sp.preorder_traversal(expr):
+            if isinstance(e, sp.Function) and not isinstance(e, select):
+                found[_unpowered(e.args[0])] = None
+            elif isinstance(e, sp.exp):
+                found[_unpowered(e.args[0])] = None
+            elif isinstance(e, sp.Pow) and not e.exp.is_number:
+                found[_unpowered(e.exp)] = None
+            elif isinstance(e, sp.Pow) and e.exp.is_negative and isinstance(e.base, sp.Add) and e.base.is_positive:
+                found[sp.log(e.base)] = None
+    return [e for e in found if e.free_symbols]
+
+
+def _unpowered(argument: sp.Expr) -> sp.Expr:
+    """Return g for an argument c g**n: that what is looked at changes its sign where the feature is."""
+    c, rest = argument.as_independent(*argument.free_symbols, as_Add=False)
+    factors = sp.Mul.make_args(rest)
+    if any(isinstance(a, sp.Pow) and a.exp.is_even and a.exp.is_positive for a in factors):
+        powers = [a.args for a in factors if isinstance(a, sp.Pow)]
+        n = min((p for _, p in powers if p.is_even and p.is_positive), default=2)
+        root = sp.Mul(*(sp.powdenest(a ** (sp.Integer(1) / n), force=True) for a in factors))
+        return sp.Abs(c) ** (sp.Integer(1) / n) * root
+    return argument

@@ -1,0 +1,300 @@
+"""Accelerations and friction of one mode, and the choice of the mode by enumeration."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.bench.event_reference.equations import Equations
+
+EPS = 2.2e-16
+ROUNDING = 64 * EPS  # of the forces
+TIE = 1e-11  # of the forces: events are located to about this, and the motion a moment later decides
+_RANK = 1e-13  # of the largest singular value of slip rows
+LEADS = (1e-7, 1e-5, 1e-3)  # of the time scale, after which a tie is looked at
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One smooth piece of the equations.
+
+    Attributes
+    ----------
+    modes : tuple of int
+        Of every contact: -1, 0, 1.
+    signs : tuple of int
+        Of every kink.
+    resting : tuple of bool
+        Kinks that stay at zero in this mode.
+    pushes : tuple of float
+        Where kinks rest: the sign of the friction of every sticking contact, which says to which side the body would go;
+        zero for the others.
+    """
+
+    modes: tuple[int, ...]
+    signs: tuple[int, ...]
+    resting: tuple[bool, ...] = ()
+    pushes: tuple[float, ...] = ()
+
+
+class Mechanics:
+    """The equations with the numbers of one run."""
+
+    def __init__(self, equations: Equations, values: tuple[float, ...], time_scale: float):
+        self.e, self.values, self.time_scale = equations, values, time_scale
+        self.signals: tuple[float, ...] = ()  # value at `since` and slope of every sampled input
+        self.slopes: tuple[float, ...] = ()
+        self.since = 0.0
+
+    def arguments(self, t, y, mode: Mode):
+        """Return the arguments of the functions; for arrays of times, `y` has one column for each."""
+        inputs = [a + b * (t - self.since) for a, b in zip(self.signals, self.slopes, strict=True)]
+        return (t, *y, *self.values, *inputs, *self.slopes, *mode.modes, *mode.signs)
+
+    def parts(self, t: float, y, mode: Mode):
+        """Return mass, force, rates, rows, drifts, kinetic friction and bounds of sticking as arrays."""
+        e = self.e
+        parts = np.split(np.array(e.core(*self.arguments(t, y, mode)), dtype=float), e.cuts[:-1])
+        parts[0], parts[3] = parts[0].reshape(e.n, e.n), parts[3].reshape(e.n_c, e.n)
+        return parts
+
+    def look(self, t: float, y, modes: tuple[int, ...]):
+        """Return slips and guards of the kinks, and the signs of these, one of which may decide another."""
+        e = self.e
+        signs = (1,) * e.n_k
+        watched = np.zeros(e.n_c + e.n_k)
+        for _ in range(e.n_k + 1):
+            watched = np.array(e.watched(*self.arguments(t, y, Mode(modes, signs))), dtype=float)
+            found = tuple(1 if g > 0 else -1 for g in watched[e.n_c :])
+            if found == signs:
+                break
+            signs = found
+        return watched, signs
+
+    def rate(self, t: float, y, mode: Mode) -> np.ndarray:
+        """Return dy/dt."""
+        e = self.e
+        if e.n == 1 and e.n_c <= 1 and not any(mode.modes) and not e.n_c:
+            v = e.core(*self.arguments(t, y, mode))
+            return np.array([y[1], v[1] / v[0], *v[2 : 2 + e.n_z]])
+        if e.n == 1 and e.n_c == 1:
+            v = e.core(*self.arguments(t, y, mode))
+            row, drift, friction = v[2 + e.n_z : 5 + e.n_z]
+            a = (v[1] + row * friction) / v[0] if mode.modes[0] else -drift / row
+            return np.array([y[1], a, *v[2 : 2 + e.n_z]])
+        a, _, parts = self.motion(t, y, mode)
+        return np.concatenate([y[e.n : 2 * e.n], a, parts[2]])
+
+    def motion(self, t: float, y, mode: Mode):
+        """Return accelerations, friction forces of every contact, and the parts they were made of."""
+        parts = self.parts(t, y, mode)
+        mass, force, _, rows, drift, friction, _ = parts
+        stuck = [i for i, m in enumerate(mode.modes) if m == 0]
+        push = friction.copy()
+        push[stuck] = 0.0
+        loaded = force + rows.T @ push
+        if not stuck:
+            return np.linalg.solve(mass, loaded), push, parts
+        n, k, held = len(force), len(stuck), rows[stuck]
+        system = np.zeros((n + k, n + k))
+        system[:n, :n], system[:n, n:], system[n:, :n] = mass, -held.T, held
+        right = np.concatenate([loaded, -drift[stuck]])
+        if k > n or (k > 1 and np.linalg.matrix_rank(held, tol=_RANK) < k):
+            found = np.linalg.lstsq(system, right, rcond=_RANK)[0]
+        else:
+            try:
+                found = np.linalg.solve(system, right)
+            except np.linalg.LinAlgError:  # rows that differ by less than the square root of the rounding
+                found = np.linalg.lstsq(system, right, rcond=_RANK)[0]
+        push[stuck] = found[n:]
+        return found[:n], push, parts
+
+    def excess(self, t: float, y, mode: Mode, motion=None) -> np.ndarray:
+        """Return by how much of the bounds every sticking contact exceeds its own, <= 0 where it holds.
+
+        Contacts whose rows depend on each other share what they hold: the share counts that loads the worst the least.
+        """
+        a, push, parts = self.motion(t, y, mode) if motion is None else motion
+        mass, force, _, rows, drift, _, bounds = parts
+        result = np.abs(push) - bounds
+        stuck, slipping = ([i for i, m in enumerate(mode.modes) if (m == 0) == still] for still in (True, False))
+        result[slipping] = -np.inf
+        held = rows[stuck]
+        if len(stuck) > 1 and np.linalg.matrix_rank(held, tol=_RANK) < len(stuck):
+            left = held @ a + drift[stuck]
+            reach = np.abs(np.linalg.inv(mass)) @ (np.abs(force) + np.abs(rows.T) @ np.abs(push))
+            if np.max(np.abs(left)) > 1e-9 * (np.max(np.abs(held) @ reach) + np.max(np.abs(drift[stuck]))):
+                result[stuck] = np.inf  # their slips cannot all stay zero
+            else:
+                total = mass @ a - force - rows[slipping].T @ push[slipping]
+                result[stuck] = least_excess(held, total, bounds[stuck])
+        return result
+
+
+def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> float:
+    """Return the least possible largest excess of a force over its bound, of forces whose sum is `total`.
+
+    The forces are one solution and any combination of those that cancel; the least lies where as many of the planes
+    +-force - bound meet as there are unknowns.
+    """
+    _, sizes, right = np.linalg.svd(rows.T)
+    rank = int(np.sum(sizes > _RANK * sizes[0]))
+    one, free = np.linalg.lstsq(rows.T, total, rcond=_RANK)[0], right[rank:].T
+    planes = np.vstack([np.hstack([free, -np.ones((len(one), 1))]), np.hstack([-free, -np.ones((len(one), 1))])])
+    levels = np.concatenate([bounds - one, bounds + one])  # planes @ (combination, excess) <= levels
+    best = np.inf
+    for chosen in itertools.combinations(range(len(levels)), free.shape[1] + 1):
+        part = planes[list(chosen)]
+        if abs(np.linalg.det(part)) < 1e-12:
+            continue
+        found = np.linalg.solve(part, levels[list(chosen)])
+        size = np.max(np.abs(levels)) + abs(found[-1])
+        if found[-1] < best and np.all(planes @ found <= levels + 1e-13 * size):
+            best = float(found[-1])
+    return best
+
+
+class Choice:
+    """Mode at a state with contacts at zero slip, by trying every combination."""
+
+    def __init__(self, mechanics: Mechanics, preference: int = 0):
+        self.m, self.preference = mechanics, preference
+        self.alternatives = False  # whether several combinations were admissible that move differently
+
+    def at(self, t: float, y: np.ndarray, at_zero, small: np.ndarray) -> Mode | None:
+        """Return the admissible mode in which most contacts stick; None if there is none.
+
+        Parameters
+        ----------
+        at_zero : sequence of bool
+            Slips, then guards of kinks, known to be zero.
+        small : ndarray
+            Size of each of them that counts as zero.
+        """
+        e = self.m.e
+        watched, signs = self.m.look(t, y, (1,) * e.n_c)
+        slips = watched[: e.n_c]
+        scales = np.array(e.scales(*self.m.arguments(t, y, Mode((1,) * e.n_c, signs))), dtype=float)
+        rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, small, strict=False)]
+        options = [(0, -1, 1) if r else (int(np.sign(w)),) for r, w in zip(rest, slips, strict=True)]
+        candidates = [
+            (modes, signs, edge)
+            for modes in itertools.product(*options)
+            for signs, edge in self._sides(t, y, modes, at_zero[e.n_c :], small[e.n_c :])
+        ]
+        order = -1 if self.preference else 1
+        candidates = sorted(candidates[::order], key=lambda c: -c[0].count(0))
+        accepted: list[tuple[Mode, np.ndarray]] = []
+        for modes, signs, edge in candidates:
+            if accepted and modes.count(0) < accepted[0][0].modes.count(0):
+                break
+            found = self._admissible(t, y, Mode(modes, signs), rest, edge, scales)
+            if found is not None:
+                accepted.append((found, self.m.rate(t, y, found)))
+        if not accepted:
+            return None
+        first = accepted[0][1]
+        size = np.max(np.abs(first)) + 1e-300
+        self.alternatives |= any(np.max(np.abs(other - first)) > 1e-9 * size for _, other in accepted[1:])
+        return accepted[0][0]
+
+    def _sides(self, t: float, y: np.ndarray, modes, at_zero, small):
+        """Yield signs of all kinks, and which of them are at zero, where both signs are tried."""
+        e = self.m.e
+        if not e.n_k:
+            yield (), np.zeros(0, dtype=bool)
+            return
+        watched, signs = self.m.look(t, y, modes)
+        guards = watched[e.n_c :]
+        edge = np.array([bool(z) or abs(g) <= s for z, g, s in zip(at_zero, guards, small, strict=True)])
+        options = [(1, -1) if k else (s,) for k, s in zip(edge, signs, strict=True)]
+        for choice in itertools.product(*options):
+            yield choice, edge
+
+    def _admissible(self, t, y, mode: Mode, rest, edge, scales) -> Mode | None:
+        m, e = self.m, self.m.e
+        motion = m.motion(t, y, mode)
+        a, push, parts = motion
+        mass, rows, drift, bounds = parts[0], parts[3], parts[4], parts[6]
+        if not np.all(np.isfinite(a)):
+            return None
+        forces = np.max(scales[: e.n]) + np.max(np.abs(push), initial=0.0)
+        inverse = np.linalg.inv(mass)
+        tied = False
+        excess = m.excess(t, y, mode, motion)
+        for i in range(e.n_c):
+            if mode.modes[i] == 0:
+                if excess[i] > TIE * (forces + bounds[i]):
+                    return None
+                tied |= excess[i] > -TIE * (forces + bounds[i])
+            elif rest[i]:
+                ahead = mode.modes[i] * float(rows[i] @ a + drift[i])
+                rounding = TIE * float(np.sum(np.abs(rows[i]) @ np.abs(inverse)) * forces + np.abs(drift[i]))
+                if ahead < -rounding:
+                    return None
+                tied |= ahead <= rounding
+        resting, pushes = [False] * e.n_k, [0.0] * e.n_c
+        if np.any(edge):
+            slopes = np.array(e.guard_slopes(*m.arguments(t, y, mode)), dtype=float).reshape(e.n_k, -1)
+            y_rate = np.concatenate([y[e.n : 2 * e.n], a, parts[2]])
+            for k in np.flatnonzero(edge):
+                first = slopes[k, 0] + slopes[k, 1:] @ y_rate
+                size = abs(slopes[k, 0]) + np.abs(slopes[k, 1:]) @ np.abs(y_rate) + scales[e.n + e.n_c + k]
+                second = float(slopes[k, 1 : 1 + e.n] @ a)
+                reach = float(np.abs(slopes[k, 1 : 1 + e.n]) @ np.abs(inverse) @ np.full(e.n, forces))
+                resting[k] = abs(first) <= 1e-9 * size and abs(second) <= TIE * reach
+                side = 0.0 if resting[k] else first if abs(first) > 1e-9 * size else second
+                if side * mode.signs[k] < 0:
+                    return None
+        if any(resting):
+            pushes = self._pushes(t, y, mode, forces)
+            for k in np.flatnonzero(resting):  # where the body would go without this friction
+                away = sum(-float(slopes[k, 1 : 1 + e.n] @ inverse @ rows[i]) * pushes[i] for i in range(e.n_c))
+                if away * mode.signs[k] < 0:
+                    return None
+        mode = Mode(mode.modes, mode.signs, tuple(resting), tuple(pushes))
+        if tied and not self._holds(t, y, mode, rest, scales):
+            return None
+        return mode
+
+    def _pushes(self, t: float, y, mode: Mode, forces: float) -> list[float]:
+        """Return the signs of the friction of sticking contacts, a moment later where it is zero."""
+        found = [0.0] * self.m.e.n_c
+        for lead in (0.0, *LEADS):
+            if lead:
+                t, y = self._later(t, y, mode, lead)
+            push = self.m.motion(t, y, mode)[1]
+            for i, m in enumerate(mode.modes):
+                if m == 0 and not found[i] and abs(push[i]) > ROUNDING * forces:
+                    found[i] = float(np.sign(push[i]))
+        return found
+
+    def _later(self, t: float, y, mode: Mode, lead: float):
+        """Return time and state after a part of the time scale, by four steps of fourth order."""
+        m, n = self.m, 4
+        h = lead * m.time_scale / n
+        for _ in range(n):
+            k1 = m.rate(t, y, mode)
+            k2 = m.rate(t + h / 2, y + h / 2 * k1, mode)
+            k3 = m.rate(t + h / 2, y + h / 2 * k2, mode)
+            k4 = m.rate(t + h, y + h * k3, mode)
+            y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), t + h
+        return t, y
+
+    def _holds(self, t: float, y, mode: Mode, rest, scales) -> bool:
+        """Whether the mode is still admissible a moment later, for several moments."""
+        m, e = self.m, self.m.e
+        now = np.array(e.watched(*m.arguments(t, y, mode)), dtype=float)
+        for lead in LEADS[:2]:
+            time, state = self._later(t, y, mode, lead)
+            arguments = m.arguments(time, state, mode)
+            slips = np.array(e.watched(*arguments), dtype=float)[: e.n_c]
+            later = np.array(e.scales(*arguments), dtype=float)
+            forces = np.max(np.maximum(scales[: e.n], later[: e.n]))
+            excess = m.excess(time, state, mode)
+            for i in range(e.n_c):
+                if mode.modes[i] == 0 and excess[i] > ROUNDING * forces:
+                    return False
+                if mode.modes[i] and rest[i] and mode.modes[i] * (slips[i] - now[i]) < -ROUNDING * later[e.n + i]:
+                    return False
+        return True

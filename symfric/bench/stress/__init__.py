@@ -1,0 +1,82 @@
+"""Random scenes run by the chosen route and by a reference simulator: does a wrong run ever say nothing?"""
+
+from collections.abc import Callable, Sequence
+
+from joblib import Parallel, delayed
+
+from symfric.bench.stress.comparison import Comparison
+from symfric.bench.stress.families import FAMILIES, family
+from symfric.bench.stress.verdict import VERDICTS, StressResult, Verdict
+from symfric.errors import SceneError
+
+__all__ = ["FAMILIES", "VERDICTS", "Comparison", "StressResult", "Verdict", "examine", "scene_named", "stress"]
+
+
+def stress(
+    scenes: int = 10_000,
+    *,
+    seed: int = 0,
+    families: Sequence[str] = (),
+    jobs: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> StressResult:
+    """Run random scenes of several families and compare each with the reference simulator.
+
+    Parameters
+    ----------
+    scenes : int
+        Shared equally by the families.
+    seed : int
+        Of the first structure of every family; the next ones follow.
+    families : sequence of str, optional
+        All of them unless given.
+    jobs : int
+        Processes; -1 takes every processor.
+    progress : callable, optional
+        Called with the number of scenes done.
+
+    Returns
+    -------
+    StressResult
+        The same for the same scenes, families and seed, whatever `jobs` is.
+
+    Raises
+    ------
+    SceneError
+        If a number is not positive, or a family is unknown.
+    """
+    if scenes < 1 or seed < 0 or jobs == 0:
+        raise SceneError("scenes must be positive, seed not negative, and jobs not zero")
+    names = [family(name).name for name in families] or list(FAMILIES)
+    found: list[Verdict] = []
+    for verdicts in Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(examine)(*part) for part in _parts(names, scenes, seed)
+    ):
+        found += verdicts
+        if progress is not None:
+            progress(len(found))
+    return StressResult(tuple(found))
+
+
+def _parts(names: list[str], scenes: int, seed: int) -> list[tuple[str, int, range]]:
+    """Return family, seed and numbers of every structure, family by family."""
+    share, left = divmod(scenes, len(names))
+    parts = []
+    for i, name in enumerate(names):
+        wanted, runs = share + (i < left), FAMILIES[name].runs
+        parts += [(name, seed + k, range(min(runs, wanted - k * runs))) for k in range(-(-wanted // runs))]
+    return parts
+
+
+def scene_named(name: str) -> tuple[str, int, int]:
+    """Return family, seed and number of a scene's name, such as "mixed/17/42"; raise `SceneError` if it is none."""
+    parts = name.split("/")
+    if len(parts) != 3 or not all(p.isdecimal() for p in parts[1:]):
+        raise SceneError(f"{name!r} is no scene's name; give family, seed and number, such as mixed/17/42")
+    return family(parts[0]).name, int(parts[1]), int(parts[2])
+
+
+def examine(name: str, seed: int, numbers: Sequence[int]) -> list[Verdict]:
+    """Run one structure of a family with the draws of these numbers."""
+    comparison = Comparison(name, seed)
+    return [comparison.verdict(number) for number in numbers]

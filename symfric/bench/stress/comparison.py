@@ -1,0 +1,177 @@
+"""One random structure run by the chosen route, and compared with the reference simulator."""
+
+import math
+
+import numpy as np
+import sympy as sp
+
+from symfric.bench.event_reference import ReferenceSimulator
+from symfric.bench.random_scenes import Draw
+from symfric.bench.stress.families import family
+from symfric.bench.stress.verdict import Verdict
+from symfric.lower.energy import energy_functions
+from symfric.model.names import SPEED
+from symfric.model.scene import Scene
+from symfric.solve.choose import Program, explain, prepare
+from symfric.solve.energy import imbalance
+from symfric.solve.exact.program import Exact
+from symfric.solve.run import Run
+from symfric.solve.status import ADVICE, Status
+from symfric.solve.taylor.program import Taylor, TaylorProgram
+
+TOLERANCES = (1e-6, 1e-8, 1e-10)  # the first where a law has an infinite slope, which no route takes much finer
+WRONG = 1000.0  # tolerances that two runs may differ by
+CHANGE = 10.0  # how many times the change that a perturbation causes two runs may differ by
+_FINER = 1e-3  # of the tolerance: the third opinion
+_STEPS, _EVENTS = 20_000, 5_000  # budgets of a run; within them every run is over in about a second
+_REFERENCE, _REFEREE = 1e-10, 1e-12  # tolerances of the reference, and where it disagrees
+_TIMES = 8  # at which runs are compared
+_PERTURBATION = 1e-12  # of the start, beside one of the tolerance
+
+
+class Comparison:
+    """One structure of a family, compiled once.
+
+    Parameters
+    ----------
+    name : str
+        Of the family.
+    seed : int
+        Of the structure.
+    """
+
+    def __init__(self, name: str, seed: int):
+        self.family, self.seed = family(name), seed
+        self.structure = self.family.build(seed)
+        self.scene = self.structure.scene
+        steep = any(c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in self.scene.contacts)
+        self.tolerance = TOLERANCES[0 if steep else seed % len(TOLERANCES)]
+        self.times = np.linspace(0, self.scene.horizon, _TIMES + 1)[1:]
+        stated = self.scene.until(self.scene.horizon * self.structure.time_unit)
+        self.chosen = _chosen(stated, self.tolerance)
+        budgets = Taylor(max_steps=_STEPS, max_events=_EVENTS)
+        self.fine = TaylorProgram(stated, max(_FINER * self.tolerance, 1e-13), budgets)
+        self.reference = ReferenceSimulator(self.scene, _REFERENCE)
+        self.energies = energy_functions(stated)
+        self.symbols = {s.name: s for s in stated.parameters}
+
+    def verdict(self, number: int) -> Verdict:
+        """Run one draw and compare."""
+        draw = self.structure_draw(number)
+        units = self.units(number)
+        values, initial = self.in_units(draw, units)
+        run, fine = (p.run(values, initial) for p in (self.chosen, self.fine))
+        states, finer_states = self.states(run, units), self.states(fine, units)
+        sizes = self.sizes(run, units)
+        finer = difference(states, finer_states, sizes)
+        second, energy, change = math.nan, math.nan, math.nan
+        allowed = WRONG * self.tolerance
+        note = ""
+        if run.status != Status.OK:
+            verdict = "status" if ADVICE[run.status] and np.isfinite(run.t_final) else "silent failure"
+        else:
+            second, note = self.second(draw, states, sizes, allowed)
+            energy = imbalance(run, *self.energies, {self.symbols[k]: v for k, v in values.items()})
+            if energy <= allowed and not (finer > allowed or second > allowed):
+                verdict = "agrees" if second == second else "alone" if finer == finer else "unconfirmed"
+            elif second <= allowed and energy <= allowed:
+                verdict = "agrees"  # the finer run is the wrong one; it has scenes of its own
+            else:
+                change = self.change(draw, sizes)
+                within = energy <= allowed and np.nanmax([finer, second, 0.0]) <= CHANGE * change  # not if it is NaN
+                verdict = "sensitive" if within else "silent failure"
+        name = f"{self.family.name}/{self.seed}/{number}"
+        status = run.status.name
+        return Verdict(
+            self.family.name, name, draw.kind, verdict, run.route, status, self.tolerance, finer, second, energy, change, note
+        )
+
+    def structure_draw(self, number: int) -> Draw:
+        """Return the numbers of one run."""
+        return self.family.draw(self.structure, self.seed, number)
+
+    def units(self, number: int) -> tuple[float, float, float]:
+        """Return the units of mass, length and time that the package's run is stated in."""
+        if self.structure.dimensions is None:
+            return 1.0, 1.0, 1.0
+        rng = np.random.default_rng([self.seed, number, 2])
+        mass, length = 10.0 ** rng.uniform(-6, 6, 2)
+        return float(mass), float(length), self.structure.time_unit
+
+    def in_units(self, draw: Draw, units) -> tuple[dict, dict]:
+        """Return the numbers in the units of the package's run."""
+        dimensions = self.structure.dimensions
+        if dimensions is None:
+            return draw.values, draw.initial
+        factor = {k: math.prod(u**p for u, p in zip(units, d, strict=True)) for k, d in dimensions.items()}
+        return tuple({k: v * factor[k] for k, v in part.items()} for part in (draw.values, draw.initial))
+
+    def state_units(self, units) -> np.ndarray:
+        """Return the unit of every state."""
+        dimensions = self.structure.dimensions
+        states = self.scene.system.states
+        if dimensions is None:
+            return np.ones(len(states))
+        return np.array([math.prod(u**p for u, p in zip(units, dimensions[s.name], strict=True)) for s in states])
+
+    def states(self, run: Run, units) -> np.ndarray | None:
+        """Return the states at the times of comparison in the units of the structure; None if the run failed."""
+        if run.status != Status.OK:
+            return None
+        return run(self.times * units[2]) / self.state_units(units)[:, None]
+
+    def sizes(self, run: Run, units) -> np.ndarray:
+        """Return the size of every state, by its largest value."""
+        size = np.max(np.abs(run.x), axis=1) / self.state_units(units)
+        n = len(self.scene.system.q)
+        for part in np.split(np.arange(size.size), [n, 2 * n]):  # what is a millionth of its like is noise
+            if part.size:
+                size[part] = np.maximum(size[part], 1e-6 * np.max(size[part]))
+        return np.maximum(size, max(1e-12 * np.max(size), 1e-300))
+
+    def second(self, draw: Draw, states: np.ndarray, sizes: np.ndarray, allowed: float) -> tuple[float, str]:
+        """Return the difference from the reference, NaN if that has no answer, and a note.
+
+        Where it is too large the reference runs again at a finer tolerance; and where several modes were admissible,
+        with another choice among them.
+        """
+        note, found = "", math.nan
+        for tolerance, preference in ((None, 0), (_REFEREE, 0), (_REFEREE, 1)):
+            options = {"times": self.times, "sizes": sizes, "tolerance": tolerance, "preference": preference}
+            reference = self.reference.run(draw.values, draw.initial, **options)
+            if reference.reason:
+                note = reference.reason
+                if "too many" in note:
+                    break
+                continue
+            note, found = "", np.fmin(found, difference(states, reference.x, sizes))
+            if found <= allowed or (tolerance is not None and not reference.alternatives):
+                break
+        return float(found), note
+
+    def change(self, draw: Draw, sizes: np.ndarray) -> float:
+        """Return the largest change of the reference when start and values change by a tolerance, or by far less."""
+        options = {"times": self.times, "sizes": sizes, "tolerance": _REFEREE}
+        base = self.reference.run(draw.values, draw.initial, **options)
+        rng = np.random.default_rng(0)
+        names, changes = [s.name for s in self.scene.system.states], []
+        for part in (_PERTURBATION, _PERTURBATION, self.tolerance, self.tolerance):
+            start = {k: draw.initial[k] + part * size * rng.choice([-1, 1]) for k, size in zip(names, sizes, strict=True)}
+            values = {k: v * (1 + part * rng.choice([-1, 1])) for k, v in draw.values.items()}
+            other = self.reference.run(values, start, **options)
+            if not (other.reason or base.reason):
+                changes.append(difference(other.x, base.x, sizes))
+        return max((c for c in changes if c == c), default=math.nan)
+
+
+def difference(a: np.ndarray | None, b: np.ndarray | None, sizes: np.ndarray) -> float:
+    """Return the largest difference of two runs, each state relative to its size; NaN if one failed."""
+    if a is None or b is None:
+        return math.nan
+    return float(np.max(np.abs(a - b) / sizes[:, None]))
+
+
+def _chosen(scene: Scene, tolerance: float) -> Program:
+    """Prepare the route that `prepare` would choose, within the budgets."""
+    settings = Exact if explain(scene).route == "exact" else Taylor
+    return prepare(scene, tolerance, settings(max_steps=_STEPS, max_events=_EVENTS))

@@ -1,0 +1,178 @@
+"""What a family of scenes is: a generator of structures, and numbers for each."""
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import sympy as sp
+
+from symfric.bench.random_scenes import Draw
+from symfric.model.outputs import Trajectory
+from symfric.model.scene import Scene
+from symfric.model.system import Contact, System
+
+Ranges = dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Equations with parameters, and where their numbers come from.
+
+    Attributes
+    ----------
+    scene : Scene
+    ranges : dict of name to (low, high)
+        Of parameters and starts; what is below zero or begins there is drawn uniformly, the rest by its logarithm.
+    choices : dict of name to tuple of float
+        Parameters and starts that take one of a few values.
+    adjust : callable, optional
+        ``adjust(rng, values, initial)`` changes the numbers drawn.
+    dimensions : dict of name to (mass, length, time), optional
+        Exponents of every parameter and state; given where the package runs the scene in other units.
+    time_unit : float
+        Of those units; those of mass and length are drawn for each run.
+    drawn : callable, optional
+        ``drawn(seed, number) -> Draw``, in place of the ranges.
+    """
+
+    scene: Scene
+    ranges: Ranges = field(default_factory=dict)
+    choices: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    adjust: Callable[[np.random.Generator, dict, dict], None] | None = None
+    dimensions: dict[str, tuple[int, int, int]] | None = None
+    time_unit: float = 1.0
+    drawn: Callable[[int, int], Draw] | None = None
+
+    def draw(self, rng: np.random.Generator) -> Draw:
+        """Return numbers for every parameter and the start."""
+        numbers = {}
+        for name in sorted({*self.ranges, *self.choices}):
+            if name in self.choices:
+                numbers[name] = float(rng.choice(self.choices[name]))
+                continue
+            low, high = self.ranges[name]
+            logarithmic = low > 0 and high > 20 * low
+            numbers[name] = float(np.exp(rng.uniform(*np.log((low, high)))) if logarithmic else rng.uniform(low, high))
+        states = {s.name for s in self.scene.system.states}
+        values = {k: v for k, v in numbers.items() if k not in states}
+        initial = {k: v for k, v in numbers.items() if k in states}
+        if self.adjust is not None:
+            self.adjust(rng, values, initial)
+        return Draw("", values, initial)
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of scenes.
+
+    Attributes
+    ----------
+    name : str
+    build : callable
+        ``build(seed) -> Structure``.
+    runs : int
+        Draws of numbers for each structure, whose compilation takes as long as some dozens of runs.
+    """
+
+    name: str
+    build: Callable[[int], Structure]
+    runs: int = 50
+
+    def draw(self, structure: Structure, seed: int, number: int) -> Draw:
+        """Return the numbers of one run; the same for the same seed of the structure and number of the run."""
+        if structure.drawn is not None:
+            return structure.drawn(seed, number)
+        return structure.draw(np.random.default_rng([zlib.crc32(self.name.encode()), seed, number, 1]))
+
+
+def random_family(name: str, make: Callable[[np.random.Generator], Structure], runs: int = 50) -> Family:
+    """Return the family whose structures follow from a generator of random numbers."""
+    return Family(name, lambda seed: make(np.random.default_rng([zlib.crc32(name.encode()), seed])), runs)
+
+
+def parameter(name: str) -> sp.Symbol:
+    """Return a positive parameter."""
+    return sp.Symbol(name, positive=True)
+
+
+def real(name: str) -> sp.Symbol:
+    """Return a real parameter or state."""
+    return sp.Symbol(name, real=True)
+
+
+def oscillators(n: int):
+    """Return coordinates, velocities, and forces of springs and dampers, each mass coupled to the next.
+
+    Returns
+    -------
+    q, u : tuples of Symbol
+    forces : list of Expr
+    ranges : dict
+    """
+    q, u = (tuple(real(f"{name}{i + 1}") for i in range(n)) for name in "xu")
+    forces, ranges = [], {}
+    for i in range(n):
+        k, d = parameter(f"k{i + 1}"), parameter(f"d{i + 1}")
+        forces.append(-k * q[i] - d * u[i])
+        ranges |= {k.name: (0.5, 4.0), d.name: (0.02, 0.2), q[i].name: (-1.0, 1.0), u[i].name: (-1.0, 1.0)}
+    for i in range(n - 1):
+        k = parameter(f"kc{i + 1}")
+        ranges[k.name] = (0.2, 2.0)
+        forces[i] -= k * (q[i] - q[i + 1])
+        forces[i + 1] += k * (q[i] - q[i + 1])
+    return q, u, forces, ranges
+
+
+def scene_of(q, u, forces, contacts, ranges: Ranges, horizon: float, *, mass=None, z=(), z_rate=(), inputs=None) -> Scene:
+    """Return a scene with moderate numbers for what has a range, restricted to what its expressions use."""
+    system = System(q=q, u=u, mass=sp.eye(len(q)) if mass is None else mass, force=forces, z=z, z_rate=z_rate)
+    used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
+    names = {s.name for s in used} - {s.name for s in system.states} - {s.name for s in inputs or {}} - {"t"}
+    middle = {name: _middle(*ranges[name]) for name in {*names, *(s.name for s in system.states)} & set(ranges)}
+    values = {name: middle[name] for name in sorted(names & set(middle))}
+    initial = {s: middle.get(s.name, 0.0) for s in system.states}
+    return Scene(system, contacts, values, initial, horizon, {"path": Trajectory()}, inputs or {})
+
+
+def _middle(low: float, high: float) -> float:
+    return float(np.sqrt(low * high)) if low > 0 else 0.6 * high + 0.4 * low
+
+
+def used(scene: Scene, ranges: Ranges) -> Ranges:
+    """Return the ranges of what the scene has."""
+    names = {s.name for s in (*scene.parameters, *scene.system.states)}
+    return {k: v for k, v in ranges.items() if k in names}
+
+
+def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load=1, profile=1) -> Contact:
+    """Return a contact with one of the usual laws and parameters of its own."""
+    from symfric.model import laws
+
+    n, mu, r, w = (parameter(f"{p}{name}") for p in ("N", "mu", "r", "w"))
+    ranges |= {n.name: (0.1, 1.5), mu.name: (0.1, 0.6), r.name: (0.01, 0.5), w.name: (0.1, 1.0)}
+    law = [
+        laws.coulomb(mu),
+        laws.coulomb(mu * (1 + r), mu),
+        laws.stribeck(mu * (1 + r), mu, w),
+        laws.cubic(mu * (1 + r), mu, w),
+        laws.lorentz(mu, w, mu * (1 + r)),
+        laws.exponential(mu, w),
+    ][rng.integers(6)]
+    return Contact(name, slip, n * load, law, profile)
+
+
+def pair_of_slips(rng: np.random.Generator, u, count: int, ranges: Ranges) -> list[sp.Expr]:
+    """Return slips of contacts: bodies on the ground, on belts, and on each other."""
+    slips = []
+    for i in range(count):
+        a = int(rng.integers(len(u)))
+        slip = u[a]
+        if len(u) > 1 and rng.random() < 0.3:
+            slip = u[a] - u[(a + 1) % len(u)]
+        if rng.random() < 0.6:
+            v = real(f"v{i + 1}")
+            ranges[v.name] = (-0.5, 0.5)
+            slip -= v
+        slips.append(slip)
+    return slips

@@ -1,0 +1,114 @@
+"""First-order states with kinks, masses that depend on the position, sampled inputs, and scenes without contacts."""
+
+import numpy as np
+import sympy as sp
+
+from symfric.bench.stress.families.family import (
+    Structure,
+    oscillators,
+    pair_of_slips,
+    parameter,
+    plain_contact,
+    real,
+    scene_of,
+    used,
+)
+from symfric.model.names import TIME
+from symfric.model.system import Signal
+
+
+def _some_contacts(rng, u, ranges, least: int, most: int):
+    slips = pair_of_slips(rng, u, int(rng.integers(least, most + 1)), ranges)
+    return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
+
+
+def _with_state(rng, q, u, forces, ranges):
+    """Return a first-order state and its rate, and add its force."""
+    z, a, b, c = real("z"), parameter("alpha"), parameter("beta"), parameter("gamma")
+    ranges |= {"z": (-0.3, 0.3), "alpha": (0.5, 3.0), "beta": (0.2, 2.0), "gamma": (0.05, 0.8)}
+    way = int(rng.integers(8))
+    rate = [
+        a * u[0] - b * sp.Abs(u[0]) * z * sp.Abs(z) - c * u[0] * z**2,  # Bouc-Wen
+        u[0] - a * sp.Abs(u[0]) * z / c,  # Dahl
+        u[0] - a * sp.Abs(u[0]) / (c + sp.exp(-((u[0] / b) ** 2))) * z,  # LuGre
+        sp.Max(sp.Min(a * (q[0] - z), c), -c),  # an actuator of limited rate
+        a * (sp.Abs(q[0]) - z),
+        a * (sp.Max(q[0], 0) - b * z),
+        sp.Piecewise((a * (q[0] - c), q[0] > c), (a * (q[0] + c), q[0] < -c), (0, True)) - b * z,  # a dead zone
+        a * (q[0] - z),
+    ][way]
+    forces[-1] -= [b * z, sp.Max(sp.Min(a * z, c), -c), b * sp.Abs(z), b * z][rng.integers(4)]
+    return z, rate
+
+
+def states(rng: np.random.Generator) -> Structure:
+    """First-order states: dynamic friction, saturated controllers."""
+    q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
+    z, rate = _with_state(rng, q, u, forces, ranges)
+    contacts = _some_contacts(rng, u, ranges, 0, 2)
+    scene = scene_of(q, u, forces, contacts, ranges, 4.0, z=[z], z_rate=[rate])
+    return Structure(scene, used(scene, ranges))
+
+
+def masses(rng: np.random.Generator) -> Structure:
+    """Mass matrices that depend on the position, with the forces of inertia that belong to them."""
+    n = 1 + int(rng.random() < 0.7)
+    q, u, forces, ranges = oscillators(n)
+    e, m = parameter("eps"), parameter("m")
+    ranges |= {"eps": (0.1, 0.6), "m": (0.5, 2.0)}
+    if n == 1:
+        way = [1 + e * sp.cos(q[0]) / 2, 1 + e * q[0] ** 2, m / (1 + e * q[0] ** 2), m * sp.exp(e * q[0] / 2)]
+        mass = sp.Matrix([[way[rng.integers(4)]]])
+    else:
+        coupling = [e * sp.cos(q[1]) / 2, e * sp.sin(q[0] - q[1]) / 2, e * q[0] / (1 + q[0] ** 2)][rng.integers(3)]
+        mass = sp.Matrix([[1 + m, coupling], [coupling, 1]])
+    for i in range(n):  # of Lagrange: -d(M u)/dq u + d(u'M u/2)/dq
+        inertia = sum(
+            (mass[j, k].diff(q[i]) / 2 - mass[i, j].diff(q[k])) * u[j] * u[k] for j in range(n) for k in range(n)
+        )
+        forces[i] += inertia
+    contacts = _some_contacts(rng, u, ranges, 1, 2)
+    scene = scene_of(q, u, forces, contacts, ranges, 4.0, mass=mass)
+    return Structure(scene, used(scene, ranges))
+
+
+def sampled(rng: np.random.Generator) -> Structure:
+    """Sampled inputs: ground accelerations, and blows of one sample, some of which start late or end early."""
+    q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
+    s, f = sp.Symbol("a_g", real=True), parameter("F")
+    ranges |= {"F": (0.2, 2.0)}
+    dt = float(rng.choice([0.05, 0.1, 0.125, 0.3]))
+    count = int(rng.integers(4, 5 / dt))
+    samples = [rng.normal(0, 1, count), np.sin(np.arange(count) * dt * 4), (rng.random(count) < 0.1) * 2.0][rng.integers(3)]
+    signal = Signal(np.round(samples, 3), dt, float(rng.choice([0.0, 0.0, 0.4, -0.3])))
+    forces[0] -= f * s * (1 + q[0] / 4 if rng.random() < 0.3 else 1)
+    contacts = _some_contacts(rng, u, ranges, 1, 2)
+    if rng.random() < 0.4:
+        ranges |= {name: (0.0, 0.0) for name in (q[0].name, u[0].name)}
+    scene = scene_of(q, u, forces, contacts, ranges, 4.0, inputs={s: signal})
+    return Structure(scene, used(scene, ranges))
+
+
+def smooth(rng: np.random.Generator) -> Structure:
+    """No contact: nonlinear springs, stops, play, saturation, with first-order states or without."""
+    q, u, forces, ranges = oscillators(1 + int(rng.integers(3)))
+    h, g = parameter("h"), parameter("g")
+    ranges |= {"h": (0.3, 4.0), "g": (0.05, 0.5)}
+    for i in range(len(q)):
+        x, w = q[i], u[i]
+        forces[i] += [
+            h * (1 - x**2) * w,
+            -h * x**3,
+            -10 * h * sp.Max(x - g, 0),
+            -h * w * sp.Abs(w),
+            -h * sp.Piecewise((x - g, x > g), (x + g, x < -g), (0, True)),
+            h * sp.Max(-g, sp.Min(g, 3 * w)),
+            -h * sp.sin(3 * x),
+            h * sp.cos(5 * TIME) * sp.Abs(x),
+            -h * x * sp.sqrt(x**2 + g**2),
+            sp.Integer(0),
+        ][rng.integers(10)]
+    z, rate = _with_state(rng, q, u, forces, ranges) if rng.random() < 0.4 else (None, None)
+    extra = {"z": [z], "z_rate": [rate]} if z is not None else {}
+    scene = scene_of(q, u, forces, [], ranges, 4.0, **extra)
+    return Structure(scene, used(scene, ranges))
