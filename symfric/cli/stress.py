@@ -8,36 +8,55 @@ from symfric.cli.console import common_options, print_json, progress_on_stderr, 
 @click.command()
 @click.option("--scenes", default=10_000, show_default=True, type=click.IntRange(1), help="Number of random scenes.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the first structure.")
+@click.option("--family", "families", multiple=True, metavar="NAME", help="Only this family; may be repeated.")
+@click.option("--list", "listed", is_flag=True, help="Print the families and end.")
 @click.option("--jobs", "-j", type=int, default=-1, help="Processes; as many as there are processors unless given.")
-@click.option("--scene", "name", metavar="SEED/NUMBER", help="Only this one, by the name that a run gave it.")
+@click.option("--scene", "name", metavar="FAMILY/SEED/NUMBER", help="Only this one, by the name that a run gave it.")
 @common_options
-def stress(scenes: int, seed: int, jobs: int, name: str | None, as_json: bool, quiet: bool):
-    """Random scenes by the chosen route, each compared with other routes and its balance of energy.
+def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: bool):
+    """Random scenes of many families, each run by the chosen route and by a reference simulator of its own.
 
     Exit status 1 if a run is wrong by more than 1000 tolerances and does not say so.
 
     \b
-    Example: symfric stress --scenes 200 --seed 3
+    Example: symfric stress --scenes 200 --family pulse-in-time --seed 3
     """
-    from symfric.bench.stress import StressResult, examine, scene_named
+    from symfric.bench.stress import FAMILIES, StressResult, examine, scene_named
     from symfric.bench.stress import stress as run
 
+    if listed:
+        say("\n".join(FAMILIES))
+        return
     if name is not None:
-        structure, number = scene_named(name)
-        result = StressResult(tuple(examine(structure, [number])))
+        family, structure, number = scene_named(name)
+        result = StressResult(tuple(examine(family, structure, [number])))
     else:
         with progress_on_stderr(quiet) as progress:
-            result = run(scenes, seed=seed, jobs=jobs, progress=lambda n: progress(f"{n} scenes", n / scenes))
+            result = run(
+                scenes,
+                seed=seed,
+                families=families,
+                jobs=jobs,
+                progress=lambda n: progress(f"{n} scenes", n / scenes),
+            )
     if as_json:
         print_json(result.to_dict())
     elif not quiet:
-        for verdict, count in result.counts.items():
-            say(f"{count:6d} {verdict}")
+        _print_table(result)
     for found in result.failures:
         say(
-            f"silent failure: {found.name} ({found.kind}, {found.route}): {found.finer:.1e} from a finer tolerance, "
-            f"{found.second:.1e} from the second route, energy {found.energy:.1e}; again with --scene {found.name}",
+            f"silent failure: {found.name} ({found.route}): {found.second:.1e} from the reference, "
+            f"{found.finer:.1e} from a finer tolerance, energy {found.energy:.1e}{found.note and '; ' + found.note}; "
+            f"again with --scene {found.name}",
             err=True,
         )
     if result.failures:
         raise click.exceptions.Exit(1)
+
+
+def _print_table(result) -> None:
+    """Print the number of scenes by family and verdict."""
+    width = max(len(name) for name in result.by_family)
+    for name, counts in [*result.by_family.items(), ("all", result.counts)]:
+        shown = ", ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
+        say(f"{name:{width}}  {shown}")

@@ -1,8 +1,8 @@
 """Reference simulator: event-driven integration that shares nothing with the package's solvers.
 
-It reads the SymPy expressions of a scene by `sympy.lambdify`, integrates one mode at a time with SciPy, locates events on
-a fine grid of the dense output and chooses the next mode by enumeration. It is slow and simple; the stress run takes it
-as second opinion and the tests check it against closed forms. It lives here because users run `symfric stress`.
+It reads the SymPy expressions of a scene by `sympy.lambdify`, integrates one mode at a time with SciPy, locates events
+on a fine grid of the dense output and chooses the next mode by enumeration. It is slow and simple. The stress run takes
+it as second opinion, which is why it is part of the package; the tests check it against closed forms.
 """
 
 from symfric.bench.event_reference.simulator import Reference, ReferenceSimulator

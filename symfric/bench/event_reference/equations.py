@@ -112,8 +112,8 @@ class KinkRegister:
 class Equations:
     """Forces, slips, bounds and kinks of a scene as functions of numbers.
 
-    Every function takes ``(t, *states, *parameters, *signals, *slopes, *modes, *signs)``: the parameters in the order of
-    `parameters`, value and slope of every sampled input, the mode of every contact and the sign of every kink.
+    Every function takes ``(t, *states, *parameters, *signals, *slopes, *modes, *signs)``: the parameters in the order
+    of `parameters`, value and slope of every sampled input, the mode of every contact and the sign of every kink.
     """
 
     def __init__(self, scene: Scene):
@@ -127,7 +127,7 @@ class Equations:
         kinks = KinkRegister()
         everything = [*system.expressions, *(e for c in contacts for e in (c.slip, c.normal, c.profile, c.law.kinetic))]
         symbols = {TIME, *system.states, *signals}.union(*(e.free_symbols for e in everything))
-        real = {s: sp.Symbol(s.name, real=True) for s in symbols if s.is_extended_real is None}  # Abs of others is re, im
+        real = {s: sp.Symbol(s.name, real=True) for s in symbols if s.is_extended_real is None}
         time = real.get(TIME, TIME)
         q, u, states, signals = (
             tuple(real.get(s, s) for s in group) for group in (system.q, system.u, system.states, signals)
@@ -245,8 +245,6 @@ def features(expressions: list[sp.Expr]) -> list[sp.Expr]:
         for e in sp.preorder_traversal(expr):
             if isinstance(e, sp.Function) and not isinstance(e, select):
                 found[_unpowered(e.args[0])] = None
-            elif isinstance(e, sp.exp):
-                found[_unpowered(e.args[0])] = None
             elif isinstance(e, sp.Pow) and not e.exp.is_number:
                 found[_unpowered(e.exp)] = None
             elif isinstance(e, sp.Pow) and e.exp.is_negative and isinstance(e.base, sp.Add) and e.base.is_positive:
@@ -261,6 +259,6 @@ def _unpowered(argument: sp.Expr) -> sp.Expr:
     if any(isinstance(a, sp.Pow) and a.exp.is_even and a.exp.is_positive for a in factors):
         powers = [a.args for a in factors if isinstance(a, sp.Pow)]
         n = min((p for _, p in powers if p.is_even and p.is_positive), default=2)
-        root = sp.Mul(*(sp.powdenest(a ** (sp.Integer(1) / n), force=True) for a in factors))
+        root = sp.Mul(*(base ** (p / n) for base, p in (a.as_base_exp() for a in factors)))
         return sp.Abs(c) ** (sp.Integer(1) / n) * root
     return argument

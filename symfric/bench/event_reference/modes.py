@@ -27,8 +27,8 @@ class Mode:
     resting : tuple of bool
         Kinks that stay at zero in this mode.
     pushes : tuple of float
-        Where kinks rest: the sign of the friction of every sticking contact, which says to which side the body would go;
-        zero for the others.
+        Where kinks rest: the sign of the friction of every sticking contact, which says to which side the body would
+        go; zero for the others.
     """
 
     modes: tuple[int, ...]
@@ -159,6 +159,7 @@ class Choice:
 
     def __init__(self, mechanics: Mechanics, preference: int = 0):
         self.m, self.preference = mechanics, preference
+        self._scales = np.zeros(mechanics.e.n + mechanics.e.n_c + mechanics.e.n_k)
         self.alternatives = False  # whether several combinations were admissible that move differently
 
     def at(self, t: float, y: np.ndarray, at_zero, small: np.ndarray) -> Mode | None:
@@ -174,7 +175,8 @@ class Choice:
         e = self.m.e
         watched, signs = self.m.look(t, y, (1,) * e.n_c)
         slips = watched[: e.n_c]
-        scales = np.array(e.scales(*self.m.arguments(t, y, Mode((1,) * e.n_c, signs))), dtype=float)
+        self.see(t, y, Mode((1,) * e.n_c, signs))
+        scales = self._scales
         rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, small, strict=False)]
         options = [(0, -1, 1) if r else (int(np.sign(w)),) for r, w in zip(rest, slips, strict=True)]
         candidates = [
@@ -197,6 +199,11 @@ class Choice:
         size = np.max(np.abs(first)) + 1e-300
         self.alternatives |= any(np.max(np.abs(other - first)) > 1e-9 * size for _, other in accepted[1:])
         return accepted[0][0]
+
+    def see(self, t: float, y: np.ndarray, mode: Mode) -> None:
+        """Remember how large forces, slips and guards have been: where they turn they are zero."""
+        found = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
+        self._scales = np.maximum(self._scales, found)
 
     def _sides(self, t: float, y: np.ndarray, modes, at_zero, small):
         """Yield signs of all kinks, and which of them are at zero, where both signs are tried."""

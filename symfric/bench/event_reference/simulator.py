@@ -197,6 +197,7 @@ class _Motion:
                 return te, dense(te), self._zero(mode, row), False
             self._keep(t, solver.t, dense)
             t, y, first = solver.t, solver.y.copy(), False
+            self.choice.see(t, y, mode)
             if solver.status == "finished":
                 return t, y, self._zero(mode), True
 
@@ -215,8 +216,8 @@ class _Motion:
     def _guards(self, mode: Mode, grid, states, watched, dense):
         """Return the guards on the grid, positive while the mode lasts, and a function of row and time.
 
-        Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where there
-        is nothing to watch.
+        Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where
+        there is nothing to watch.
         """
         n_c, n_k = self.e.n_c, self.e.n_k
         rows = np.full((2 * n_c + n_k, grid.size), np.inf)
@@ -224,7 +225,6 @@ class _Motion:
         for i, m in enumerate(mode.modes):
             if m:
                 rows[i] = m * watched[i]
-                
         for k, sign in enumerate(mode.signs):
             if not mode.resting[k]:
                 rows[n_c + k] = sign * watched[n_c + k]
@@ -292,10 +292,10 @@ def _first_zero(grid: np.ndarray, g: np.ndarray, function, first: bool) -> float
             continue
         a, b, c = g[j - 2], g[j - 1], g[j]
         low = min(a, b, c)
-        if b <= a and b <= c or (c < b < a and b - c < 0.5 * (a - b)) or (a < b < c and b - a < 0.5 * (c - b)):
-            if low > 2 * (max(a, b, c) - low):
-                continue
-            at = minimize_scalar(function, bounds=(grid[j - 2], grid[j]), method="bounded", options={"xatol": 1e-10 * (grid[j] - grid[j - 2])})
+        turns = (b <= a and b <= c) or (c < b < a and b - c < 0.5 * (a - b)) or (a < b < c and b - a < 0.5 * (c - b))
+        if turns and low <= 2 * (max(a, b, c) - low):  # a minimum inside, or next to the ends, that may lie below zero
+            limits = {"bounds": (grid[j - 2], grid[j]), "options": {"xatol": 1e-10 * (grid[j] - grid[j - 2])}}
+            at = minimize_scalar(function, method="bounded", **limits)
             if at.fun < 0:
                 return _root(function, grid[j - 2], at.x)
     return None

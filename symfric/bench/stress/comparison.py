@@ -56,8 +56,17 @@ class Comparison:
         self.symbols = {s.name: s for s in stated.parameters}
 
     def verdict(self, number: int) -> Verdict:
-        """Run one draw and compare."""
+        """Run one draw and compare; a run that raises is a failure too."""
         draw = self.structure_draw(number)
+        try:
+            return self._compared(number, draw)
+        except Exception as error:  # of the package: the numbers of a family are valid
+            none = math.nan, math.nan, math.nan, math.nan
+            return self._verdict(
+                number, draw.kind, "silent failure", "", "raised", *none, f"{type(error).__name__}: {error}"
+            )
+
+    def _compared(self, number: int, draw: Draw) -> Verdict:
         units = self.units(number)
         values, initial = self.in_units(draw, units)
         run, fine = (p.run(values, initial) for p in (self.chosen, self.fine))
@@ -80,11 +89,13 @@ class Comparison:
                 change = self.change(draw, sizes)
                 within = energy <= allowed and np.nanmax([finer, second, 0.0]) <= CHANGE * change  # not if it is NaN
                 verdict = "sensitive" if within else "silent failure"
-        name = f"{self.family.name}/{self.seed}/{number}"
         status = run.status.name
-        return Verdict(
-            self.family.name, name, draw.kind, verdict, run.route, status, self.tolerance, finer, second, energy, change, note
-        )
+        return self._verdict(number, draw.kind, verdict, run.route, status, finer, second, energy, change, note)
+
+    def _verdict(self, number: int, *found) -> Verdict:
+        kind, verdict, route, status, *sizes, note = found
+        name = f"{self.family.name}/{self.seed}/{number}"
+        return Verdict(self.family.name, name, kind, verdict, route, status, self.tolerance, *sizes, note)
 
     def structure_draw(self, number: int) -> Draw:
         """Return the numbers of one run."""
@@ -156,7 +167,8 @@ class Comparison:
         rng = np.random.default_rng(0)
         names, changes = [s.name for s in self.scene.system.states], []
         for part in (_PERTURBATION, _PERTURBATION, self.tolerance, self.tolerance):
-            start = {k: draw.initial[k] + part * size * rng.choice([-1, 1]) for k, size in zip(names, sizes, strict=True)}
+            moved = part * sizes * rng.choice([-1, 1], len(names))
+            start = {k: draw.initial[k] + float(d) for k, d in zip(names, moved, strict=True)}
             values = {k: v * (1 + part * rng.choice([-1, 1])) for k, v in draw.values.items()}
             other = self.reference.run(values, start, **options)
             if not (other.reason or base.reason):

@@ -7,7 +7,6 @@ from symfric.errors import SceneError
 from symfric.model.names import nearest
 
 
-
 def _mixed(seed: int) -> Structure:
     scene = structure(seed)
     return Structure(scene, drawn=Dice(scene).draw)

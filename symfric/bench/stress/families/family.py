@@ -8,6 +8,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.random_scenes import Draw
+from symfric.model import laws
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, System
@@ -124,7 +125,7 @@ def oscillators(n: int):
     return q, u, forces, ranges
 
 
-def scene_of(q, u, forces, contacts, ranges: Ranges, horizon: float, *, mass=None, z=(), z_rate=(), inputs=None) -> Scene:
+def scene_of(q, u, forces, contacts, ranges: Ranges, horizon=4.0, *, mass=None, z=(), z_rate=(), inputs=None) -> Scene:
     """Return a scene with moderate numbers for what has a range, restricted to what its expressions use."""
     system = System(q=q, u=u, mass=sp.eye(len(q)) if mass is None else mass, force=forces, z=z, z_rate=z_rate)
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
@@ -139,16 +140,16 @@ def _middle(low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0 else 0.6 * high + 0.4 * low
 
 
-def used(scene: Scene, ranges: Ranges) -> Ranges:
-    """Return the ranges of what the scene has."""
+def structure_of(*args, dimensions=None, time_unit: float = 1.0, **options) -> Structure:
+    """Return the structure of the scene that `scene_of` makes of the same arguments."""
+    scene, ranges = scene_of(*args, **options), args[4]
     names = {s.name for s in (*scene.parameters, *scene.system.states)}
-    return {k: v for k, v in ranges.items() if k in names}
+    used = {k: v for k, v in ranges.items() if k in names}
+    return Structure(scene, used, dimensions=dimensions, time_unit=time_unit)
 
 
 def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load=1, profile=1) -> Contact:
     """Return a contact with one of the usual laws and parameters of its own."""
-    from symfric.model import laws
-
     n, mu, r, w = (parameter(f"{p}{name}") for p in ("N", "mu", "r", "w"))
     ranges |= {n.name: (0.1, 1.5), mu.name: (0.1, 0.6), r.name: (0.01, 0.5), w.name: (0.1, 1.0)}
     law = [

@@ -8,12 +8,11 @@ import sympy as sp
 from symfric.bench.stress.families.family import (
     Structure,
     oscillators,
+    pair_of_slips,
     parameter,
     plain_contact,
-    pair_of_slips,
     real,
-    scene_of,
-    used,
+    structure_of,
 )
 from symfric.model import laws
 from symfric.model.names import SPEED, TIME
@@ -52,11 +51,6 @@ def _contacts(rng, u, ranges, most: int) -> list[Contact]:
     return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
 
 
-def _structure(q, u, forces, contacts, ranges, horizon=4.0) -> Structure:
-    scene = scene_of(q, u, forces, contacts, ranges, horizon)
-    return Structure(scene, used(scene, ranges))
-
-
 def in_time(rng: np.random.Generator) -> Structure:
     """A blow: a force of one impulse, however narrow; or a belt that jerks."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
@@ -68,7 +62,7 @@ def in_time(rng: np.random.Generator) -> Structure:
         contacts[0] = Contact(first.name, first.slip - a * pulse, first.normal, first.law)
     else:
         forces[0] += a / w * pulse
-    return _structure(q, u, forces, contacts, ranges)
+    return structure_of(q, u, forces, contacts, ranges)
 
 
 def in_position(rng: np.random.Generator) -> Structure:
@@ -84,7 +78,7 @@ def in_position(rng: np.random.Generator) -> Structure:
         contacts[0] = Contact(first.name, first.slip, first.normal, first.law, 1 + height * pulse)
     else:
         forces[0] += a / (5 * w) * pulse
-    return _structure(q, u, forces, contacts, ranges)
+    return structure_of(q, u, forces, contacts, ranges)
 
 
 def in_speed(rng: np.random.Generator) -> Structure:
@@ -103,7 +97,7 @@ def in_speed(rng: np.random.Generator) -> Structure:
         contacts.append(Contact("featured", slip, n, law))
     else:
         forces[0] += 4 * a * _shape(rng)((u[0] - p) / w)
-    return _structure(q, u, forces, contacts, ranges)
+    return structure_of(q, u, forces, contacts, ranges)
 
 
 def in_load(rng: np.random.Generator) -> Structure:
@@ -119,4 +113,4 @@ def in_load(rng: np.random.Generator) -> Structure:
         plain_contact(rng, f"c{i + 1}", slip, ranges, load=1 + height / sp.sqrt(w) * pulse if i == 0 else 1)
         for i, slip in enumerate(slips)
     ]
-    return _structure(q, u, forces, contacts, ranges)
+    return structure_of(q, u, forces, contacts, ranges)

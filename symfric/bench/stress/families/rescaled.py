@@ -7,8 +7,7 @@ from symfric.bench.stress.families.family import (
     Structure,
     pair_of_slips,
     parameter,
-    scene_of,
-    used,
+    structure_of,
 )
 from symfric.model import laws
 from symfric.model.names import TIME
@@ -56,6 +55,5 @@ def rescaled(rng: np.random.Generator) -> Structure:
     for s in (*q, *u):
         if rng.random() < 0.2:
             ranges[s.name] = (0.0, 0.0)
-    scene = scene_of(q, u, forces, contacts, ranges, 4.0, mass=sp.diag(*masses))
     unit = float(10.0 ** rng.uniform(-6, 6)) if rng.random() < 0.9 else 1.0
-    return Structure(scene, used(scene, ranges), dimensions=dimensions, time_unit=unit)
+    return structure_of(q, u, forces, contacts, ranges, mass=sp.diag(*masses), dimensions=dimensions, time_unit=unit)

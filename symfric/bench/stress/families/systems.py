@@ -10,8 +10,7 @@ from symfric.bench.stress.families.family import (
     parameter,
     plain_contact,
     real,
-    scene_of,
-    used,
+    structure_of,
 )
 from symfric.model.names import TIME
 from symfric.model.system import Signal
@@ -46,8 +45,7 @@ def states(rng: np.random.Generator) -> Structure:
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     z, rate = _with_state(rng, q, u, forces, ranges)
     contacts = _some_contacts(rng, u, ranges, 0, 2)
-    scene = scene_of(q, u, forces, contacts, ranges, 4.0, z=[z], z_rate=[rate])
-    return Structure(scene, used(scene, ranges))
+    return structure_of(q, u, forces, contacts, ranges, z=[z], z_rate=[rate])
 
 
 def masses(rng: np.random.Generator) -> Structure:
@@ -68,8 +66,7 @@ def masses(rng: np.random.Generator) -> Structure:
         )
         forces[i] += inertia
     contacts = _some_contacts(rng, u, ranges, 1, 2)
-    scene = scene_of(q, u, forces, contacts, ranges, 4.0, mass=mass)
-    return Structure(scene, used(scene, ranges))
+    return structure_of(q, u, forces, contacts, ranges, mass=mass)
 
 
 def sampled(rng: np.random.Generator) -> Structure:
@@ -79,14 +76,14 @@ def sampled(rng: np.random.Generator) -> Structure:
     ranges |= {"F": (0.2, 2.0)}
     dt = float(rng.choice([0.05, 0.1, 0.125, 0.3]))
     count = int(rng.integers(4, 5 / dt))
-    samples = [rng.normal(0, 1, count), np.sin(np.arange(count) * dt * 4), (rng.random(count) < 0.1) * 2.0][rng.integers(3)]
+    noise, wave, blows = rng.normal(0, 1, count), np.sin(np.arange(count) * dt * 4), (rng.random(count) < 0.1) * 2.0
+    samples = (noise, wave, blows)[rng.integers(3)]
     signal = Signal(np.round(samples, 3), dt, float(rng.choice([0.0, 0.0, 0.4, -0.3])))
     forces[0] -= f * s * (1 + q[0] / 4 if rng.random() < 0.3 else 1)
     contacts = _some_contacts(rng, u, ranges, 1, 2)
     if rng.random() < 0.4:
-        ranges |= {name: (0.0, 0.0) for name in (q[0].name, u[0].name)}
-    scene = scene_of(q, u, forces, contacts, ranges, 4.0, inputs={s: signal})
-    return Structure(scene, used(scene, ranges))
+        ranges |= dict.fromkeys((q[0].name, u[0].name), (0.0, 0.0))
+    return structure_of(q, u, forces, contacts, ranges, inputs={s: signal})
 
 
 def smooth(rng: np.random.Generator) -> Structure:
@@ -110,5 +107,4 @@ def smooth(rng: np.random.Generator) -> Structure:
         ][rng.integers(10)]
     z, rate = _with_state(rng, q, u, forces, ranges) if rng.random() < 0.4 else (None, None)
     extra = {"z": [z], "z_rate": [rate]} if z is not None else {}
-    scene = scene_of(q, u, forces, [], ranges, 4.0, **extra)
-    return Structure(scene, used(scene, ranges))
+    return structure_of(q, u, forces, [], ranges, **extra)

@@ -171,15 +171,6 @@ def test_ties_of_the_coulomb_oscillator(delta, half_cycles, stop, tolerance):
     assert run.outputs["stop_time"] == pytest.approx(half_cycles * math.pi, rel=10 * tolerance, abs=10 * tolerance)
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15])
-def test_tolerances_from_coarse_to_the_rounding(tolerance):
-    run = sf.simulate(sf.scenes.mass_on_belt(v_b=0.2), tolerance)
-    assert ended(run)
-    error = np.max(np.abs(run.final - [0.3974014783316611782, -0.2601063980927508950]))
-    assert error < 10 * max(tolerance, 1e-15)
-    assert run.stats["events"] == 30
-
-
 @pytest.mark.parametrize("shift", [-1e-3, -1e-5, -1e-7, -1e-9, -1e-11, 0.0, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3])
 def test_the_graze_from_both_sides(shift):
     # below the onset the cycle sticks, above it slips; nearer than its own error no run can tell
