@@ -14,7 +14,6 @@ The sticking forces follow from ``(I - S + S A S) lambda_S = -S (J M^-1 (f + J^T
 depends on the mode alone is computed once per mode, not once per step.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,8 +21,11 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.bends import bends
+from symfric.lower.edges import Edges, edges_of
+from symfric.lower.holding import hold
 from symfric.lower.means import without_integrals
 from symfric.lower.printer import Printer, Switches
+from symfric.lower.sharing import parallels, rooms_left
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
@@ -31,7 +33,6 @@ from symfric.model.scene import Scene
 
 # part of the speed on either side of an infinite slope that a line replaces; with less, orders overflow
 BRIDGE = 1e-9
-REDUNDANT = 1e-11  # part of its diagonal below which a pivot of the coupling vanishes
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class Automaton:
         sum of the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the
         scales of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest,
         neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
-        rounding. The others are ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row.
+        rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row; last the sizes of
+        `symfric.lower.edges.Edges`.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies.
     sticks : tuple of bool
@@ -60,6 +62,8 @@ class Automaton:
     inputs : tuple of Symbol
     n_q, n_switches : int
         Number of coordinates and of switches.
+    at_edges : tuple of int
+        The switches at which a load jumps; see `symfric.lower.edges`.
     autonomous : bool
         Whether time appears nowhere.
     anchors : tuple of (int, float)
@@ -78,6 +82,7 @@ class Automaton:
     inputs: tuple[sp.Symbol, ...]
     n_q: int
     n_switches: int
+    at_edges: tuple[int, ...]
     autonomous: bool
     anchors: tuple[tuple[int, float], ...]
     parallels: tuple[int, ...]
@@ -236,17 +241,19 @@ def lower(
     system, n = scene.system, len(scene.system.q)
     u, w, load = low.y[n : 2 * n], low.w, low.load
     f, mass = low.vector(system.force), low.mass()
+    edges = edges_of(low, mass, [k for k, _ in parallels(scene)])
+    for i in range(len(scene.contacts)):
+        low.sliding[i] = edges.towards(i, low.d[i], low.sliding[i])
     rate, friction = accelerations(low, f, mass, tested)
     guards = []
-    bounds = [load[i] * low.sx(c.law.stick) for i, c in enumerate(scene.contacts)]
-    friction = _shared(low, friction, bounds)
-    for i, bound in enumerate(bounds):
+    friction, rooms = rooms_left(low, friction, edges)
+    for i, (behind, ahead) in enumerate(rooms):
         if scene.contacts[i].law.smooth:
             guards += [low.d[i] * w[i], ca.SX(1)]
         else:
             sticks, idle = low.s[i] > 0.5, low.s[i] == 2
-            guards += [ca.if_else(idle, w[i], ca.if_else(sticks, bound - friction[i], low.d[i] * w[i]))]
-            guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, bound + friction[i], 1))]
+            guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, low.d[i] * w[i]))]
+            guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
     for i, c in enumerate(scene.contacts):
         low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction[i], w[i]
         low.moving |= {friction_force(c.name), slip(c.name)}
@@ -263,7 +270,7 @@ def lower(
     field = ca.Function("field", [low.y, low.t, low.p, mode], out, ["y", "t", "p", "m"], ["rate", "guards", "rows"])
     return Automaton(
         field=field,
-        gauge=_gauge(low, u, mass),
+        gauge=_gauge(low, u, mass, edges),
         states=tuple(s.name for s in system.states),
         contacts=tuple(c.name for c in scene.contacts),
         loads=loads,
@@ -272,9 +279,10 @@ def lower(
         inputs=low.inputs,
         n_q=n,
         n_switches=len(low.switches.signs),
+        at_edges=edges.switches,
         autonomous=not ca.depends_on(ca.vertcat(*out), low.t),
         anchors=tuple(_anchor(scene, c) for c in scene.contacts),
-        parallels=tuple(k for k, _ in _parallels(scene)),
+        parallels=tuple(k for k, _ in parallels(scene)),
     )
 
 
@@ -311,62 +319,7 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
     return rate, friction
 
 
-def hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
-    """Solve A x = b by Cholesky's method without roots; if `tested`, a pivot that vanishes makes its unknown zero."""
-    n = b.numel()
-    rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal
-    reciprocal: list[ca.SX] = []
-    for j in range(n):
-        pivot = rows[j][j] - sum((rows[j][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
-        reciprocal.append(ca.if_else(pivot > REDUNDANT * rows[j][j], 1 / pivot, 0) if tested else 1 / pivot)
-        for i in range(j + 1, n):
-            rows[i][j] -= sum((rows[i][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
-    x = [b[i] for i in range(n)]
-    for i in range(n):
-        x[i] -= sum((rows[i][k] * reciprocal[k] * x[k] for k in range(i)), ca.SX(0))
-    x = [x[i] * reciprocal[i] for i in range(n)]
-    for i in reversed(range(n)):
-        x[i] -= sum((rows[k][i] * reciprocal[i] * x[k] for k in range(i + 1, n)), ca.SX(0))
-    return ca.vertcat(*x)
-
-
-def _parallels(scene: Scene) -> list[tuple[int, float]]:
-    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone."""
-    found = []
-    for i, c in enumerate(scene.contacts):
-        ratios = ((k, sp.cancel(c.slip / other.slip)) for k, other in enumerate(scene.contacts[:i]))
-        alike = ((k, float(r)) for k, r in ratios if r.is_number and not scene.contacts[k].law.smooth)
-        found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
-    return found
-
-
-def _shared(low: Lowering, friction: ca.SX, bounds: list[ca.SX]) -> ca.SX:
-    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
-
-    Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
-    bound of zero.
-    """
-    parallels = _parallels(low.scene)
-    shared = ca.SX(friction)
-    for first in {k for k, _ in parallels}:
-        group = [(i, factor) for i, (k, factor) in enumerate(parallels) if k == first]
-        if len(group) < 2:
-            continue
-        sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
-        whole = sum(ca.if_else(sticks[i], factor * friction[i], 0) for i, factor in group)
-        reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
-        loaded = ca.SX(1)
-        if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
-            loaded = ca.SX(reach > 0)
-            reach = ca.if_else(loaded, reach, 1)
-        for i, factor in group:
-            shared[i] = ca.if_else(
-                sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i]
-            )
-    return shared
-
-
-def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
+def _gauge(low: Lowering, u: ca.SX, mass: ca.SX, edges: Edges) -> ca.Function:
     w, load, n_c = low.w, low.load, low.w.numel()
     J = ca.jacobian(w, u) if n_c else ca.SX(0, u.numel())
     still = ca.substitute(w, u, ca.SX.zeros(u.numel())) if n_c else w
@@ -381,8 +334,8 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX) -> ca.Function:
     pull = ca.diag(coupling) * reach
     applied = [sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force]
     forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach
-    out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T))
-    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread"]
+    out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T), edges.sizes)
+    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "edges"]
     shown = low.unswitched([ca.densify(e) for e in out])
     return ca.Function("gauge", [low.y, low.t, low.p], shown, ["y", "t", "p"], names)
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.automaton import Automaton, hold
+from symfric.lower.automaton import Automaton
+from symfric.lower.holding import hold
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
 
@@ -139,7 +140,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     both = slope @ tau
     apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
     mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
-    w, *_, coupling, spread = automaton.gauge(y, t, p)
+    w, *_, coupling, spread, _ = automaton.gauge(y, t, p)
     slips = ca.substitute(ca.densify(along(w)), V, moved) if n_c else ca.SX(0, V.shape[1])
     if n_c:
         S = ca.diag(after[:n_c] == 1)

@@ -170,7 +170,7 @@ class IntegratorsProgram:
         changed = np.flatnonzero(before != after) if not first else ()
         motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
         motion.counts["events"] += len(changed)
-        motion.counts["kinks"] += int(np.sum(motion.m[2 * n_c :] != mode[2 * n_c :])) if not first else 0
+        motion.counts["kinks"] += int(np.sum(motion.m[2 * n_c :] * mode[2 * n_c :] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.edges import ON_EDGE
 
 _MOST_TRIALS = 20_000
 _TIE = 1e-12  # of a derivative against its scale: too small to have a sign
@@ -146,13 +147,14 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     crossing in a stiff motion: a switch that seems wrong on both sides crosses.
     """
     n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
+    m = _with_edges(rule, y, t, p, m, hit)
     before, turned = m, np.zeros(m.size, dtype=int)
     for _ in range(3 * n_s + 1):
         guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
         if not np.all(np.isfinite(first)):  # a branch that ends at a switch; it is entered when that has really fallen
             return before
         wrong = []
-        for k in range(2 * n_c, 2 * n_c + n_s):
+        for k in (k for k in range(2 * n_c, 2 * n_c + n_s) if abs(m[k]) != ON_EDGE):
             zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]))
             falls = first[k] < 0 or (first[k] == 0 and second[k] < 0)
             if (falls and turned[k] < 2) if zero else guards[k] < 0:
@@ -163,6 +165,28 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
         m[wrong[0]] = -m[wrong[0]]
         turned[wrong[0]] += 1
     return None
+
+
+def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
+    """Return the mode with the switches of profiles at zero marked that stay there; see `symfric.lower.edges`.
+
+    A contact that is released has the friction of its side of the edge, as long as the switch is marked.
+    """
+    automaton = rule.automaton
+    if not automaton.at_edges:
+        return m
+    entries = np.array(automaton.at_edges) + 2 * len(automaton.contacts)
+    m = m.copy()
+    m[entries] = ON_EDGE
+    guards, first, second = (numbers(e)[entries] / ON_EDGE for e in rule.look(y, t, p, m))
+    place, rate, force = np.split(numbers(automaton.gauge(y, t, p)[-1]), 3)
+    hit_now = np.isin(entries, list(hit))
+    zero = hit_now | (np.abs(guards) <= rule.zero * np.maximum(place, np.abs(first)))
+    still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, np.sqrt(place * force)))
+    resting = still & (np.abs(second) <= rule.zero * force)
+    sign = np.where(zero, np.where(still, second, first), guards)
+    m[entries] = np.where(resting, ON_EDGE, np.where(sign < 0, -1.0, 1.0))
+    return m
 
 
 def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:

@@ -46,8 +46,10 @@ from symfric.solve.taylor.workspace import (
     STEPS,
     T_END,
 )
+from symfric.solve.taylor.zero import ROUNDING
 
 INSIDE, AT_REST, AT_EDGE = range(3)  # how a piece ends
+BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
 _CHATTER, _NAN = int(Status.CHATTER), int(Status.NOT_FINITE)
 _LOST = int(Status.LOST_CONTACT)
@@ -144,11 +146,35 @@ def _slip(w, t, h, u, v, s, a, slope_a):
 
 
 @compiled
+def _ahead(w, u, way):
+    """Return the cell into which a mass at rest at u would slip; on an edge each way has its own."""
+    c = w.where[0]
+    while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
+        c += 1
+    while way < 0.0 and c > 0 and u <= w.cells[c, LOW]:
+        c -= 1
+    return c
+
+
+@compiled
+def _settle_at(w, u):
+    """Note how much friction holds a mass at rest at u, either way; return u, or the edge that it is to rounding."""
+    w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
+    for column in (LOW, HIGH):
+        edge = w.cells[w.where[0], column]
+        if abs(u - edge) <= ROUNDING * max(w.grip[FARTHEST], abs(edge)) < np.inf:
+            u = edge
+    for side, way in ((BEHIND, -1.0), (AHEAD, 1.0)):
+        line = w.cells[_ahead(w, u, way)]
+        w.grip[side] = w.force[STATIC] * (line[MU] + line[SLOPE] * u)
+    return u
+
+
+@compiled
 def _drive(w, u, a):
     """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
-    line = w.cells[w.where[0]]
     applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
-    if abs(applied) <= w.force[STATIC] * (line[MU] + line[SLOPE] * u) * (1.0 + 4.0 * EPS):
+    if abs(applied) <= w.grip[AHEAD if applied > 0.0 else BEHIND] * (1.0 + 4.0 * EPS):
         return 0.0
     return math.copysign(1.0, applied)
 
@@ -160,10 +186,9 @@ def _stick(w, t, h, u, a, slope_a):
     if side == 0.0:
         stop, side = h, _drive(w, u, a + slope_a * h)
         if side != 0.0:
-            line = w.cells[w.where[0]]
-            bound = w.force[STATIC] * (line[MU] + line[SLOPE] * u)
+            bound = side * w.grip[AHEAD if side > 0.0 else BEHIND]
             applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
-            stop = min(h, max(0.0, (side * bound - applied) / (w.force[GAIN] * slope_a)))
+            stop = min(h, max(0.0, (bound - applied) / (w.force[GAIN] * slope_a)))
     for k in range(w.cu.size):
         w.cu[k] = w.cw[k] = 0.0
     w.cu[0] = u
@@ -189,9 +214,7 @@ def _turn(w, t, old, new, u):
         hold(w, u)
     else:
         w.clock[REST] = np.nan
-        line = w.cells[w.where[0]]
-        if (new < 0.0 and u <= line[LOW]) or (new > 0.0 and u >= line[HIGH]):
-            w.where[0] += np.int64(new)  # it leaves the edge of its cell
+        w.where[0] = _ahead(w, u, new)
         enter(w, new)
 
 
@@ -215,7 +238,9 @@ def _begin(w):
     w.clock[REST] = np.nan
     for e in range(w.at.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
-    w.where[0] = _cell_of(w, u)
+    w.where[0], w.grip[FARTHEST] = _cell_of(w, u), 0.0
+    if v == 0.0:
+        u = _settle_at(w, u)
     s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
     _turn(w, 0.0, s, s, u)
     return u, v, s
@@ -286,7 +311,10 @@ def march(w):
             found = INSIDE if new == 0.0 else AT_REST
         else:
             u, v, spent, found = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
-            new = _drive(w, u, a_now + slope_a * spent) if found == AT_REST else s
+            new = s
+            if found == AT_REST:
+                u = _settle_at(w, u)
+                new = _drive(w, u, a_now + slope_a * spent)
         w.counts[STEPS] += 1
         stall = 0 if spent > 0.0 else stall + 1
         if found == AT_EDGE:

@@ -30,6 +30,7 @@ class RecordRoom(NamedTuple):
     rows: Matrix  # (n_e, 5)
     at: Reals  # time at which a row is wanted, negative if its range is, (n_e,)
     where: Integers  # the present cell, (1,)
+    grip: Reals  # largest static friction over the mass against a slip backwards and forwards, largest |u| at rest
     kinds: Integers  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
     tables: Matrix  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)
     stiffest: Reals  # (1,)
@@ -66,6 +67,7 @@ def make_record_room(problem: Record, address: int, at: list[float]) -> RecordRo
         cells=np.zeros((n_c, 4)),
         rows=np.zeros((n_e, 5)),
         at=np.array(at, dtype=float),
+        grip=np.zeros(3),
         where=np.zeros(1, dtype=np.int64),
         kinds=np.zeros(2 * n_c, dtype=np.int64),
         tables=np.zeros((2 * n_c, 9)),

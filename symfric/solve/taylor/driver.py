@@ -343,7 +343,7 @@ def _begin(w, n_x):
     expand(w)
     for r in range(w.c.shape[0]):
         w.start[r] = w.c[r, 0]
-        w.scale[r] = abs(w.c[r, 0]) if n_x <= r < n_x + w.hit.size else 0.0
+        w.scale[r] = max(w.scale[r], abs(w.c[r, 0])) if n_x <= r < n_x + w.hit.size else 0.0
 
 
 @compiled(fused=True)

@@ -131,7 +131,7 @@ def series_model(
     smooth = all(v.entire for v in variants)
     limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
     derivatives = (variations.columns, variations.followed) if variations else (0, 0)
-    first.limits[:] = (*limits, sticker, linear, *derivatives)
+    first.limits[:] = (*limits, sticker, linear, *derivatives, len(automaton.at_edges))
     launch = open_door("symfric.solve.taylor.loop", "the event loop", Path(__file__).parent)
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)

@@ -8,9 +8,10 @@ time, the worst first and, if that runs long, the one of least index: Murty's ru
 
 import numpy as np
 
-from symfric.lower.automaton import REDUNDANT
+from symfric.lower.holding import REDUNDANT
 from symfric.solve.native import call_code, compiled
 from symfric.solve.status import Status
+from symfric.solve.taylor.edges import find_edges
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
@@ -103,12 +104,17 @@ def settle(w):
         _share(w, n_c)
         prelude(w)
         probe(w)
+        if turn == 0 and find_edges(w, n_x, n_c, n_s):
+            continue
         least = turn > 20 + 4 * n_c
         if _change_contact(w, n_x, n_c, horizon, least):
             continue
-        if _change_switch(w, n_x, n_c, n_s, horizon):
+        if find_edges(w, n_x, n_c, n_s) or _change_switch(w, n_x, n_c, n_s, horizon):
             continue
         _hold_more(w, n_x, n_c, horizon)
+        if find_edges(w, n_x, n_c, n_s):
+            prelude(w)
+            probe(w)
         _mark_fresh(w, n_x, n_c, n_s)
         return _OK
     return _UNDECIDED
@@ -334,7 +340,9 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
         value, slope, curve = w.probe[row, 0], w.probe[row, 1], w.probe[row, 2]
         if w.turns[n_c + j] >= 2:
             continue
-        if w.hit[g] or abs(value) <= ROUNDING * w.scale[row]:
+        if w.hit[g] or abs(value) <= abs(w.m[g]) * ROUNDING * w.scale[row]:
+            if w.edge[j]:
+                continue
             third = w.probe[row, 3]
             if abs(slope) * time > TIE * w.scale[row]:
                 wrong = slope < 0.0
@@ -370,7 +378,7 @@ def _mark_fresh(w, n_x, n_c, n_s):
             w.fresh[2 * i + 1] = 0
     for j in range(n_s):
         g = 2 * n_c + j
-        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= ROUNDING * w.scale[n_x + g]
+        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= abs(w.m[g]) * ROUNDING * w.scale[n_x + g]
 
 
 @compiled(inline=True)

@@ -19,7 +19,7 @@ T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE, DOUBT = range(7)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED = range(11)
+MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED, EDGES = range(12)
 JUMP = 8  # entry of `code`
 # rows of `gauge`; those of the coupling and of the response follow
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
@@ -52,7 +52,8 @@ class Workspace(NamedTuple):
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # the first of them, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
-    # then the coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (COUPLING + n_c + n_q, n_c)
+    # then the coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (COUPLING + n_c + n_q, n_c), and the
+    # sizes at the edges, one after the other, see `symfric.lower.edges.Edges`
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
@@ -68,6 +69,7 @@ class Workspace(NamedTuple):
     parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
     old: Integers  # modes before an event, (n_c,)
     zero: Integers  # contacts whose slip is zero now, (n_c,)
+    edge: Integers  # whether a load jumps at a switch, (n_s,)
     turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
     hit: Integers  # guards that have just reached zero, (n_g,)
     fresh: Integers  # guards that start their mode at zero, (n_g,)
@@ -130,6 +132,7 @@ def make_workspace(
     functions += [""] * (JUMP - len(functions)) + ["jump"]
     matrices = variants[0].matrices
     pattern = np.array([matrices.rows, matrices.columns] if matrices else [[], []], dtype=np.int64).T.copy()
+    gauged = COUPLING + n_c + n_q + -(-3 * len(automaton.at_edges) // max(n_c, 1))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
@@ -148,8 +151,8 @@ def make_workspace(
         entry=room(len(pattern)),
         c=room(n_r, order + 1),
         probe=room(n_r, PROBED + 1),
-        gauge=room(COUPLING + n_c + n_q, n_c),
-        span=room(COUPLING + n_c + n_q, n_c),
+        gauge=room(gauged, n_c),
+        span=room(gauged, n_c),
         share=room(n_c, n_c),
         impulse=room(n_c),
         scale=room(n_r),
@@ -164,6 +167,7 @@ def make_workspace(
         parallel=np.array(automaton.parallels, dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
+        edge=np.array([j in automaton.at_edges for j in range(automaton.n_switches)], dtype=np.int64),
         turns=flags(n_c + automaton.n_switches),
         hit=flags(n_g),
         fresh=flags(n_g),
@@ -181,7 +185,7 @@ def make_workspace(
         segment_p=segments[1],
         counts=np.zeros(12, dtype=np.int64),
         clock=room(7),
-        limits=np.zeros(11, dtype=np.int64),
+        limits=np.zeros(12, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),

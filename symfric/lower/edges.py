@@ -1,0 +1,120 @@
+"""Friction at rest on the edge of a cell: which cell carries the force depends on the way the contact would slip.
+
+Let h(q) be the quantity of a switch of a profile that jumps. Where h is zero and stays so, because what would move it
+sticks, the switch has no sign; its entry in the mode is then ``+-ON_EDGE``. A contact that slips moves h by
+
+    rho = dh/dq v,   v = the velocities of a unit slip of it (and of what is parallel) while the other contacts stick,
+
+so its friction in the direction d, and the largest that it carries before it slips in that direction, is that of the
+side ``d sgn(rho)``. Where rho is zero the slip follows the edge, and the sign stays as it was.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.holding import hold
+from symfric.model.checks import made_of_cells
+
+ON_EDGE = 2.0  # magnitude of the entry of a switch that has no sign
+_ALONG = 1e-12  # of the sum of its terms below which rho is zero
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The switches at which loads jump.
+
+    Attributes
+    ----------
+    signs : tuple of SX
+        Of all switches of the scene.
+    among : tuple of tuple of int
+        For each contact, the switches of its profile; none unless the profile jumps.
+    sides : tuple of tuple of SX
+        For each of these, the sign that the switch takes where the contact slips forwards; 0 along the edge.
+    switches : tuple of int
+        All of them, increasing.
+    sizes : SX
+        For each of `switches` the sum of the magnitudes of the terms of h, then those of h', then those of h'': the
+        scales of zero tests.
+    """
+
+    signs: tuple[ca.SX, ...]
+    among: tuple[tuple[int, ...], ...]
+    sides: tuple[tuple[ca.SX, ...], ...]
+    switches: tuple[int, ...]
+    sizes: ca.SX
+
+    def towards(self, i: int, way: ca.SX, expr: ca.SX) -> ca.SX:
+        """Return an expression of the load of contact i for its slip in the direction `way`."""
+        if not self.among[i]:
+            return expr
+        olds = [self.signs[j] for j in self.among[i]]
+        news = []
+        for sign, side in zip(olds, self.sides[i], strict=True):
+            crossed = ca.if_else(side == 0, sign, way * side)
+            news.append(ca.if_else(ca.fabs(sign) == ON_EDGE, crossed, sign))
+        return ca.substitute(expr, ca.vertcat(*olds), ca.vertcat(*news))
+
+
+def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
+    """Find the switches at which loads jump.
+
+    Parameters
+    ----------
+    low : symfric.lower.automaton.Lowering
+    mass : SX
+        The mass matrix.
+    parallels : list of int
+        For each contact the first one of which its slip is a multiple.
+    """
+    contacts, signs = low.scene.contacts, tuple(low.switches.signs)
+    among: list[tuple[int, ...]] = []
+    for i, c in enumerate(contacts):
+        jumps = signs and not c.law.smooth and made_of_cells(c.profile)
+        inside = ca.which_depends(low.load[i], ca.vertcat(*signs), 1, True) if jumps else ()
+        among.append(tuple(j for j, depends in enumerate(inside) if depends))
+    switches = sorted({j for group in among for j in group})
+    if not switches:
+        return Edges(signs, tuple(among), tuple(() for _ in among), (), ca.SX(0, 1))
+    n = len(low.scene.system.q)
+    q, u = low.y[:n], low.y[n : 2 * n]
+    h = ca.substitute(ca.vertcat(*low.switches.guards), ca.vertcat(*signs), ca.SX.ones(len(signs)))
+    slopes, still = ca.jacobian(h, q), ca.substitute(h, q, ca.SX.zeros(n))
+    J, factors = ca.jacobian(low.w, u), ca.ldl(mass)
+    spread = ca.ldl_solve(J.T, *factors)
+    forces = ca.fabs(ca.ldl_solve(ca.SX.eye(n), *factors)) @ _applied(low) + ca.fabs(spread) @ _bounds(low)
+    steep = ca.fabs(slopes[switches, :])
+    sizes = [steep @ ca.fabs(q) + ca.fabs(still[switches]), steep @ ca.fabs(u), steep @ forces]
+    sides = tuple(
+        tuple(_sides(low, i, J @ spread, spread, parallels, slopes, group)) if group else ()
+        for i, group in enumerate(among)
+    )
+    sizes = low.unswitched([ca.densify(ca.vertcat(*sizes))])[0]
+    return Edges(signs, tuple(among), sides, tuple(switches), sizes)
+
+
+def _sides(low, i, A, spread, parallels, slopes, among) -> list[ca.SX]:
+    """Return sgn(rho) for the switches `among` and contact i."""
+    n_c = A.shape[0]
+    alone = [k for k in range(n_c) if k != i and parallels[k] != parallels[i] and not low.scene.contacts[k].law.smooth]
+    S = ca.diag(ca.vertcat(*(ca.SX(1) if k == i else low.s[k] == 1 if k in alone else ca.SX(0) for k in range(n_c))))
+    unit = ca.SX([float(k == i) for k in range(n_c)])
+    v = spread @ hold(ca.sparsify(ca.SX.eye(n_c) - S + S @ A @ S), unit, tested=False)
+    rows = slopes[list(among), :]
+    rho, size = ca.densify(rows @ v), ca.densify(ca.fabs(rows) @ ca.fabs(v))
+    way = ca.if_else(rho < 0, -1, 1)
+    return [ca.if_else(ca.fabs(rho[k]) <= _ALONG * size[k], 0, way[k]) for k in range(len(among))]
+
+
+def _applied(low) -> ca.SX:
+    """Return the sums of the magnitudes of the applied forces."""
+    return ca.vertcat(
+        *(sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force)
+    )
+
+
+def _bounds(low) -> ca.SX:
+    """Return the largest static friction of each contact."""
+    return ca.vertcat(*(ca.fabs(low.load[i] * low.sx(c.law.stick)) for i, c in enumerate(low.scene.contacts)))

@@ -1,0 +1,85 @@
+"""Contacts on the same two bodies: they share the force that holds them in proportion to their bounds."""
+
+import math
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.edges import Edges
+from symfric.model.scene import Scene
+
+if TYPE_CHECKING:
+    from symfric.lower.automaton import Lowering
+
+
+def parallels(scene: Scene) -> list[tuple[int, float]]:
+    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone."""
+    found = []
+    for i, c in enumerate(scene.contacts):
+        ratios = ((k, sp.cancel(c.slip / other.slip)) for k, other in enumerate(scene.contacts[:i]))
+        alike = ((k, float(r)) for k, r in ratios if r.is_number and not scene.contacts[k].law.smooth)
+        found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
+    return found
+
+
+def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
+    """Share the friction forces of sticking contacts.
+
+    Parameters
+    ----------
+    low : Lowering
+    friction : SX
+        Of each contact, those of parallel ones carried by the first that sticks.
+    edges : Edges
+
+    Returns
+    -------
+    friction : SX
+    rooms : list of pairs of SX
+        For each contact, what is left to its bound before it slips backwards, and before it slips forwards.
+    """
+    groups, contacts = parallels(low.scene), low.scene.contacts
+    same = [math.copysign(1.0, factor) for _, factor in groups]  # way of a contact over that of its group
+    sticks = [low.sx(c.law.stick) for c in contacts]
+
+    def shared(way: int) -> tuple[list[ca.SX], ca.SX]:
+        """Return bounds and friction where groups are about to slip in the direction `way`."""
+        loads = [edges.towards(i, ca.SX(way * s), low.load[i]) for i, s in enumerate(same)]
+        bounds = [load * stick for load, stick in zip(loads, sticks, strict=True)]
+        return bounds, _in_proportion(low, friction, bounds, groups)
+
+    back = shared(-1)
+    forth = shared(1) if edges.switches else back
+    rooms, found = [], ca.SX(back[1])
+    for i, s in enumerate(same):
+        (low_bounds, behind), (high_bounds, ahead) = (back, forth) if s > 0 else (forth, back)
+        rooms.append((low_bounds[i] - behind[i], high_bounds[i] + ahead[i]))
+        if edges.switches and [k for k, _ in groups].count(groups[i][0]) > 1:
+            found[i] = ca.if_else(s * back[1][i] >= 0, back[1][i], forth[1][i])
+    return found, rooms
+
+
+def _in_proportion(low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float]]) -> ca.SX:
+    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
+
+    Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
+    bound of zero.
+    """
+    shared = ca.SX(friction)
+    for first in {k for k, _ in groups}:
+        group = [(i, factor) for i, (k, factor) in enumerate(groups) if k == first]
+        if len(group) < 2:
+            continue
+        sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
+        whole = sum(ca.if_else(sticks[i], factor * friction[i], 0) for i, factor in group)
+        reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
+        loaded = ca.SX(1)
+        if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
+            loaded = ca.SX(reach > 0)
+            reach = ca.if_else(loaded, reach, 1)
+        for i, factor in group:
+            shared[i] = ca.if_else(
+                sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i]
+            )
+    return shared
