@@ -73,7 +73,7 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
     among: list[tuple[int, ...]] = []
     for i, c in enumerate(contacts):
         jumps = signs and not c.law.smooth and made_of_cells(c.profile)
-        inside = ca.which_depends(low.load[i], ca.vertcat(*signs), 1, True) if jumps else ()
+        inside = ca.which_depends(low.load[i], ca.vertcat(*signs), 1) if jumps else ()
         among.append(tuple(j for j, depends in enumerate(inside) if depends))
     switches = sorted({j for group in among for j in group})
     if not switches:
@@ -97,11 +97,12 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
 
 def _sides(low, i, A, spread, parallels, slopes, among) -> list[ca.SX]:
     """Return sgn(rho) for the switches `among` and contact i."""
-    n_c = A.shape[0]
-    alone = [k for k in range(n_c) if k != i and parallels[k] != parallels[i] and not low.scene.contacts[k].law.smooth]
-    S = ca.diag(ca.vertcat(*(ca.SX(1) if k == i else low.s[k] == 1 if k in alone else ca.SX(0) for k in range(n_c))))
-    unit = ca.SX([float(k == i) for k in range(n_c)])
-    v = spread @ hold(ca.sparsify(ca.SX.eye(n_c) - S + S @ A @ S), unit, tested=False)
+    contacts = low.scene.contacts
+    others = [k for k in range(len(contacts)) if parallels[k] != parallels[i] and not contacts[k].law.smooth]
+    order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
+    S = ca.diag(ca.vertcat(1, *(low.s[k] == 1 for k in others)))
+    system = ca.sparsify(ca.SX.eye(len(order)) - S + S @ A[order, order] @ S)
+    v = spread[:, order] @ (S @ hold(system, ca.SX([1.0, *(0.0 for _ in others)]), tested=True))
     rows = slopes[list(among), :]
     rho, size = ca.densify(rows @ v), ca.densify(ca.fabs(rows) @ ca.fabs(v))
     way = ca.if_else(rho < 0, -1, 1)
@@ -110,9 +111,7 @@ def _sides(low, i, A, spread, parallels, slopes, among) -> list[ca.SX]:
 
 def _applied(low) -> ca.SX:
     """Return the sums of the magnitudes of the applied forces."""
-    return ca.vertcat(
-        *(sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force)
-    )
+    return ca.vertcat(*(sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force))
 
 
 def _bounds(low) -> ca.SX:

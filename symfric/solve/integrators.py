@@ -8,7 +8,7 @@ next mode is decided by the forces (`next_mode`). Continuous laws may also run t
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -61,6 +61,7 @@ class _Motion:
     y: np.ndarray
     total: np.ndarray
     m: np.ndarray
+    farthest: np.ndarray
     status: Status = Status.OK
     rest: float = math.nan
     reach: float = math.inf
@@ -126,7 +127,7 @@ class IntegratorsProgram:
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
         flow = self._lease()
-        motion = _Motion(0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode))
+        motion = _Motion(0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode), np.abs(start))
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
         for k, row in enumerate(inputs):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
@@ -154,10 +155,11 @@ class IntegratorsProgram:
         """Choose the mode at the present state, note what changed."""
         if not self._held:
             return
+        rule = replace(self._rule, farthest=motion.farthest)
         if first:
-            mode = starting_mode(self._rule, motion.y, motion.t, p)
+            mode = starting_mode(rule, motion.y, motion.t, p)
         else:
-            mode = next_mode(self._rule, motion.y, motion.t, p, motion.m, hit)
+            mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
         if mode is None:
             motion.status = Status.UNDECIDED
             return
@@ -187,6 +189,7 @@ class IntegratorsProgram:
         begin, last = motion.t, piece.state[:, -1]
         motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
         motion.reach = piece.reach
+        motion.farthest = np.maximum(motion.farthest, np.max(np.abs(piece.state[: motion.y.size]), axis=1))
         motion.counts["pieces"] += 1
         motion.counts["steps"] = flow.steps
         if not np.all(np.isfinite(motion.y)):

@@ -33,6 +33,8 @@ class Rule:
         Where the velocities stand in the state.
     zero : float
         Relative size below which a slip or a guard counts as zero; what the integrator leaves of an event.
+    farthest : ndarray, shape (n_x,)
+        Largest magnitudes of the states so far.
     """
 
     automaton: Automaton
@@ -40,6 +42,7 @@ class Rule:
     slopes: ca.Function
     velocities: slice
     zero: float
+    farthest: np.ndarray
 
 
 def make_rule(automaton: Automaton, n_q: int, zero: float) -> Rule:
@@ -52,7 +55,7 @@ def make_rule(automaton: Automaton, n_q: int, zero: float) -> Rule:
     look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
     slip = automaton.gauge(y, t, p)[0]
     slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
-    return Rule(automaton, look, slopes, slice(n_q, 2 * n_q), zero)
+    return Rule(automaton, look, slopes, slice(n_q, 2 * n_q), zero, np.zeros(y.numel()))
 
 
 def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
@@ -170,19 +173,20 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
 def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
     """Return the mode with the switches of profiles at zero marked that stay there; see `symfric.lower.edges`.
 
-    A contact that is released has the friction of its side of the edge, as long as the switch is marked.
+    As long as a switch is marked, a contact that is released has the friction of its side of the edge. Of a switch that
+    was marked before, what the forces leave by rounding in the meantime is zero, too.
     """
     automaton = rule.automaton
     if not automaton.at_edges:
         return m
     entries = np.array(automaton.at_edges) + 2 * len(automaton.contacts)
-    m = m.copy()
+    rested, m = np.abs(m[entries]) == ON_EDGE, m.copy()
     m[entries] = ON_EDGE
     guards, first, second = (numbers(e)[entries] / ON_EDGE for e in rule.look(y, t, p, m))
-    place, rate, force = np.split(numbers(automaton.gauge(y, t, p)[-1]), 3)
-    hit_now = np.isin(entries, list(hit))
-    zero = hit_now | (np.abs(guards) <= rule.zero * np.maximum(place, np.abs(first)))
-    still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, np.sqrt(place * force)))
+    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[-1]), 3)
+    drift = rested * force * t
+    zero = np.isin(entries, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
+    still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, drift))
     resting = still & (np.abs(second) <= rule.zero * force)
     sign = np.where(zero, np.where(still, second, first), guards)
     m[entries] = np.where(resting, ON_EDGE, np.where(sign < 0, -1.0, 1.0))

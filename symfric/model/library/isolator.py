@@ -41,7 +41,8 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
     Notes
     -----
     u and w are displacement and velocity of the mass relative to the ground; a roller moves half of u. ``amplitude``, 1
-    unless changed by ``where``, multiplies the motion, ``stretch`` the positions of the cells. Outputs:
+    unless changed by ``where``, multiplies the motion, ``stretch`` the positions of the cells where that changes the
+    floor (an edge at u = 0 stays there). Outputs:
     `peak_acceleration` of the mass in space, `peak_velocity` and `peak_displacement` relative to the ground, `residual`
     displacement at the horizon and `residual_end_of_record`. From the study of scaled rolling isolation, figure 1, with
     sticking as the set-valued law has it; its own scheme tests w == 0 at the ends of fixed steps.
@@ -91,7 +92,7 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     if numbers.size == edges.size - 1:
         lines = [sp.Float(v) for v in numbers]
         pieces = [(line, _U < _STRETCH * edge) for line, edge in zip(lines[:-1], edges[1:-1].tolist(), strict=True)]
-        return sp.Piecewise(*pieces, (lines[-1], True)), {"stretch": 1.0} if pieces else {}
+        return _stretched(sp.Piecewise(*pieces, (lines[-1], True)))
     slopes = np.diff(numbers) / np.diff(edges)
     lines = [
         sp.Float(v) + sp.Float(k) * (_U / _STRETCH - sp.Float(e))
@@ -99,7 +100,12 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     ]
     pieces = [(sp.Float(numbers[0]), _U < _STRETCH * edges[0])]
     pieces += [(line, _U < _STRETCH * edge) for line, edge in zip(lines, edges[1:].tolist(), strict=True)]
-    return sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)), {"stretch": 1.0}
+    return _stretched(sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)))
+
+
+def _stretched(profile: sp.Expr) -> tuple[sp.Expr, dict]:
+    """Return a profile and the value of its stretch, which one without edges or with one at u = 0 does not have."""
+    return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
 
 
 def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.ndarray, np.ndarray]:

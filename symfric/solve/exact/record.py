@@ -238,7 +238,7 @@ def _begin(w):
     w.clock[REST] = np.nan
     for e in range(w.at.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
-    w.where[0], w.grip[FARTHEST] = _cell_of(w, u), 0.0
+    w.where[0], w.grip[FARTHEST] = _cell_of(w, u), abs(u)
     if v == 0.0:
         u = _settle_at(w, u)
     s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])

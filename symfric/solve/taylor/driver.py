@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import compiled, part
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 from symfric.solve.taylor.defect import is_sound, reach
+from symfric.solve.taylor.edges import size_of
 from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.taylor.settle import expand, keep_scales, prelude, settle
@@ -161,6 +163,10 @@ def _first_event(w, n_x, n_c, h, far):
         size = w.scale[r]
         if w.fresh[g] and g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:  # held by others, to rounding
             size = max(size, w.gauge[FORCES, g // 2] * far)
+        if 2 * n_c <= g < w.m.size and abs(w.m[g]) == ON_EDGE:  # it stays at zero, to rounding
+            j = g - 2 * n_c
+            moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))
+            size = 8.0 * max(size, moved)
         if total + abs(begin) <= 8.0 * EPS * size:
             continue  # zero throughout, to rounding
         near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # a later one is not of interest

@@ -9,23 +9,22 @@ _MOST = 6  # changes of one switch while settling
 
 
 @compiled
-def find_edges(w, n_x, n_c, n_s):
+def find_edges(w, n_x, n_c, first):
     """Give every switch at which a load jumps, if it is at zero, its sign in the mode on trial, or none if it stays.
 
-    Return whether one was changed.
+    Return whether one was changed. `first` says that settling begins.
     """
-    n_e = w.limits[EDGES]
-    if n_e == 0:
+    if w.limits[EDGES] == 0:
         return False
-    k, changed = 0, False
-    first = (COUPLING + n_c + w.limits[N_Q]) * n_c  # of the sizes, after the other entries of the gauge
-    for j in range(n_s):
+    changed = False
+    for j in range(w.edge.size):
         if w.edge[j] == 0:
             continue
-        row, g, at = n_x + 2 * n_c + j, 2 * n_c + j, first + k
-        k += 1
-        w.scale[row] = max(w.scale[row], w.gauge[at // n_c, at % n_c])
-        new = _sign(w, row, g, at + n_e, at + 2 * n_e, n_c)
+        row, g = n_x + 2 * n_c + j, 2 * n_c + j
+        w.scale[row] = max(w.scale[row], size_of(w, n_c, j, 0))
+        if first:
+            w.rested[j] = abs(w.m[g]) == ON_EDGE
+        new = _sign(w, row, g, j, n_c)
         if new != w.m[g] and w.turns[n_c + j] < _MOST:
             w.turns[n_c + j] += 1
             w.counts[KINKS] += new * w.m[g] < 0.0
@@ -34,24 +33,29 @@ def find_edges(w, n_x, n_c, n_s):
     return changed
 
 
+@compiled(inline=True)
+def size_of(w, n_c, j, derivative):
+    """Return the size of the terms of the quantity of switch j, at which a load jumps, or of one of its derivatives."""
+    at = (COUPLING + n_c + w.limits[N_Q]) * n_c + derivative * w.limits[EDGES] + w.edge[j] - 1
+    return w.gauge[at // n_c, at % n_c]
+
+
 @compiled
-def _sign(w, row, g, at_rate, at_force, n_c):
+def _sign(w, row, g, j, n_c):
     """Return the entry of a switch: its sign now or in the next instant, +-ON_EDGE if it stays at zero.
 
-    One that is not at zero and has the wrong sign is left to `_change_switch` of `symfric.solve.taylor.settle`.
+    One that is not at zero and has the wrong sign is left to `_change_switch` of `symfric.solve.taylor.settle`. Of one
+    that was at zero before, what the forces leave by rounding in the meantime is zero, too.
     """
     old = w.m[g]
     present = 1.0 if old > 0.0 else -1.0
-    value, slope, curve, third = (
-        w.probe[row, 0] / old,
-        w.probe[row, 1] / old,
-        2.0 * w.probe[row, 2] / old,
-        6.0 * w.probe[row, 3] / old,
-    )
-    if w.hit[g] == 0 and abs(value) > ROUNDING * w.scale[row]:
+    value, slope = w.probe[row, 0] / old, w.probe[row, 1] / old
+    curve, third = 2.0 * w.probe[row, 2] / old, 6.0 * w.probe[row, 3] / old
+    time, force = natural_time(w), size_of(w, n_c, j, 2)
+    drift = TIE * force * time if w.rested[j] else 0.0
+    if w.hit[g] == 0 and abs(value) > max(ROUNDING * w.scale[row], drift * time):
         return present
-    time, force = natural_time(w), w.gauge[at_force // n_c, at_force % n_c]
-    if abs(slope) > max(ROUNDING * w.gauge[at_rate // n_c, at_rate % n_c], TIE * w.scale[row] / time):
+    if abs(slope) > max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time, drift):
         moved = slope
     elif abs(curve) > TIE * force:
         moved = curve

@@ -104,15 +104,15 @@ def settle(w):
         _share(w, n_c)
         prelude(w)
         probe(w)
-        if turn == 0 and find_edges(w, n_x, n_c, n_s):
+        if turn == 0 and find_edges(w, n_x, n_c, True):
             continue
         least = turn > 20 + 4 * n_c
         if _change_contact(w, n_x, n_c, horizon, least):
             continue
-        if find_edges(w, n_x, n_c, n_s) or _change_switch(w, n_x, n_c, n_s, horizon):
+        if find_edges(w, n_x, n_c, False) or _change_switch(w, n_x, n_c, n_s, horizon):
             continue
         _hold_more(w, n_x, n_c, horizon)
-        if find_edges(w, n_x, n_c, n_s):
+        if find_edges(w, n_x, n_c, False):
             prelude(w)
             probe(w)
         _mark_fresh(w, n_x, n_c, n_s)

@@ -69,7 +69,8 @@ class Workspace(NamedTuple):
     parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
     old: Integers  # modes before an event, (n_c,)
     zero: Integers  # contacts whose slip is zero now, (n_c,)
-    edge: Integers  # whether a load jumps at a switch, (n_s,)
+    edge: Integers  # for the switches at which a load jumps 1, 2, ...; 0 for the others, (n_s,)
+    rested: Integers  # whether a switch had no sign before the event, (n_s,)
     turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
     hit: Integers  # guards that have just reached zero, (n_g,)
     fresh: Integers  # guards that start their mode at zero, (n_g,)
@@ -133,6 +134,7 @@ def make_workspace(
     matrices = variants[0].matrices
     pattern = np.array([matrices.rows, matrices.columns] if matrices else [[], []], dtype=np.int64).T.copy()
     gauged = COUPLING + n_c + n_q + -(-3 * len(automaton.at_edges) // max(n_c, 1))
+    ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return Workspace(
@@ -167,7 +169,8 @@ def make_workspace(
         parallel=np.array(automaton.parallels, dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
-        edge=np.array([j in automaton.at_edges for j in range(automaton.n_switches)], dtype=np.int64),
+        edge=np.array([ranks.get(j, 0) for j in range(automaton.n_switches)], dtype=np.int64),
+        rested=flags(automaton.n_switches),
         turns=flags(n_c + automaton.n_switches),
         hit=flags(n_g),
         fresh=flags(n_g),
