@@ -54,8 +54,10 @@ def test_cells_drawn_at_random_under_records_drawn_at_random(seed, route):
         run = floor(seed, route).run(values=named, initial={"x": start})
         u, w, peak, events = shaken(EDGES, values, record(seed), 0.01, u=start, c=c)
         assert run.status == sf.Status.OK
-        assert [(e.before, e.after) for e in run.events] == [e[1:] for e in events], case
-        assert [e.t for e in run.events] == pytest.approx([e[0] for e in events], abs=1e-9)
+        seen = [(e.t, e.before, e.after) for e in run.events if e.t > 0]  # a release at the start is none of `taylor`
+        events = [e for e in events if e[0] > 0]
+        assert [e[1:] for e in seen] == [e[1:] for e in events], case
+        assert [e[0] for e in seen] == pytest.approx([e[0] for e in events], abs=1e-9)
         assert run.final == pytest.approx([u, w], abs=1e-10)
         assert run["peak"] == pytest.approx(peak, abs=1e-10)
 
