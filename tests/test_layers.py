@@ -12,14 +12,15 @@ import symfric
 
 ROOT = Path(symfric.__file__).parent
 BELOW = {
+    "axes": set(),
     "errors": set(),
     "files": set(),
     "locks": set(),
     "templates": set(),
-    "model": {"errors", "locks", "templates"},
-    "theory": {"errors", "locks", "model"},
+    "model": {"axes", "errors", "locks", "templates"},
+    "theory": {"axes", "errors", "locks", "model"},
     "lower": {"errors", "locks", "model"},
-    "solve": {"errors", "files", "locks", "templates", "model", "lower"},
+    "solve": {"axes", "errors", "files", "locks", "templates", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}

@@ -33,10 +33,11 @@ def prepare_compiled(problem: Problem, tolerance: float) -> Callable[[], Answer]
 
 def compiled(function: ca.Function) -> ca.Function:
     """Return the function as a C compiler makes it."""
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        function.generate("stick_slip.c")
-        library = Path(folder) / "stick_slip.so"
-        command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", "stick_slip.c", "-o", str(library), "-lm"]
+    with tempfile.TemporaryDirectory() as folder:
+        code = ca.CodeGenerator("stick_slip.c")
+        code.add(function)
+        source, library = code.generate(f"{folder}/"), Path(folder) / "stick_slip.so"
+        command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", source, "-o", str(library), "-lm"]
         subprocess.run(command, check=True, capture_output=True)
         return ca.external(function.name(), str(library))
 

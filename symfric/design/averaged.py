@@ -17,6 +17,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.design.belt import Belt
+from symfric.locks import SYMBOLIC, alone
 from symfric.lower.law_features import narrow
 from symfric.lower.printer import Printer, Switches
 from symfric.model.effective import pieces_between
@@ -58,6 +59,7 @@ class Averaged:
     scale: float
 
 
+@alone(SYMBOLIC)
 def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Averaged:
     """Build the functions, with as many quadrature nodes as the law needs up to the intensity q_max (at most 192)."""
     kinks = [float(b) for b in belt.law.breaks]

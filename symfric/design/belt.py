@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.names import TIME, name_of
@@ -61,6 +62,7 @@ class Belt:
         """Natural frequency, rad/time."""
         return (self.stiffness / self.mass) ** 0.5
 
+    @alone(SYMBOLIC)
     def fast_start(self, a: float, Omega: float) -> tuple[float, float]:
         """Return the fast part of position and velocity at t = 0."""
         at = {self.scene.parameter(AMPLITUDE): a, self.scene.parameter(FREQUENCY): Omega}
@@ -68,6 +70,7 @@ class Belt:
         return x, u
 
 
+@alone(SYMBOLIC)
 def read_belt(scene: Scene) -> Belt:
     """Read a scene with the parameters v_b, a and Omega.
 

@@ -10,6 +10,7 @@ from symfric.design.check import Check, forced, prepare_map, probe
 from symfric.design.compared import Compared
 from symfric.design.search import Optimum, Problem
 from symfric.design.verification import Neighbour
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, Output, friction_force
 from symfric.solve.choose import Program
 
@@ -78,6 +79,7 @@ def _worst(problem: Problem, q: float, kind: str) -> float:
     return problem.speeds.worst(problem.speeds.regime_of(q), q, kind)[0].value
 
 
+@alone(SYMBOLIC)
 def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
     """Return the integrals of the friction, along the slip u - v_b, and of the power of the excitation."""
     scene, (u,) = belt.scene, belt.scene.system.u

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from symfric.axes import new_axes
 from symfric.design.compared import Compared, Comparison
 from symfric.design.transcription import Program, dynamics
 from symfric.errors import NotFound, SceneError
+from symfric.locks import DRAWING, alone
 from symfric.model.names import TIME, Key, finite, name_of
 from symfric.model.outputs import End, Integral
 from symfric.model.scene import Scene
@@ -71,12 +73,11 @@ class Profile:
             "check": self.check.to_dict(),
         }
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the controls against time; return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
+            ax = new_axes()
         for name, values in self.controls.items():
             t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
             ax.plot(t, np.column_stack([values[:, 0], values[:, -1]]).ravel(), label=name)

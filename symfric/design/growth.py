@@ -7,6 +7,7 @@ import sympy as sp
 from scipy.optimize import brentq, minimize_scalar
 
 from symfric.design.cycles import Requirement
+from symfric.locks import SYMBOLIC, alone
 from symfric.lower.law_features import features
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
@@ -110,6 +111,7 @@ def steepest_falls(scene: Scene, r: Requirement) -> np.ndarray:
     return np.array([v for slope, v in sorted(found)[:_FALLS] if slope < 0])
 
 
+@alone(SYMBOLIC)
 def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarray], np.ndarray]]]:
     """Return the law of every contact, in numbers, and its slip in steady sliding as a function of the speed."""
     given, found = scene.numbers(), []

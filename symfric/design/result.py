@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from symfric.axes import new_axes
+from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 
@@ -96,12 +98,11 @@ class Design:
             "check": self.check.to_dict(),
         }
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the limiting condition and return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
+            ax = new_axes()
         curve = self.curve
         ax.plot(curve.x, curve.y)
         ax.axhline(curve.level, color="0.4", linewidth=0.8, linestyle="--")

@@ -17,6 +17,7 @@ from symfric.design.compared import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import library
 from symfric.model.names import TIME, finite
 from symfric.model.outputs import HalfRange
@@ -141,6 +142,7 @@ def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Desi
     return _design(forced, scene, *min(found, key=lambda f: f[0][0][1]))
 
 
+@alone(SYMBOLIC)
 def _in_phase(scene: Scene) -> Scene:
     """Return the scene with time in units of 1/Omega, so that a run over whole periods has one length for all."""
     system, Omega = scene.system, scene.parameter("Omega")

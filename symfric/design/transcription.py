@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import OPTIMISER, SYMBOLIC, alone
 from symfric.lower.printer import Printer, Switches
 from symfric.model.names import SPEED, TIME
 from symfric.model.scene import Scene
@@ -48,6 +49,7 @@ class Dynamics:
     start: np.ndarray
 
 
+@alone(SYMBOLIC)
 def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) -> Dynamics:
     """Lower a scene whose controls are parameters.
 
@@ -197,12 +199,14 @@ class Program:
                         self._rule(a[k], 0.5 * (1 + mode), 0.5 * (1 + mode))
         return states[-1], slips[-1]
 
+    @alone(SYMBOLIC)
     def solver(self, tolerance: float) -> ca.Function:
         """Return the solver of the program."""
         quiet = {"print_level": 0, "sb": "yes", "tol": tolerance, "max_iter": 500, "mu_strategy": "adaptive"}
         quiet |= {"bound_relax_factor": 0.0, "honor_original_bounds": "yes"}
         return ca.nlpsol("control", "ipopt", self.nlp, {"ipopt": quiet, "print_time": False})
 
+    @alone(OPTIMISER)
     def solve(self, solver: ca.Function, guess: np.ndarray, relax: float) -> tuple[np.ndarray, bool]:
         """Return the variables and whether the solver is content."""
         found = solver(x0=guess, p=relax, lbx=self.low, ubx=self.high, lbg=self.least, ubg=self.most)
@@ -235,6 +239,7 @@ class Program:
         known = np.vstack([before, values[k]])
         return np.column_stack([np.interp(self.tau, [0.0, *tau], column) for column in known.T])
 
+    @alone(SYMBOLIC)
     def objective(self, z: np.ndarray) -> float:
         """Return the objective."""
         return float(ca.Function("f", [self.nlp["x"]], [self.nlp["f"]])(z))

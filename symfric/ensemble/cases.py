@@ -20,7 +20,6 @@ from symfric.solve.widened import widened
 REFUSED, ERROR = -1, -2  # beside the codes of Status: no run was made
 CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
 KEPT = 8  # programs that a process of an executor keeps
-_PREPARING = threading.Lock()  # SymPy and CasADi build one program at a time
 _HERE = threading.local()
 
 
@@ -52,9 +51,8 @@ class Task:
 
 def make_program(task: Task) -> Program:
     """Prepare a task's program, its form for other values of parameters that are built in included."""
-    with _PREPARING:
-        program = prepare(task.scene, task.tolerance, task.route)
-        widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
+    program = prepare(task.scene, task.tolerance, task.route)
+    widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
     return program
 
 

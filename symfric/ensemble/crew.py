@@ -3,6 +3,7 @@
 import hashlib
 import pickle
 import threading
+from collections import OrderedDict
 from collections.abc import Callable
 from concurrent import futures
 
@@ -94,8 +95,17 @@ class Plan:
 def run_on_threads(
     grid: Grid, task_of: Callable[[int], Task], board: Board, jobs: int, meter: Meter, ready: dict[int, object]
 ) -> None:
-    """Run what is left on threads, each with programs of its own; `ready` holds programs that exist already."""
+    """Run what is left on threads, which share the program of a scene; `ready` holds programs that exist already."""
     plan, halt, failures = Plan(grid, board.left, jobs), threading.Event(), []
+    programs, preparing = OrderedDict(ready), threading.Lock()
+
+    def program_of(scene: int, task: Task):
+        with preparing:
+            if scene not in programs:
+                programs[scene] = program_or_reason(task)
+                while len(programs) > jobs:
+                    programs.popitem(last=False)
+            return programs[scene]
 
     def stop_if_halted(_fraction: float) -> None:
         if halt.is_set():
@@ -121,7 +131,7 @@ def run_on_threads(
                 scene, cases = block
                 if scene != present:
                     present, task = scene, task_of(scene)
-                    program = ready.pop(scene, None) or program_or_reason(task)
+                    program = program_of(scene, task)
                 run_block(program, task, cases)
         except Halted:
             return

@@ -156,7 +156,7 @@ def bifurcation_diagram(
         period = excitation(scene, frozenset({name}))
         found = _carried(make_program(task), name, row, cut, transient, period)
     else:
-        found = _apart(lambda: make_program(task), name, row, cut, transient, jobs)
+        found = _apart(make_program(task), name, row, cut, transient, jobs)
     status, times, states = zip(*found, strict=True)
     return BifurcationDiagram(
         parameter=name,
@@ -173,20 +173,16 @@ def bifurcation_diagram(
 Case = tuple[int, np.ndarray, np.ndarray]  # status, times (n,), states (n_x, n)
 
 
-def _apart(
-    make: Callable[[], Program], name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int
-) -> list[Case]:
-    """Run every value from the scene's own start, on threads with a program each."""
+def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:
+    """Run every value from the scene's own start, on threads."""
 
-    def work(program: Program, values: np.ndarray) -> list[Case]:
+    def work(values: np.ndarray) -> list[Case]:
         return [_case(program, {name: v}, {}, cut, transient)[0] for v in values.tolist()]
 
-    first = make()  # what is wrong with the scene is raised here
     if jobs == 1:
-        return work(first, row)
+        return work(row)
     with ThreadPoolExecutor(jobs) as crew:
-        parts = [crew.submit(lambda k=k: work(make() if k else first, row[k::jobs])) for k in range(jobs)]
-        found = [part.result() for part in parts]
+        found = list(crew.map(work, [row[k::jobs] for k in range(jobs)]))
     return [found[k % jobs][k // jobs] for k in range(row.size)]
 
 

@@ -12,6 +12,7 @@ import sympy as sp
 
 from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import name_of
 from symfric.model.outputs import End, Events, Output, ScalarOfExpression, StopTime, Trajectory
 from symfric.model.scene import Scene
@@ -61,6 +62,7 @@ class Grid:
         return np.stack([self.axes[n][at[n]] for n in self.names], axis=-1) if self.names else np.zeros((len(cases), 0))
 
 
+@alone(SYMBOLIC)
 def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
     """Read the scene or scenes and the axes of a sweep; see `symfric.ensemble.sweep.sweep`."""
     scenes = _scenes(scene)
@@ -181,6 +183,7 @@ def _scene_of(labels: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.nd
     return np.broadcast_to(scene, [a.size for a in labels.values()]).ravel()
 
 
+@alone(SYMBOLIC)
 def fingerprint(scene: Scene) -> str:
     """Return a hash of everything in a scene that its runs depend on; the same in every process."""
     system = scene.system

@@ -3,10 +3,14 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from symfric.axes import new_axes
+from symfric.locks import DRAWING, alone
 
+
+@alone(DRAWING)
 def plot_diagram(diagram, ax=None):
     """Draw the first coordinate on the section against the parameter; return the Axes."""
-    ax = plt.subplots()[1] if ax is None else ax
+    ax = new_axes() if ax is None else ax
     ax.plot(diagram.values[diagram.case], diagram.states[0], ",", color="k")
     ax.set_xlabel(diagram.parameter)
     ax.set_ylabel(diagram.names[0])
@@ -14,9 +18,10 @@ def plot_diagram(diagram, ax=None):
     return ax
 
 
+@alone(DRAWING)
 def plot_basins(basins, ax=None):
     """Draw every start in the colour of its attractor, those without one white; return the Axes."""
-    ax = plt.subplots()[1] if ax is None else ax
+    ax = new_axes() if ax is None else ax
     (name, row), *others = basins.axes.items()
     colours = plt.get_cmap("tab10").colors
     for k, attractor in enumerate(basins.attractors):

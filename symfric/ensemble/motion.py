@@ -5,8 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from symfric.axes import new_axes
 from symfric.ensemble.units import G, factor_of
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, alone
 from symfric.model.names import finite
 from symfric.model.notebook import html_table
 from symfric.model.system import Signal
@@ -123,12 +125,11 @@ class Motion:
 
         return spectrum(self, periods, damping)
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw acceleration against time; return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            _, ax = plt.subplots(layout="constrained")
+            ax = new_axes(layout="constrained")
         ax.plot(self.t, self.samples, lw=0.8)
         ax.set_xlabel("time t [s]")
         ax.set_ylabel("acceleration [m/s²]")

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symfric.axes import new_axes
 from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, alone
 from symfric.model.names import finite
 
 FINE = 20  # points per period between which a peak is looked for
@@ -53,12 +55,11 @@ class Spectrum:
         data = {k: ("period", getattr(self, k), {"units": unit}) for k, unit in units.items()}
         return xr.Dataset(data, {"period": self.periods}, {"damping": self.damping, "motion": self.name})
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw pseudo-acceleration against period; return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            _, ax = plt.subplots(layout="constrained")
+            ax = new_axes(layout="constrained")
         ax.plot(self.periods, self.pseudo_acceleration, label=f"{self.name}, {100 * self.damping:g} % damping")
         ax.set_xlabel("period T [s]")
         ax.set_ylabel("pseudo-acceleration [m/s²]")

@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.lower.intervals import Unbounded, enclosure
 from symfric.model.effective import pieces_between
 from symfric.model.laws import Law
@@ -25,6 +26,7 @@ _AWAY = {"DiracDelta": lambda x, order=0: 0.0 * x}  # of values away from the ki
 _APART = 1e-9  # of the range: two zeros nearer than that are one
 
 
+@alone(SYMBOLIC)
 def features(law: Law, low: float, high: float, orders: tuple[int, ...] = ORDERS) -> np.ndarray:
     """Return the speeds between two at which derivatives of a law change their sign, and its breaks, increasing.
 
@@ -52,6 +54,7 @@ def features(law: Law, low: float, high: float, orders: tuple[int, ...] = ORDERS
     return _apart(np.sort(found), _APART * (high - low))
 
 
+@alone(SYMBOLIC)
 def narrow(law: Law, low: float, high: float, least: float) -> np.ndarray:
     """Return speeds that part the narrow features of a law from the rest of it, breaks left out.
 

@@ -8,6 +8,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.effective import effective_coefficient
 from symfric.model.names import SPEED, expression, finite
 from symfric.model.numeric import numeric_function
@@ -44,6 +45,7 @@ class Law:
     source: str = ""
     steep: tuple[sp.Expr, ...] = ()
 
+    @alone(SYMBOLIC)
     def __post_init__(self):
         object.__setattr__(self, "kinetic", expression(self.kinetic, "the kinetic coefficient"))
         object.__setattr__(self, "stick", expression(self.stick, "the static coefficient"))
@@ -102,6 +104,7 @@ class Law:
         result = np.sign(v) * numeric_function((SPEED,), self.kinetic)(speed)
         return result if result.ndim else float(result)
 
+    @alone(SYMBOLIC)
     def where(self, values: Mapping) -> "Law":
         """Return the law with numbers or expressions in place of its symbols, given by symbol or by name."""
         named = {s.name: s for s in self.free_symbols}
@@ -113,6 +116,7 @@ class Law:
         steep = tuple(change(b) for b in self.steep)
         return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks, steep=steep)
 
+    @alone(SYMBOLIC)
     def regularised(self, v_s, shape: str = "linear") -> "Law":
         """Return a continuous law that replaces the jump at rest by a steep slope.
 
@@ -151,6 +155,7 @@ class Law:
         pieces += shifted.args if isinstance(shifted, sp.Piecewise) else [(shifted, True)]
         return Law(sp.Piecewise(*pieces), zero, breaks, source)
 
+    @alone(SYMBOLIC)
     def averaged(self, q) -> "Law":
         """Return the effective law under fast vibration of intensity q.
 
@@ -185,34 +190,40 @@ class Law:
         return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
 
 
+@alone(SYMBOLIC)
 def coulomb(mu_s, mu_k=None) -> Law:
     """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given)."""
     return Law(mu_s if mu_k is None else mu_k, mu_s, source="handbook (19.104)")
 
 
+@alone(SYMBOLIC)
 def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
     kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
 
 
+@alone(SYMBOLIC)
 def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
     kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
 
 
+@alone(SYMBOLIC)
 def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0."""
     kinetic = mu_d + alpha * sp.sqrt(SPEED) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.108)")
 
 
+@alone(SYMBOLIC)
 def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
     r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s."""
     return Law(mu_k + (mu_s - mu_k) * sp.exp(-SPEED / v_s) + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
 
 
+@alone(SYMBOLIC)
 def cubic(mu_s, mu_m, v_m) -> Law:
     r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m."""
     s = SPEED / v_m
@@ -220,11 +231,13 @@ def cubic(mu_s, mu_m, v_m) -> Law:
     return Law(kinetic, mu_s, source="Thomsen (5)")
 
 
+@alone(SYMBOLIC)
 def exponential(mu_m, v_c=1.0) -> Law:
     r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source."""
     return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)")
 
 
+@alone(SYMBOLIC)
 def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
     """Straight lines through (speeds, values), continued beyond the last one.
 
@@ -255,6 +268,7 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
     return Law(sp.Piecewise(*pieces) if breaks else lines[0], mu_s, breaks, source="Guida (2)")
 
 
+@alone(SYMBOLIC)
 def custom(kinetic, mu_s, breaks=()) -> Law:
     """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`."""
     return Law(kinetic, mu_s, tuple(breaks), source="user")

@@ -6,11 +6,13 @@ import sympy as sp
 from sympy.physics.mechanics import LagrangesMethod
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
 from symfric.model.names import TIME, expression
 from symfric.model.system import System, refuse_jumps
 
 
+@alone(SYMBOLIC)
 def lagrange(
     *, kinetic, potential=0, dissipation=0, loads: Mapping | None = None, q: Sequence, u: Sequence | None = None
 ) -> System:

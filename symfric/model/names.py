@@ -9,6 +9,7 @@ from typing import TypeAlias
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 
 TIME = sp.Symbol("t")  # time; equal to SymPy's own dynamicsymbols._t, so its time derivatives are with respect to it
 SPEED = sp.Symbol("v", positive=True)  # sliding speed |slip| > 0; reserved for friction laws
@@ -59,6 +60,7 @@ def finite(value, what: str, name: str = "") -> float:
     return result
 
 
+@alone(SYMBOLIC)
 def expression(value, what: str) -> sp.Expr:
     """Return `value` as a SymPy expression; a string is refused, because parsing is the scene file's business."""
     if isinstance(value, str):

@@ -7,6 +7,8 @@ from functools import cache, lru_cache, partial
 import numpy as np
 import sympy as sp
 
+from symfric.locks import SYMBOLIC, alone
+
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
 LARGEST = 1 << 20  # numbers held at once in nested quadrature
 Rule = tuple[np.ndarray, np.ndarray]
@@ -23,6 +25,7 @@ def gauss_legendre(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (x + 1), 0.5 * w
 
 
+@alone(SYMBOLIC)
 def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], rule: Rule | int = NODES) -> Callable:
     """Return ``f(*arrays) -> list of arrays`` that evaluates several expressions elementwise.
 

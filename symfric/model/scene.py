@@ -8,6 +8,7 @@ from typing import TypeVar
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.checks import check_contacts, check_continuous, check_start, check_symbols
 from symfric.model.names import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.outputs import Output, ScalarOfExpression, Trajectory, friction_force, slip
@@ -52,6 +53,7 @@ class Scene:
     outputs: Mapping[str, Output]
     inputs: Mapping[sp.Symbol, Signal]
 
+    @alone(SYMBOLIC)
     def __init__(
         self,
         system: System,
@@ -167,6 +169,7 @@ class Scene:
         for i, e in enumerate(self.system.z_rate):
             yield f"z_rate[{i}]", e
 
+    @alone(SYMBOLIC)
     def numbers(self) -> dict[sp.Symbol, float]:
         """Return every parameter and every initial state as a number; raise if a value is still to be given."""
         numbers = self.parameter_values()
@@ -217,11 +220,13 @@ class Scene:
         other = _read_outputs(outputs)
         return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
 
+    @alone(SYMBOLIC)
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`."""
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
         return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
 
+    @alone(SYMBOLIC)
     def equations(self) -> tuple[sp.Eq, ...]:
         """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
         t, system = TIME, self.system
@@ -244,6 +249,7 @@ class Scene:
         ]
         return (*kinematic, *dynamic, *first)
 
+    @alone(SYMBOLIC)
     def _repr_latex_(self) -> str:
         rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in self.equations())
         return r"$\displaystyle \begin{aligned} " + rows + r" \end{aligned}$"

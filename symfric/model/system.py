@@ -8,6 +8,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME, expression, finite
 
@@ -58,6 +59,7 @@ class System:
     z: Sequence[sp.Symbol] = ()
     z_rate: Sequence[sp.Expr] = ()
 
+    @alone(SYMBOLIC)
     def __post_init__(self):
         for name in ("q", "u", "z"):
             states = tuple(getattr(self, name))
@@ -135,6 +137,7 @@ class Contact:
     law: Law
     profile: sp.Expr = field(default=sp.Integer(1))
 
+    @alone(SYMBOLIC)
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
@@ -178,6 +181,7 @@ class Signal:
     t0: float = 0.0
     unit: str | None = None
 
+    @alone(SYMBOLIC)
     def __post_init__(self):
         samples = np.array(self.samples, dtype=float)
         if samples.ndim != 1 or samples.size < 2:

@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import TIME, expression, finite, name_of, nearest
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
@@ -104,6 +105,7 @@ class Cut:
         return crossings(run.path, lambda x, t: self.function(*x, t, *numbers), self.direction, after)
 
 
+@alone(SYMBOLIC)
 def cut_of(
     scene: Scene,
     section: sp.Expr | str | None,

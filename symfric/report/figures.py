@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import sympy as sp
 
+from symfric.locks import DRAWING, alone
+
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#d9730d", "#2b8a3e", "#b3261e", "#6b7280"
 COLOURS = (BLUE, ORANGE, GREEN, "#7048a8", RED, "#0b7285")
 SIZE = (7.0, 4.2)  # inches
@@ -165,6 +167,7 @@ def png(figure) -> bytes:
     return _saved(figure, "png", dpi=120)
 
 
+@alone(DRAWING)
 def _saved(figure, kind: str, **options) -> bytes:
     """Return the content of a file of a figure; letters that the font lacks are boxes in it, and that is no news."""
     from matplotlib import rc_context
@@ -173,11 +176,9 @@ def _saved(figure, kind: str, **options) -> bytes:
     level = log.level
     log.setLevel(logging.ERROR)
     try:
-        with (
-            rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}),
-            warnings.catch_warnings(),
-        ):
-            warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from", UserWarning)
+        # a filter that stays: to restore what was before is wrong where other threads change filters meanwhile
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from", UserWarning)
+        with rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}):
             figure.savefig(stream, format=kind, **options)
     finally:
         log.setLevel(level)

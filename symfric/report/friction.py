@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import TIME
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
@@ -66,6 +67,7 @@ def friction_curves(scene: Scene, motion: Motion | None, equilibrium, design) ->
     return tuple(_curve(scene, i, motion, equilibrium, slow, note) for i in range(len(scene.contacts)))
 
 
+@alone(SYMBOLIC)
 def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> FrictionCurve:
     contact = scene.contacts[i]
     law = contact.law.where(scene.values)

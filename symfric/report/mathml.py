@@ -8,6 +8,7 @@ import sympy as sp
 from markupsafe import Markup, escape
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.names import SPEED
 from symfric.model.scene import Scene
@@ -81,6 +82,7 @@ class _Printer(MathMLPresentationPrinter):
         return number
 
 
+@alone(SYMBOLIC)
 def to_mathml(expr) -> Markup:
     """Return the inside of a ``<math>`` element."""
     text = _Printer().doprint(sp.sympify(expr))
@@ -123,6 +125,7 @@ def _force_name(contact: Contact) -> Markup:
     return Markup("<msub><mi>F</mi><mtext>{}</mtext></msub>").format(contact.name)
 
 
+@alone(SYMBOLIC)
 def equations_of_motion(scene: Scene) -> list[Markup]:
     """Return one displayed equation for each coordinate and each first-order state, friction as F_contact."""
     system, lines = scene.system, []
@@ -153,6 +156,7 @@ def _dotted(symbol: sp.Symbol) -> Markup:
     return to_mathml(sp.Symbol(HIDDEN + symbol.name))
 
 
+@alone(SYMBOLIC)
 def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
     """Return a contact's law in its own letters where the file names it, else as it is."""
     if spec is None or spec.law in ("custom", "piecewise_linear"):
@@ -162,6 +166,7 @@ def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
     return function(**given)
 
 
+@alone(SYMBOLIC)
 def friction_of_contact(contact: Contact, law: Law) -> list[Markup]:
     """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient."""
     load = contact.normal * contact.profile

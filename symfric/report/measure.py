@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import TIME
 from symfric.model.outputs import End, Integral, Max, Min, Trajectory
 from symfric.model.scene import Scene
@@ -123,6 +124,7 @@ def stick_intervals(run) -> dict[str, tuple[tuple[float, float], ...]]:
     return result
 
 
+@alone(SYMBOLIC)
 def frequencies(scene: Scene) -> set[sp.Expr]:
     """Return the frequencies of the harmonic functions of time in a scene, as expressions of its parameters."""
     found = set()
@@ -134,6 +136,7 @@ def frequencies(scene: Scene) -> set[sp.Expr]:
     return found
 
 
+@alone(SYMBOLIC)
 def is_excited(scene: Scene) -> bool:
     """Return whether time enters the equations with the scene's own values."""
     expressions = (*scene.system.expressions, *(c.slip for c in scene.contacts), *(c.normal for c in scene.contacts))

@@ -6,6 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.theory.averaging import average
@@ -37,6 +38,7 @@ class Curve:
         return float(np.interp(value, self.values, self.amplitude))
 
 
+@alone(SYMBOLIC)
 def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Curve]:
     """Return the stable and, where there are any, the unstable amplitudes of first-order averaging."""
     flow = average(scene)
@@ -84,6 +86,7 @@ def _edges(flow: SlowFlow, changed: dict[str, float]) -> tuple[float, ...]:
     return tuple(sorted(found))
 
 
+@alone(SYMBOLIC)
 def belt_curves(scene: Scene, values: np.ndarray) -> list[Curve]:
     """Return the belt's closed forms of first and second order over belt speeds."""
     from symfric.theory import belt

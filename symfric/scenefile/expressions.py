@@ -7,7 +7,6 @@ SymPy is asked to compute it.
 import ast
 import math
 import re
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
@@ -18,6 +17,9 @@ from symfric.errors import SceneError
 from symfric.model.names import nearest
 from symfric.model.outputs import friction_force, slip
 
+_NUMBER_BEFORE_WORD = re.compile(
+    r"(?<![\w.])(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][+-]?\d+)?(?=(?:and|or|if|else|in|is|not|for)\b)"
+)
 MAX_CHARACTERS = 10_000
 MAX_BRACKETS = 50  # depth of nested brackets
 MAX_DEPTH = 60  # depth of the syntax tree, chains of + - * / counted once
@@ -128,10 +130,10 @@ def _syntax_tree(text: str, place: str) -> ast.expr:
         depth += (character in "([{") - (character in ")]}")
         if depth > MAX_BRACKETS:
             raise SceneError(f"{place}: more than {MAX_BRACKETS} nested brackets at character {position + 1}")
+    if "\\" in text:
+        raise SceneError(f"{place}: a backslash is no part of an expression")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return ast.parse(text, mode="eval").body
+        return ast.parse(_apart(text), mode="eval").body
     except SyntaxError as error:
         at = f" at character {error.offset}" if error.offset else ""
         hint = "check brackets and operators"
@@ -142,6 +144,13 @@ def _syntax_tree(text: str, place: str) -> ast.expr:
         raise SceneError(f"{place}: cannot read {shorten(text)!r}{at}; {hint}") from None
     except (ValueError, RecursionError, MemoryError, OverflowError):
         raise SceneError(f"{place}: {shorten(text, 30)!r} is nested too deeply or too long; write it simpler") from None
+
+
+def _apart(text: str) -> str:
+    """Separate numbers from words that follow at once, of which Python's parser would warn; names in quotes stay."""
+    parts = re.split(r"('[^']*'|\"[^\"]*\")", text)
+    parts[::2] = [_NUMBER_BEFORE_WORD.sub(r"\g<0> ", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 class _Reader:

@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import nearest
 from symfric.model.scene import Scene
 from symfric.scenefile.build import LawSpec, build_scene
@@ -201,6 +202,7 @@ def _lower(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
+@alone(SYMBOLIC)
 def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     raw = _toml(text)
     _check_letters(raw)
@@ -229,6 +231,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     )
 
 
+@alone(SYMBOLIC)
 def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
     """Return the parameters that drive a contact like a belt: those a slip holds beside the velocities."""
     found = []

@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from symfric.axes import new_axes
+from symfric.locks import DRAWING, alone
 
+
+@alone(DRAWING)
 def plot_run(run, ax=None):
     """Draw every coordinate against time, with a bar along the bottom where a contact sticks; return the Axes."""
     if ax is None:
-        import matplotlib.pyplot as plt
-
-        _, ax = plt.subplots(layout="constrained")
+        ax = new_axes(layout="constrained")
     t = np.union1d(np.linspace(0, run.t_final, 2000), run.t)
     x = run(t)
     for i, q in enumerate(run.scene.system.q):

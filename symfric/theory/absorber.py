@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import finite
 
 
@@ -43,6 +44,7 @@ SYMBOLS = Symbols(*sp.symbols("mu f zeta g", positive=True))
 _REAL = 1e-7  # imaginary part over size of a root that is taken as real: rounding parts a double one by its root
 
 
+@alone(SYMBOLIC)
 def response(mass_ratio=None, tuning=None, damping=None, g=None, *, symbolic: bool = False):
     r"""Return the amplitude ``|x1 k1/F|`` of the main mass under a harmonic force of frequency g = Omega/omega1.
 
@@ -132,6 +134,7 @@ def state_matrix(mu: float, f: float, zeta: float, main_damping: float = 0.0) ->
     return np.block([[np.zeros((2, 2)), np.eye(2)], [spring, damper]])
 
 
+@alone(SYMBOLIC)
 def fixed_points(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return Den Hartog's tuning and damping; its value is the height of the two points that all dampings share.
 
@@ -145,6 +148,7 @@ def fixed_points(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     return _result(mass_ratio, symbolic, 1 / (1 + mu), sp.sqrt(3 * mu / (8 * (1 + mu))), sp.sqrt((2 + mu) / mu))
 
 
+@alone(SYMBOLIC)
 def least_peak(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     r"""Return the tuning and damping of the least largest `response`, and that response: the exact H-infinity optimum.
 
@@ -167,6 +171,7 @@ def least_peak(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     return _result(mass_ratio, symbolic, *(sp.sqrt(e) for e in (tuning, damping, height)))
 
 
+@alone(SYMBOLIC)
 def least_variance(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the least `variance`, and that variance: the H2 optimum.
 
@@ -181,6 +186,7 @@ def least_variance(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     return _result(mass_ratio, symbolic, sp.sqrt((2 + mu) / 2) / (1 + mu), damping, value)
 
 
+@alone(SYMBOLIC)
 def fastest_decay(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the largest `decay_rate`, and that rate over omega1.
 
@@ -199,6 +205,7 @@ def fastest_decay(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     return _result(mass_ratio, symbolic, *formulas)
 
 
+@alone(SYMBOLIC)
 def widest_stability(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return how much negative damping of the main mass an absorber can stabilise, and with what tuning and damping.
 

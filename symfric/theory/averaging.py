@@ -6,6 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import SPEED
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
@@ -18,6 +19,7 @@ from symfric.theory.slow_flow import SlowFlow, stationary
 AMPLITUDE = sp.Symbol("A", positive=True)
 
 
+@alone(SYMBOLIC)
 def average(scene: Scene, order: int = 1) -> SlowFlow:
     r"""Average the motion of one coordinate about steady sliding over its period.
 

@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.names import SPEED
 from symfric.model.notebook import html_table
@@ -56,6 +57,7 @@ class Equilibrium:
         return xr.Dataset({"x": ("state", self.x), "sliding": ("contact", list(self.sliding.values()))}, coords)
 
 
+@alone(SYMBOLIC)
 def equilibrium(scene: Scene) -> Equilibrium:
     """Find steady sliding: u = 0 with every contact slipping.
 

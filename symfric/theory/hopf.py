@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import Key, finite
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
@@ -60,6 +61,7 @@ class HopfPoint:
         }
 
 
+@alone(SYMBOLIC)
 def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoint:
     """Find where steady sliding starts to oscillate.
 

@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import finite
 from symfric.model.scene import Scene
 
@@ -44,6 +45,7 @@ class Hurwitz:
         }
 
 
+@alone(SYMBOLIC)
 def routh_hurwitz(coefficients: Sequence[float]) -> Hurwitz:
     """Apply the Routh-Hurwitz criterion to the coefficients of a characteristic polynomial.
 
@@ -80,6 +82,7 @@ def routh_hurwitz(coefficients: Sequence[float]) -> Hurwitz:
         return Hurwitz(tuple(float(v) for v in positive), tuple(float(d) for d in minors), all(d > 0 for d in minors))
 
 
+@alone(SYMBOLIC)
 def characteristic_coefficients(matrix: np.ndarray) -> tuple:
     """Return the coefficients of ``det(s I - matrix)``, highest power first, as mpmath numbers.
 
@@ -100,6 +103,7 @@ def characteristic_coefficients(matrix: np.ndarray) -> tuple:
         return tuple(result)
 
 
+@alone(SYMBOLIC)
 def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     """Return the Routh-Hurwitz determinants of steady sliding in the scene's symbols.
 
@@ -138,6 +142,7 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     return _minors(sp.Poly((s * weight - top.col_join(slopes)).det(), s))
 
 
+@alone(SYMBOLIC)
 def symbolic_hurwitz_of_matrices(M: sp.Matrix, B: sp.Matrix, K: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the Routh-Hurwitz determinants of ``M q'' + B q' + K q = 0``, n = 1 or 2.
 

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from symfric.axes import new_axes
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model.names import Key, finite
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
@@ -52,12 +54,11 @@ class RootLocus:
 
         return xr.Dataset({"poles": (("mode", self.parameter), self.poles)}, {self.parameter: self.values})
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
+            ax = new_axes()
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         for row in self.poles:
             (line,) = ax.plot(row.real, row.imag)
@@ -67,6 +68,7 @@ class RootLocus:
         return ax
 
 
+@alone(SYMBOLIC)
 def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLocus:
     """Follow the eigenvalues of steady sliding along a parameter, a damper for example.
 
@@ -101,6 +103,7 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
     return RootLocus(symbol.name, grid, np.array(rows).T)
 
 
+@alone(SYMBOLIC)
 def damper_loop(scene: Scene, parameter: Key):
     """Return the linearised scene with a damper cut out, so that closing the loop with a gain puts it in.
 

@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import finite
 
 
@@ -78,6 +79,7 @@ FACTORS = Factors(
 )
 
 
+@alone(SYMBOLIC)
 def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
     """Return the scale factors of a model 1 : L made of the prototype's material.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import ScalarOfExpression
@@ -14,6 +15,7 @@ from symfric.model.system import Contact, System
 _SIN, _COS = sp.Dummy("sin", real=True), sp.Dummy("cos", real=True)
 
 
+@alone(SYMBOLIC)
 def separate(scene: Scene) -> Scene:
     r"""Replace a fast harmonic force by its mean effect on the slow motion.
 
@@ -199,6 +201,7 @@ def _effective(contact: Contact, fast: Excitation, scene: Scene) -> Contact:
     return replace(contact, law=_averaged(contact.law, q, scene))
 
 
+@alone(SYMBOLIC)
 def fast_slips(scene: Scene) -> dict[str, sp.Expr]:
     """Return the amplitude of the fast slip of each contact, in the scene's symbols.
 

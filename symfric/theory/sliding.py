@@ -18,6 +18,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import SPEED, TIME
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
@@ -66,6 +67,7 @@ class Field:
         return np.where(self.slip(x, p, np.ones(len(self.contacts))) < 0, -1.0, 1.0)
 
 
+@alone(SYMBOLIC)
 def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
     """Compile the sliding equations of a scene whose forces do not depend on time.
 
@@ -195,6 +197,7 @@ def _function(arguments, entries, shape):
 
 
 @lru_cache(maxsize=32)
+@alone(SYMBOLIC)
 def curvature(field: Field) -> Callable:
     """Compile the second and third derivatives of G, Z and M with respect to the states.
 

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from symfric.axes import new_axes
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, alone
 from symfric.model.names import Key, name_of, nearest
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
@@ -69,12 +71,11 @@ class SlowFlow:
         (result,) = numeric((self.amplitude, *numbers), (expr,))(A, *numbers.values())
         return result.copy() if np.ndim(result) else float(result)
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the rate against the amplitude, mark where it rests, and return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
+            ax = new_axes()
         top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
         A = np.linspace(top / 400, top, 400)
         ax.axhline(0.0, color="0.6", linewidth=0.8)

@@ -5,7 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
+from symfric.axes import new_axes
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
@@ -95,12 +97,11 @@ class Stability:
             outputs=q,
         )
 
+    @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the eigenvalues in the complex plane and return the Axes."""
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.subplots()[1]
+            ax = new_axes()
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
         ax.set_xlabel("real part")
@@ -136,6 +137,7 @@ class Stability:
         return xr.Dataset(data, {"row": q, "column": q}, attributes)
 
 
+@alone(SYMBOLIC)
 def stability(scene: Scene) -> Stability:
     """Judge steady sliding by the definiteness of its matrices and by its eigenvalues.
 
@@ -167,6 +169,7 @@ def stability(scene: Scene) -> Stability:
     return _verdict(M, B, K, found, matrix, tuple(s.name for s in field.states))
 
 
+@alone(SYMBOLIC)
 def stability_of_matrices(M, B, K) -> Stability:
     """Judge ``M q'' + B q' + K q = 0`` by the definiteness of its matrices and by its eigenvalues.
 

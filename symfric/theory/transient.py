@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import library
 from symfric.model.names import finite
 from symfric.model.numeric import gauss_legendre
@@ -66,6 +67,7 @@ DAMPER = DamperSymbols(
 _SIGNIFICANT = 45.0  # e^-45 is below the rounding of what is left
 
 
+@alone(SYMBOLIC)
 def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> int | sp.Expr:
     r"""Return how many half cycles a mass on a spring makes on a rough floor before it stays at rest.
 
@@ -101,6 +103,7 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
     return _count(SYMBOLS) if symbolic else _half_cycles(_exact(_given(delta, delta_s, x0)))
 
 
+@alone(SYMBOLIC)
 def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> float | Fraction | sp.Expr:
     """Return where the mass of `half_cycles` stays at rest, in the unit of x0; same arguments.
 
@@ -122,6 +125,7 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
     return Fraction(result.p, result.q) if rational else float(result)
 
 
+@alone(SYMBOLIC)
 def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return when the mass of `half_cycles` comes to rest for good, ``N pi/omega_n``; derivations/handbook/stop.py."""
     if symbolic:
@@ -130,6 +134,7 @@ def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = Fal
     return float(_half_cycles(exact) * sp.pi / exact.omega_n)
 
 
+@alone(SYMBOLIC)
 def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> float | np.ndarray | sp.Expr:
     r"""Return the mean braking of exponential friction under a harmonic motion, over that of Coulomb friction.
 
@@ -164,6 +169,7 @@ def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> f
     return result if result.ndim else float(result)
 
 
+@alone(SYMBOLIC)
 def amplitude_rate() -> sp.Expr:
     """Return A' of a contact damper with exponential friction, averaged over a cycle; a formula in `DAMPER`.
 
@@ -176,6 +182,7 @@ def amplitude_rate() -> sp.Expr:
     return -d.zeta * d.omega_n * d.A - 2 / sp.pi * d.mu_m * d.r * d.g / d.omega_n * mean_friction(symbolic=True)
 
 
+@alone(SYMBOLIC)
 def averaged_decay_time(
     f_n=None, mu_m=None, *, zeta=0.0, r=1.0, x0=0.01, v0=0.0, g=9.81, v_c=1.0, symbolic: bool = False
 ) -> float | sp.Expr:

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.names import TIME, finite
 from symfric.model.scene import Scene
@@ -12,6 +13,7 @@ _X1, _X2, _U1, _U2 = sp.symbols("x1 x2 u1 u2", real=True)
 PLACES = ("absorber", "main")
 
 
+@alone(SYMBOLIC)
 def absorber(
     *,
     mass_ratio,

@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.names import TIME
@@ -16,6 +17,7 @@ def _open(law: Law) -> dict:
     return dict.fromkeys(sorted(law.free_symbols, key=str))
 
 
+@alone(SYMBOLIC)
 def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, horizon=100.0) -> Scene:
     r"""Mass on a moving belt: :math:`x'' + 2\beta x' + x + \gamma^2\mu(x' - v_b) = a\Omega^2\sin\Omega t`.
 

@@ -5,6 +5,7 @@ import math
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.names import finite
 from symfric.model.outputs import Integral, StopTime, Trajectory, friction_force, slip
@@ -15,6 +16,7 @@ _X, _U = sp.symbols("x u", real=True)
 _UNBRAKED = 50.0  # cycles to look at where nothing stops the rod
 
 
+@alone(SYMBOLIC)
 def contact_damper(
     *, f_n, mu_m, zeta=0.0, r=1.0, m=0.5, x0=0.01, v0=0.0, g=9.81, v_c=1.0, literal=False, horizon=None
 ) -> Scene:

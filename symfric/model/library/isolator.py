@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.names import finite
 from symfric.model.outputs import At, Max
@@ -18,6 +19,7 @@ _STRETCH = sp.Symbol("stretch", positive=True)
 _RUN_OUT = 20.0  # s after the record, in which the mass comes to rest
 
 
+@alone(SYMBOLIC)
 def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
     r"""Mass on a rough floor that moves with the ground: :math:`m(w' + a_g) = -C w - \mathrm{sgn}(w)\,\mu(u)\,m g`.
 

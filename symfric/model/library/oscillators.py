@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
@@ -10,6 +11,7 @@ from symfric.model.system import Contact, System
 _X, _U = sp.symbols("x u", real=True)
 
 
+@alone(SYMBOLIC)
 def coulomb_oscillator(delta, *, delta_s=None, x0=1.0, omega_n=1.0, horizon=None) -> Scene:
     r"""Free oscillator with Coulomb friction: :math:`x'' + \omega_n^2 (x + \Delta\,\mathrm{sgn}\,x') = 0`, from rest.
 

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.names import finite
 from symfric.model.outputs import Max, StopTime, Trajectory
@@ -15,6 +16,7 @@ READINGS = ("omega1", "omega2")
 PLACES = ("ground", "support")
 
 
+@alone(SYMBOLIC)
 def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=None, horizon=None) -> Scene:
     r"""Slide drawn over a way by a spring whose end moves steadily: :math:`x'' + f(1 + x') + x = 0`.
 
@@ -64,6 +66,7 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
     )
 
 
+@alone(SYMBOLIC)
 def drive_stop(*, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, horizon=None) -> Scene:
     r"""Slide whose drive has stopped, pushed on by the spring it left: :math:`x'' + f(x') + x = 0`.
 
@@ -121,6 +124,7 @@ def _kinetic(fc, mu1: float) -> float:
     return 2 * max(1.0, -mu1) if fc is None else finite(fc, "fc")
 
 
+@alone(SYMBOLIC)
 def two_slides(*, r, zeta, s1, s2, fc1, fs1, damping="omega1", horizon=200.0) -> Scene:
     r"""Two slides in friction, the first drawn by a drive: :math:`\eta_1'' + 2 s_1\eta_1' + \eta_1 + F = 0`.
 

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law, cubic
 from symfric.model.names import SPEED, finite
 from symfric.model.scene import Scene
@@ -18,11 +19,13 @@ DAMPING = 2 * mu_s / (sp.pi * Q) + ALPHA1 + sp.Rational(3, 2) * ALPHA3 * Q**2
 _V_HAT = sp.Symbol("v_hat", positive=True)
 
 
+@alone(SYMBOLIC)
 def law_coefficients(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44)."""
     return _several((mu_s, ALPHA1, ALPHA3), scene, symbolic)
 
 
+@alone(SYMBOLIC)
 def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) -> Law:
     """Return the effective law under the scene's intensity a Omega > 0; Thomsen (47)."""
     if symbolic:
@@ -31,6 +34,7 @@ def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) ->
     return cubic(given.mu_s, given.mu_m, given.v_m).averaged(abs(given.a * given.Omega))
 
 
+@alone(SYMBOLIC)
 def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope of the effective friction at rest, alpha1-hat, 1/speed; Thomsen (48)-(50).
 
@@ -41,12 +45,14 @@ def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> 
     return DAMPING if symbolic else value(DAMPING, _shaken(scene))
 
 
+@alone(SYMBOLIC)
 def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50)."""
     formula = mu_s / (3 * sp.pi * Q**3) + ALPHA3
     return formula if symbolic else value(formula, _shaken(scene))
 
 
+@alone(SYMBOLIC)
 def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity at which `effective_damping` is least, dimensionless.
 
@@ -63,12 +69,14 @@ def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = Fals
     return value(formula, given)
 
 
+@alone(SYMBOLIC)
 def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51)."""
     formula = gamma2 * cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.subs(SPEED, v_b)
     return formula if symbolic else value(formula, _shaken(scene))
 
 
+@alone(SYMBOLIC)
 def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope ``mubar'(v_b)`` of the effective friction, 1/speed; Thomsen (47), (53).
 
@@ -81,6 +89,7 @@ def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> fl
     return formula if symbolic else value(formula, _shaken(scene))
 
 
+@alone(SYMBOLIC)
 def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None:
     """Return the belt speeds (low, high) between which the mass vibrates by itself at the scene's a Omega.
 
@@ -112,6 +121,7 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
     return (q, value(high, given)) if q < value(Q_STAR, given) else None
 
 
+@alone(SYMBOLIC)
 def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed gives vibration, dimensionless; Thomsen (56).
 
@@ -136,6 +146,7 @@ def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> f
     return q
 
 
+@alone(SYMBOLIC)
 def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which a belt of speed v gives no vibration, dimensionless; Thomsen (57).
 
@@ -158,6 +169,7 @@ def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = 
     return formula if symbolic else _quenching(scene, formula)
 
 
+@alone(SYMBOLIC)
 def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed up to v gives vibration; Thomsen (58).
 
@@ -176,6 +188,7 @@ def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool
     return formula if symbolic else _quenching(scene, formula)
 
 
+@alone(SYMBOLIC)
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean power that the excitation spends at quasi-equilibrium, dimensionless.
 
@@ -190,6 +203,7 @@ def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float |
     return smooth + jump if symbolic else value(smooth + jump, numbers(scene))
 
 
+@alone(SYMBOLIC)
 def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
     """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61)."""
     ratio = sp.simplify((Q_STAR / V_B0) ** 2)

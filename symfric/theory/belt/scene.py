@@ -6,6 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model import library
 from symfric.model.laws import Law
 from symfric.model.names import SPEED
@@ -29,6 +30,7 @@ class Symbols(NamedTuple):
 SYMBOLS = Symbols(*sp.symbols("v_b beta gamma2 a Omega", real=True), *sp.symbols("mu_s mu_m v_m", positive=True))
 
 
+@alone(SYMBOLIC)
 def numbers(scene: Scene | None) -> Symbols:
     """Read the numbers of a mass-on-belt scene with the cubic law.
 
@@ -71,6 +73,7 @@ def numbers(scene: Scene | None) -> Symbols:
     return Symbols(v_b, beta, gamma2, a, Omega, *cubic_parameters(scene.contacts[0].law.where(values)))
 
 
+@alone(SYMBOLIC)
 def cubic_parameters(law: Law) -> tuple[float, float, float]:
     """Return mu_s, mu_m and v_m of a law in numbers that equals `laws.cubic`.
 
@@ -100,6 +103,7 @@ def cubic_parameters(law: Law) -> tuple[float, float, float]:
     return c0, c0 - drop, v_m
 
 
+@alone(SYMBOLIC)
 def value(formula: sp.Expr, given: Symbols, extra: tuple[tuple[sp.Symbol, float], ...] = ()) -> float:
     """Evaluate a formula in `SYMBOLS` on numbers."""
     letters = (*SYMBOLS, *(s for s, _ in extra))

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import cubic
 from symfric.model.names import SPEED
 from symfric.model.scene import Scene
@@ -17,23 +18,27 @@ KAPPA = ETA * (1 - (v_b / v_m) ** 2 / 3) - 2 * beta  # (release position - equil
 EXCESS = 5 * sp.pi / 4 * ETA / v_m**2 * (V_B0**2 - v_b**2)  # growth of the arc's radius over one period
 
 
+@alone(SYMBOLIC)
 def friction_difference(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the friction difference eta, dimensionless; Thomsen (10)."""
     return ETA if symbolic else value(ETA, numbers(scene))
 
 
+@alone(SYMBOLIC)
 def equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the position of steady sliding, ``gamma2 mu(v_b)``, dimensionless; Thomsen (7)."""
     formula = gamma2 * cubic(mu_s, mu_m, v_m).kinetic.subs(SPEED, v_b)
     return formula if symbolic else value(formula, numbers(scene))
 
 
+@alone(SYMBOLIC)
 def damping_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return ``mu'(v_b) + 2 beta/gamma2``; steady sliding is unstable where it is negative, Thomsen (17)."""
     formula = cubic(mu_s, mu_m, v_m).kinetic.diff(SPEED).subs(SPEED, v_b) + 2 * beta / gamma2
     return formula if symbolic else value(formula, numbers(scene))
 
 
+@alone(SYMBOLIC)
 def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     """Return h1, h2, h3 of the damping force ``h1 u + h2 u^2 + h3 u^3`` in pure slip, dimensionless; Thomsen (18)."""
     formulas = 2 * beta - ETA * (1 - (v_b / v_m) ** 2), -ETA * v_b / v_m**2, ETA / (3 * v_m**2)
@@ -43,6 +48,7 @@ def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) ->
     return tuple(value(f, given) for f in formulas)
 
 
+@alone(SYMBOLIC)
 def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b1 below which steady sliding is unstable, dimensionless.
 
@@ -58,6 +64,7 @@ def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float 
     return V_B1 if symbolic else value(V_B1, _vibrating(scene))
 
 
+@alone(SYMBOLIC)
 def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b0 below which the vibration sticks, dimensionless.
 
@@ -82,6 +89,7 @@ def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = 
     return formula if symbolic else value(formula, _vibrating(scene))
 
 
+@alone(SYMBOLIC)
 def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude A0 of vibration in pure slip, dimensionless; for order 2 the half range of x.
 
@@ -104,6 +112,7 @@ def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
     return value(formula, given)
 
 
+@alone(SYMBOLIC)
 def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of vibration in pure slip over the natural one.
 
@@ -125,6 +134,7 @@ def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic:
     return value(formula, given)
 
 
+@alone(SYMBOLIC)
 def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of pure slip where sticking starts, A0 at v_b0, dimensionless.
 
@@ -136,12 +146,14 @@ def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = 
     return V_B0 if symbolic else value(V_B0, _vibrating(scene))
 
 
+@alone(SYMBOLIC)
 def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the position ``gamma2 mu_s - 2 beta v_b`` at which sticking ends, dimensionless; Thomsen (25)."""
     formula = gamma2 * mu_s - 2 * beta * v_b
     return formula if symbolic else value(formula, numbers(scene))
 
 
+@alone(SYMBOLIC)
 def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     """Return A1 and theta1 of the slip ``x = A1 sin(tau + theta1) + xbar`` after release at tau = 0; Thomsen (26).
 
@@ -157,6 +169,7 @@ def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     return tuple(value(f, given) for f in formulas)
 
 
+@alone(SYMBOLIC)
 def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration, dimensionless; for order 2 the half range of x.
 
@@ -176,6 +189,7 @@ def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic
     return formula if symbolic else value(formula, _sticking(scene, order))
 
 
+@alone(SYMBOLIC)
 def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration on a slow belt, dimensionless.
 
@@ -188,6 +202,7 @@ def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
     return formula if symbolic else value(formula, _sticking(scene, order))
 
 
+@alone(SYMBOLIC)
 def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of stick-slip vibration over the natural one.
 

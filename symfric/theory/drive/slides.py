@@ -6,6 +6,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.library.slides import READINGS
 from symfric.model.names import finite
 
@@ -51,6 +52,7 @@ class SlopeLimits:
         return {"definite": self.definite, "exact": self.exact}
 
 
+@alone(SYMBOLIC)
 def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
     """Return B of ``M eta'' + B eta' + K eta = 0`` in `SYMBOLS`, Guida (26).
 
@@ -64,6 +66,7 @@ def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
     return sp.Matrix([[FIRST, -2 * mu], [-2 * r * mu * second, SECOND * second]])
 
 
+@alone(SYMBOLIC)
 def definite_condition() -> sp.Expr:
     """Return r times the determinant of the symmetric B in `SYMBOLS`.
 
@@ -75,6 +78,7 @@ def definite_condition() -> sp.Expr:
     return DEFINITE
 
 
+@alone(SYMBOLIC)
 def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return three expressions in `SYMBOLS`, all positive if and only if steady sliding is stable.
 
@@ -86,6 +90,7 @@ def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     return FIRST + SECOND, STIFF, HURWITZ
 
 
+@alone(SYMBOLIC)
 def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = "omega1") -> SlopeLimits:
     """Return the slopes of friction below which steady sliding is no longer certain, and no longer stable.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.names import finite
 from symfric.model.notebook import html_table
 from symfric.theory.drive.excursion import Flow, descent, excursion, slope
@@ -39,6 +40,7 @@ class PositioningError:
         return {"value": self.value, "type": self.type}
 
 
+@alone(SYMBOLIC)
 def positioning_error(
     mu1: float,
     mu2: float,
@@ -125,6 +127,7 @@ def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigm
     return 2 * (mu1 - shift) * min(speed, 1.0) + 2 * (mu2 - shift) * max(speed - 1.0, 0.0)
 
 
+@alone(SYMBOLIC)
 def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the largest lambda of type "a"; 0 for mu1 <= -1.
 
@@ -142,6 +145,7 @@ def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | s
     return float(sp.E if mu1 == 1 else sp.re(formula.subs(MU1, sp.Float(mu1, 17)).evalf(17)))
 
 
+@alone(SYMBOLIC)
 def single_section_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
     """Return Delta S of type "a", |mu1| < 1; Guida (19) line 1, which prints Delta S_lambda for it.
 
@@ -153,6 +157,7 @@ def single_section_error(mu1: float | None = None, lam: float | None = None, *, 
     return formula if symbolic else _underdamped(formula, mu1, lam)
 
 
+@alone(SYMBOLIC)
 def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
     """Return the limit of Delta S for mu2 -> infinity, |mu1| < 1; Guida (19) line 2, where a factor is missing.
 
