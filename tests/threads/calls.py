@@ -1,0 +1,225 @@
+"""One cheap call of every public function; ``CALLS[name](k)`` for a few different k."""
+
+import numpy as np
+import sympy as sp
+
+import symfric as sf
+
+X, U = sp.symbols("x u", real=True)
+MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
+PERIODS = np.array([0.2, 0.5, 1.0])
+BELT = {"v_b": (0.2, 0.25, 0.3, 0.35)}
+RATIOS = {"r": 0.5, "zeta": 0.1, "s1": 0.05, "s2": 0.02}
+
+
+def belt(k=0, **changes):
+    return sf.scenes.mass_on_belt(**{"v_b": BELT["v_b"][k % 4], "horizon": 20.0, **changes})
+
+
+def shaken(k=0):
+    return belt(k, a=0.01, Omega=20.0)
+
+
+def cycle(k=0):
+    return sf.limit_cycle(belt(k))
+
+
+def drawn(ax):
+    """Return what is drawn, as numbers."""
+    return [np.asarray(line.get_xydata()) for line in ax.get_lines()]
+
+
+def tuned(function):
+    return lambda k: function(0.05 + 0.01 * k)
+
+
+def symbolic(function, **options):
+    return lambda k: function(symbolic=True, **options)
+
+
+def own_scene(k):
+    m, c = sp.symbols("m c", positive=True)
+    system = sf.System(q=[X], u=[U], mass=[[m]], force=[-X - c * U * sp.Abs(U)])
+    contact = sf.Contact("pad", slip=U, normal=1 + sp.Abs(X), law=sf.laws.stribeck(0.3, 0.2, 0.1 + 0.01 * k))
+    return sf.Scene(system, [contact], {m: 1.0, c: 0.1}, {X: 2.0, U: 0.0}, 15.0)
+
+
+def map_of(function):
+    return lambda k: np.array(function([0.3 + 0.01 * k])["x_max"])
+
+
+def as_function(k):
+    scene = belt(k).wanting({"end": sf.End(), "x_max": sf.Max(X)})
+    function = sf.as_function(scene, ["v_b"], ["end", "x_max"], 1e-9)
+    return function(0.2 + 0.01 * k), function.jacobian()(0.2, 0, 0)
+
+
+def run_of(k, **options):
+    return sf.simulate(belt(k), **options)
+
+
+def damped(k):
+    return sf.simulate(sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k))
+
+
+def lagrange(k):
+    theta = sp.Symbol("theta", real=True)
+    w = sp.Symbol("w", real=True)
+    system = sf.mechanics.lagrange(kinetic=w**2 / 2, potential=-sp.cos(theta) * (1 + k), q=[theta], u=[w])
+    return system.mass, tuple(system.force)
+
+
+def collocation(k):
+    w, x, u = sp.Symbol("w"), *sp.symbols("x u", real=True)
+    contact = sf.Contact("floor", u, 1, sf.laws.coulomb(0.1))
+    block = sf.Scene(sf.System([x], [u], [[1]], [w]), [contact], {w: 0.0}, {x: 0.0, u: 0.0}, 1.0)
+    return sf.design.collocation(
+        block, {"w": (-1.0, 1.0)}, {"x": 1.0, "u": 0.0}, time=(0.1, 20.0), elements=3
+    ).to_dict()
+
+
+MODEL = {
+    "friction_force": lambda k: sf.friction_force("belt"),
+    "slip": lambda k: sf.slip("belt"),
+    "mechanics.lagrange": lagrange,
+    "patched_floor": lambda k: sf.patched_floor(4.0, 9, 0.01, 0.002, seed=k),
+    "laws.coulomb": lambda k: sf.laws.coulomb(0.4, 0.3 - 0.01 * k)(0.5),
+    "laws.lorentz": lambda k: sf.laws.lorentz(0.3, 0.1 + 0.01 * k, 0.4).averaged(0.2)(np.linspace(0.1, 1, 5)),
+    "laws.gauss": lambda k: sf.laws.gauss(0.3, 0.1, 0.4)(0.1 * k),
+    "laws.square_root": lambda k: sf.laws.square_root(0.3, 0.1, 0.4)(0.1 * k),
+    "laws.stribeck": lambda k: sf.laws.stribeck(0.4, 0.3, 0.1).regularised(1e-3 * (k + 1), "tanh")(0.2),
+    "laws.cubic": lambda k: sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.1 * (k + 1)).kinetic,
+    "laws.exponential": lambda k: sf.laws.exponential(0.3)(0.1 * k),
+    "laws.piecewise_linear": lambda k: sf.laws.piecewise_linear(0.4, [0, 0.5], [0.3, 0.2 - 0.01 * k])(0.6),
+    "laws.custom": lambda k: sf.laws.custom(0.3 - 0.01 * k * sf.SPEED, 0.4)(0.6),
+    "scenes.absorber": lambda k: sf.scenes.absorber(mass_ratio=0.05, tuning=0.9, damping=0.1 + 0.01 * k).numbers(),
+    "scenes.contact_damper": lambda k: sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k).numbers(),
+    "scenes.coulomb_oscillator": lambda k: sf.scenes.coulomb_oscillator(0.1 + 0.01 * k).numbers(),
+    "scenes.drive_slide": lambda k: sf.scenes.drive_slide(
+        mu1=-1.0, mu2=0.5, p_star=0.1, epsilon=0.1 + 0.1 * k
+    ).numbers(),
+    "scenes.drive_stop": lambda k: sf.scenes.drive_stop(mu1=-1.0, mu2=0.5, lam=0.1 + 0.1 * k).numbers(),
+    "scenes.mass_on_belt": lambda k: belt(k).equations(),
+    "scenes.rolling_isolator": lambda k: sf.scenes.rolling_isolator(
+        C=1.0, m=10.0, motion=MOTION, profile=([-0.5, 0.0, 0.5], [0.02, 0.03 + 0.01 * k, 0.01])
+    ).numbers(),
+    "scenes.two_slides": lambda k: sf.scenes.two_slides(**RATIOS, fc1=0.2, fs1=0.3 + 0.01 * k).numbers(),
+    "Scene": lambda k: own_scene(k).regularised(1e-3).equations(),
+}
+MOTIONS = {
+    "motions.eurocode8": lambda k: sf.motions.eurocode8(PERIODS),
+    "motions.sine_burst": lambda k: sf.motions.sine_burst(1.0 + k, 1.0).samples,
+    "motions.synthetic": lambda k: sf.motions.synthetic(PERIODS, sf.motions.eurocode8(PERIODS), seed=k).samples,
+    "motions.mean_spectrum": lambda k: sf.motions.mean_spectrum([MOTION, MOTION.scaled(pga=2.0 + k)], PERIODS),
+    "motions.misfit": lambda k: sf.motions.misfit(MOTION, PERIODS, np.ones(3) + k),
+    "motions.scaled_set": lambda k: [m.samples for m in sf.motions.scaled_set([MOTION], 1.0 + k)],
+}
+THEORY = {
+    "equilibrium": lambda k: sf.equilibrium(belt(k, v_b=0.6)),
+    "stability": lambda k: (lambda s: (s, s.hurwitz))(sf.stability(belt(k, v_b=0.6))),
+    "hopf": lambda k: sf.hopf(belt(k, beta=0.05 + 0.01 * k), "v_b", (0.2, 0.7)),
+    "average": lambda k: sf.average(belt(k)).amplitudes,
+    "separate": lambda k: sf.separate(shaken(k)).equations(),
+    "theory.damper_loop": lambda k: (lambda g: (g.A, g.B, g.C, g.D))(sf.theory.damper_loop(belt(k, v_b=0.6), "beta")),
+    "theory.root_locus": lambda k: sf.theory.root_locus(belt(k, v_b=0.6), "beta", np.linspace(0, 0.3, 5)),
+    "theory.stability_of_matrices": lambda k: sf.theory.stability_of_matrices(np.eye(2), np.eye(2) * k, np.eye(2)),
+    "theory.symbolic_hurwitz": lambda k: sf.theory.symbolic_hurwitz(belt(k, v_b=0.6)),
+    "theory.symbolic_hurwitz_of_matrices": lambda k: sf.theory.symbolic_hurwitz_of_matrices(
+        sp.eye(2), sp.diag(*sp.symbols("a b")), sp.eye(2)
+    ),
+    "theory.scaling.factors": lambda k: sf.theory.scaling.factors(4.0 + k),
+    "theory.scaling.returned_ratio": lambda k: sf.theory.scaling.returned_ratio(1.0 + k, 2.0, 3.0),
+    "theory.transient.amplitude_rate": lambda k: sf.theory.transient.amplitude_rate(),
+    "theory.transient.averaged_decay_time": lambda k: sf.theory.transient.averaged_decay_time(3.5, 0.1 + 0.01 * k),
+    "theory.transient.damper_numbers": lambda k: sf.theory.transient.damper_numbers(
+        sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k)
+    ),
+    "theory.transient.decisions": lambda k: sf.theory.transient.decisions(damped(k)),
+    "theory.transient.energy_balance": lambda k: sf.theory.transient.energy_balance(damped(k)),
+    "theory.transient.half_cycles": lambda k: sf.theory.transient.half_cycles(0.1 + 0.01 * k),
+    "theory.transient.mean_friction": lambda k: sf.theory.transient.mean_friction(0.5 + k),
+    "theory.transient.stop_position": lambda k: sf.theory.transient.stop_position(0.1 + 0.01 * k),
+    "theory.transient.stop_time": lambda k: sf.theory.transient.stop_time(0.1 + 0.01 * k),
+    "theory.absorber.decay_rate": lambda k: sf.theory.absorber.decay_rate(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.absorber.peaks": lambda k: sf.theory.absorber.peaks(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.absorber.response": lambda k: sf.theory.absorber.response(0.05, 0.9, 0.1, 0.8 + 0.1 * k),
+    "theory.absorber.state_matrix": lambda k: sf.theory.absorber.state_matrix(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.absorber.variance": lambda k: sf.theory.absorber.variance(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.drive.damping_matrix": lambda k: sf.theory.drive.damping_matrix(symmetric=bool(k % 2)),
+    "theory.drive.definite_condition": lambda k: sf.theory.drive.definite_condition(),
+    "theory.drive.hurwitz_conditions": lambda k: sf.theory.drive.hurwitz_conditions(),
+    "theory.drive.excess": lambda k: sf.theory.drive.excess(-1.0, 0.5, 1.2 + 0.1 * k),
+    "theory.drive.positioning_error": lambda k: sf.theory.drive.positioning_error(-1.0, 0.5, 0.2 + 0.1 * k),
+    "theory.drive.single_section_error": lambda k: sf.theory.drive.single_section_error(-0.5, 0.2 + 0.1 * k),
+    "theory.drive.steep_error": lambda k: sf.theory.drive.steep_error(-0.5, 0.2 + 0.1 * k),
+    "theory.drive.type_limit": lambda k: sf.theory.drive.type_limit(-1.0),
+    "theory.drive.slope_limits": lambda k: sf.theory.drive.slope_limits(**RATIOS),
+    "theory.drive.threshold": lambda k: sf.theory.drive.threshold(-1.0, 0.5, 0.1),
+}
+for _name in sf.theory.belt.__all__:
+    _function = getattr(sf.theory.belt, _name)
+    if callable(_function):
+        THEORY[f"theory.belt.{_name}"] = symbolic(_function)
+for _name in ("fixed_points", "least_peak", "least_variance", "fastest_decay", "widest_stability"):
+    THEORY[f"theory.absorber.{_name}"] = tuned(getattr(sf.theory.absorber, _name))
+
+RUNS = {
+    "simulate": run_of,
+    "simulate exact": lambda k: sf.simulate(sf.scenes.coulomb_oscillator(0.05 + 0.01 * k)),
+    "simulate record": lambda k: sf.simulate(
+        sf.scenes.rolling_isolator(C=1.0, m=10.0, motion=MOTION, profile=0.02 + 0.01 * k)
+    ),
+    "simulate integrators": lambda k: run_of(k, tolerance=1e-6, route="integrators"),
+    "simulate sensitivities": lambda k: (lambda r: (r, r.sensitivities, r.output_sensitivities))(
+        sf.simulate(belt(k).wanting({"x_max": sf.Max(X)}), sensitivities=["v_b", "x"])
+    ),
+    "prepare": lambda k: sf.prepare(belt(k)).run({"v_b": 0.21 + 0.01 * k}),
+    "prepare widened": lambda k: sf.prepare(belt(k)).run({"a": 0.01 + 0.01 * k, "Omega": 3.0}),
+    "explain": lambda k: sf.explain(belt(k)).to_dict(),
+    "as_function": as_function,
+    "Run.plot": lambda k: drawn(run_of(k).plot()),
+    "Run.energy_residual": lambda k: run_of(k).energy_residual(),
+}
+ORBITS = {
+    "limit_cycle": lambda k: (lambda o: (o.period, o.half_range, o.multipliers, o.events, o.run))(cycle(k)),
+    "continue_cycle": lambda k: (lambda b: (b.values, [s.value for s in b.special]))(
+        sf.continue_cycle(belt(k, v_b=0.3), "v_b", (0.28, 0.32 + 0.01 * k))
+    ),
+    "lyapunov": lambda k: sf.lyapunov(belt(k), 60.0).exponents,
+    "poincare": lambda k: sf.poincare(belt(k), "u").states,
+    "Orbit.plot": lambda k: drawn(cycle(k).plot()),
+}
+ENSEMBLE = {
+    "sweep": lambda k: sf.sweep(
+        belt(k).wanting({"x_max": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.3, 4), "beta": [0.0, 0.01 * (k + 1)]}, jobs=2
+    ),
+    "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),
+    "bifurcation_diagram": lambda k: sf.bifurcation_diagram(belt(k), "v_b", [0.2, 0.3 + 0.01 * k], "u", jobs=2).states,
+}
+BOUNDS = {"Omega": (20.0, 60.0), "a": (0.0, 0.1)}
+SLIDES = {"r": 1.0, "zeta": 0.1, "s1": 0.3, "s2": 0.1}
+SLOW = {
+    "continue_special": lambda k: sf.continue_special(
+        sf.continue_cycle(belt(v_b=0.3), "v_b", (0.3, 0.45)).special[0], ("v_b", "beta"), ((0.3, 0.5), (0.045, 0.055))
+    ).to_dict(),
+    "theory.drive.two_slides_threshold": lambda k: sf.theory.drive.two_slides_threshold(**SLIDES),
+    "theory.drive.two_slides_onset": lambda k: sf.theory.drive.two_slides_onset(**SLIDES),
+    "theory.drive.two_slides_cycle": lambda k: sf.theory.drive.two_slides_cycle(**SLIDES, fs1=9.0),
+    "theory.drive.two_slides_thresholds": lambda k: sf.theory.drive.two_slides_thresholds(
+        "zeta", [0.1, 0.11], r=1.0, s1=0.3, s2=0.1
+    ),
+    "design.absorber": lambda k: sf.design.absorber(0.05 + 0.01 * k, "h2").to_dict(),
+    "design.quench": lambda k: sf.design.quench(belt(k), speeds=(0.0, 0.3), **BOUNDS).to_dict(),
+    "design.damper": lambda k: sf.design.damper(belt(k), "beta", (0.0, 1.0), (0.3, 0.45)).to_dict(),
+    "design.positioning": lambda k: sf.design.positioning(
+        sf.scenes.drive_slide(mu1=-0.25, mu2=0.125, p_star=0.5, epsilon=0.1, sigma=0.1), "sigma", (0, 1), (1.25, 5)
+    ).to_dict(),
+    "design.contact_damper": lambda k: sf.design.contact_damper(
+        sf.scenes.contact_damper(f_n=3.5, mu_m=0.1), {"f_n": (1.0, 12.0)}
+    ).to_dict(),
+    "design.isolator": lambda k: sf.design.isolator(
+        sf.scenes.rolling_isolator(C=1.0, m=10.0, motion=MOTION, profile=0.01), [MOTION], {"mu": (0.005, 0.05)}
+    ).to_dict(),
+    "design.collocation": collocation,
+}
+CALLS = {**MODEL, **MOTIONS, **THEORY, **RUNS, **ORBITS, **ENSEMBLE}
