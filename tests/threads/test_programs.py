@@ -100,7 +100,7 @@ def test_limit_cycles_with_one_cached_flow(rounds):
 
 
 def test_a_program_runs_inside_its_own_progress_callback():
-    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=7e5).wanting({"high": sf.Max(X)}))
+    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=9e5).wanting({"high": sf.Max(X)}))
     plain, inner = program.run(), []
 
     def progress(_):
@@ -113,7 +113,7 @@ def test_a_program_runs_inside_its_own_progress_callback():
 
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
 def test_a_run_that_is_interrupted_leaves_nothing(failure):
-    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=7e5).wanting({"events": sf.Events()}))
+    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=9e5).wanting({"events": sf.Events()}))
     short = {"v_b": 1.0}
     expected = program.run(short)
 
