@@ -9,7 +9,7 @@ import numpy as np
 from symfric.solve.memory import Table
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
-from symfric.solve.taylor.workspace import EVENTS, GRAZES, KEPT_EVENTS, KEPT_STEPS, KINKS, REST, STEPS
+from symfric.solve.taylor.workspace import CHUNK, EVENTS, GRAZES, KEPT_EVENTS, KEPT_STEPS, KINKS, REST, STEPS
 from symfric.solve.wanted import RANGE, Row, Wanted
 
 PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
@@ -126,15 +126,17 @@ class Workspace:
             w = self.arrays
             w.given_y[:], w.given_p[:] = y, p
             self._given_y, self._given_p = y, p
-        code = self._launch(self._table, True)
+        code, told = self._launch(self._table, True), 0
         while code < 0:
             if code == PATH_FULL:
                 if not self._extend_path():
                     return Status.STEP_BUDGET
             elif code == EVENTS_FULL:
                 self._extend_log()
-            elif progress is not None:
-                progress(min(1.0, float(self.arrays.y[-1]) / self._model.horizon))
+            w = self.arrays
+            if progress is not None and w.counts[STEPS] - told >= w.limits[CHUNK]:
+                told = w.counts[STEPS]
+                progress(min(1.0, float(w.y[-1]) / self._model.horizon))
             code = self._launch(self._table, False)
         return _STATUS[code]
 

@@ -100,7 +100,7 @@ def test_limit_cycles_with_one_cached_flow(rounds):
 
 
 def test_a_program_runs_inside_its_own_progress_callback():
-    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=9e5).wanting({"high": sf.Max(X)}))
+    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=1.2e6).wanting({"high": sf.Max(X)}))
     plain, inner = program.run(), []
 
     def progress(_):
@@ -111,9 +111,19 @@ def test_a_program_runs_inside_its_own_progress_callback():
     assert difference(inner[0], program.run({"v_b": 0.3})) == ""
 
 
+@pytest.mark.parametrize("output", [sf.Trajectory(), sf.Events(), sf.Max(X)], ids=lambda o: type(o).__name__)
+def test_progress_is_told_about_once_in_a_million_steps_whatever_is_kept(output):
+    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=2e6).wanting({"kept": output}))
+    told = []
+    run = program.run(progress=told.append)
+    assert run.stats["steps"] // 1_000_000 >= 2
+    assert len(told) in (run.stats["steps"] // 1_000_000, run.stats["steps"] // 1_000_000 - 1)
+    assert told == sorted(told)
+
+
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
 def test_a_run_that_is_interrupted_leaves_nothing(failure):
-    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=9e5).wanting({"events": sf.Events()}))
+    program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=1.2e6).wanting({"events": sf.Events()}))
     short = {"v_b": 1.0}
     expected = program.run(short)
 
