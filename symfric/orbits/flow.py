@@ -1,7 +1,6 @@
 """The flow of a scene over a time that varies from call to call, with its derivatives: what every orbit is made of."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import casadi as ca
@@ -13,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower, vanishing
 from symfric.lower.lift import GAPS, lifted
 from symfric.lower.variations import varied
-from symfric.model.names import TIME
+from symfric.model.excitation import common_rate, frequencies
 from symfric.model.outputs import End, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.choose import Program, prepare
@@ -126,8 +125,10 @@ class Flow:
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
         self._guards = _guard_rates(self._automaton)
         self._motions: dict[float, Program] = {}
-        autonomous = self._automaton.autonomous
-        self.period, self.period_by = (None, None) if autonomous else _period(self.scene, self.parameters)
+        self.period, self.period_by = (None, None)
+        if not self._automaton.autonomous:
+            zero = vanishing(self.scene, frozenset(self.parameters))
+            self.period, self.period_by = _period(self.scene, zero, self.parameters)
 
     def motion(self, scene: Scene, horizon: float) -> Run:
         """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
@@ -276,39 +277,41 @@ def excitation(scene: Scene, varied: frozenset[str] = frozenset()) -> Callable[[
     SceneError
         If the excitation has no period.
     """
-    if scene.inputs:
-        raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
     zero = vanishing(scene, varied)
-    parts = [*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile))]
-    if all(TIME not in sp.sympify(e).xreplace(zero).free_symbols for e in parts):
+    if not frequencies(scene, zero):
         return None
-    return _period(scene, ())[0]
+    period = _period(scene, zero, ())[0]
+    if all(v is not None for v in scene.values.values()):
+        period({s.name: v for s, v in scene.values.items()})
+    return period
 
 
-def _period(scene: Scene, parameters: Sequence[str]) -> tuple[Callable, Callable]:
+def _period(scene: Scene, zero: Mapping[sp.Symbol, sp.Expr], parameters: Sequence[str]) -> tuple[Callable, Callable]:
     """Return the period of the excitation, and its derivatives, as functions of parameter values by name.
 
-    Raises
-    ------
-    SceneError
-        If time appears otherwise than in sines and cosines whose frequencies have rational ratios.
+    Both raise SceneError if the frequencies have no common period.
     """
-    frequencies, phase = [], sp.Dummy("phase", real=True)
-    parts = [*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile))]
-    for e in (sp.sympify(p) for p in parts if TIME in sp.sympify(p).free_symbols):
-        waves = [w for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols]
-        if TIME in e.xreplace(dict.fromkeys(waves, phase)).free_symbols:
-            raise SceneError(f"time appears outside sines and cosines in {e}: the excitation has no period")
-        frequencies += [sp.simplify(sp.diff(w.args[0], TIME)) for w in waves]
-    first = frequencies[0]
-    ratios = [sp.nsimplify(sp.simplify(f / first)) for f in frequencies]
-    if any(TIME in f.free_symbols for f in frequencies) or not all(r.is_Rational for r in ratios):
-        raise SceneError(f"the frequencies {sorted(set(map(str, frequencies)))} have no common period")
-    base = first * sp.Rational(math.gcd(*(r.p for r in ratios)), math.lcm(*(r.q for r in ratios)))
-    symbols = sorted(base.free_symbols, key=str)
+    rates = frequencies(scene, zero)
+    symbols = sorted(set().union(*(rate.free_symbols for rate in rates)), key=str)
     of = {s.name: s for s in symbols}
-    slopes = [sp.diff(base, of[n]) / base if n in of else sp.S.Zero for n in parameters]
-    number, relative = sp.lambdify(symbols, 2 * sp.pi / sp.Abs(base)), sp.lambdify(symbols, slopes)
-    at = lambda values: [values[s.name] for s in symbols]  # noqa: E731
-    period = lambda values: float(number(*at(values)))  # noqa: E731
-    return period, lambda values: -period(values) * np.array(relative(*at(values)), dtype=float)
+    slopes = [[sp.diff(rate, of[n]) / rate if n in of else sp.S.Zero for n in parameters] for rate in rates]
+    numbers, relative = sp.lambdify(symbols, rates), sp.lambdify(symbols, slopes)
+
+    def period(values: dict[str, float]) -> float:
+        found = numbers(*(values[s.name] for s in symbols))
+        base = common_rate(found)
+        if base is None:
+            told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(rates, found, strict=True))
+            raise SceneError(f"the frequencies of the excitation have no common period: {told}")
+        return 2 * np.pi / base
+
+    def period_by(values: dict[str, float]) -> np.ndarray:
+        found = np.array(relative(*(values[s.name] for s in symbols)), dtype=float).reshape(len(rates), len(parameters))
+        if not np.allclose(found, found[0], rtol=1e-9, atol=0.0):
+            raise SceneError(
+                f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
+                f"{', '.join(map(str, rates))}: they keep no common period; let it change all or none"
+            )
+        return -period(values) * found[0]
+
+    return period, period_by

@@ -52,6 +52,7 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -
     designs : tuple of DesignResult
     """
     rows = []
+    steady = steady if steady is not None and steady.settled else None  # nothing to compare with otherwise
     if steady is not None:
         rows += _of_vibration(file, base, equilibrium, steady)
     if closed_forms_apply(file):

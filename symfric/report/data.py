@@ -101,6 +101,8 @@ def _steady(result: StudyResult) -> dict | None:
         "mean": v.mean,
         "period": v.period,
         "stick_fraction": v.stick_fraction,
+        "settled": v.settled,
+        "note": v.note,
     }
 
 

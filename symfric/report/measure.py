@@ -6,14 +6,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.lower.automaton import vanishing
+from symfric.model.excitation import later
 from symfric.model.names import TIME
 from symfric.model.outputs import End, Integral, Max, Min, Trajectory
 from symfric.model.scene import Scene
+from symfric.orbits.flow import excitation
+from symfric.report.recurrence import SAME, Recurrence, of_excited, of_free
+from symfric.scenefile import SweepPlan
+from symfric.solve.run import Run
 
 SAMPLES = 4000  # of a motion to draw
 PATH = "motion of the study"  # an output's name no file is likely to use
-MOST_PASSAGES, SAME = 8, 1e-3  # of a coordinate through its middle in a period; of the range, how well states repeat
+LEAST = 32  # periods of an excitation in the window: enough for a motion that takes several of them to repeat itself
+LONGEST = 40.0  # horizons: how long the window may become for that
+RESTS = 1e-4  # of the range of the whole motion: what is left of one that comes to rest
 SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless the file says otherwise
 
 
@@ -62,7 +71,7 @@ def _inside(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]]
 
 @dataclass(frozen=True)
 class Vibration:
-    """Steady vibration of one coordinate; NaN where the run failed.
+    """Vibration of one coordinate after settling; NaN where the run failed.
 
     Attributes
     ----------
@@ -71,9 +80,11 @@ class Vibration:
     mean : float
         Over the window, in whole periods of an excitation.
     period : float
-        Time in which the state comes back; NaN if it does not vibrate.
+        Time in which the motion repeats itself; NaN if it does not vibrate, or not with a period.
     stick_fraction : float
         Part of the window, in whole periods, in which a contact sticks.
+    note : str
+        Why this is no steady vibration, "" if it is one: the other numbers are those of the motion so far.
     """
 
     largest: float
@@ -81,11 +92,17 @@ class Vibration:
     mean: float = float("nan")
     period: float = float("nan")
     stick_fraction: float = float("nan")
+    note: str = ""
 
     @property
     def half_range(self) -> float:
         """(largest - smallest) / 2."""
         return 0.5 * (self.largest - self.smallest)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the motion repeats itself, or has come to rest."""
+        return not self.note
 
 
 def as_run(scene: Scene) -> Scene:
@@ -125,38 +142,49 @@ def stick_intervals(run) -> dict[str, tuple[tuple[float, float], ...]]:
 
 
 @alone(SYMBOLIC)
-def frequencies(scene: Scene) -> set[sp.Expr]:
-    """Return the frequencies of the harmonic functions of time in a scene, as expressions of its parameters."""
-    found = set()
-    for e in (*scene.system.expressions, *(c.slip for c in scene.contacts), *(c.normal for c in scene.contacts)):
-        for wave in e.atoms(sp.sin, sp.cos):
-            rate = wave.args[0].diff(TIME)
-            if not rate.is_zero:
-                found.add(sp.Abs(rate))
-    return found
-
-
-@alone(SYMBOLIC)
 def is_excited(scene: Scene) -> bool:
     """Return whether time enters the equations with the scene's own values."""
-    expressions = (*scene.system.expressions, *(c.slip for c in scene.contacts), *(c.normal for c in scene.contacts))
-    zero = {k: 0 for k, v in scene.values.items() if v == 0}
-    return any(TIME in e.subs(zero).free_symbols for e in expressions if TIME in e.free_symbols)
+    if scene.inputs:
+        return True
+    expressions = (*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile)))
+    zero = vanishing(scene)
+    return any(TIME in e.xreplace(zero).free_symbols for e in expressions if TIME in e.free_symbols)
 
 
-def settling(scene: Scene, settle: float | None, window: float | None) -> tuple[float, float]:
-    """Return the times to wait and to measure, in whole periods of a single excitation.
+@dataclass(frozen=True)
+class Plan:
+    """How long to wait and to measure.
 
-    The window is a run of its own, which starts at t = 0: only so does it continue the first one's excitation.
+    Attributes
+    ----------
+    settle, window : float
+        In whole periods of an excitation that has one.
+    forcing : float
+        Period of the excitation; 0.0 if there is none, NaN if it has no period.
+    note : str
+        Why it has no period.
     """
+
+    settle: float
+    window: float
+    forcing: float = 0.0
+    note: str = ""
+
+
+def settling(scene: Scene, settle: float | None, window: float | None) -> Plan:
+    """Return the times to wait and to measure; the window holds enough periods of an excitation to see one repeat."""
     settle = SETTLE * scene.horizon if settle is None else settle
     window = WINDOW * scene.horizon if window is None else window
-    if is_excited(scene):
-        rates = {abs(float(f.subs(scene.values))) for f in frequencies(scene)} - {0.0}
-        if len(rates) == 1:
-            period = 2 * np.pi / rates.pop()
-            settle, window = (max(1.0, round(length / period)) * period for length in (settle, window))
-    return settle, window
+    if not is_excited(scene):
+        return Plan(settle, window)
+    try:
+        period = excitation(scene)({s.name: v for s, v in scene.values.items()})
+    except SceneError as reason:
+        return Plan(settle, window, np.nan, str(reason))
+    whole = max(round(window / period), LEAST)
+    if whole * period > max(window, LONGEST * scene.horizon):
+        return Plan(settle, window, np.nan, f"the excitation repeats itself after {period:.6g} only")
+    return Plan(max(1.0, round(settle / period)) * period, whole * period, period)
 
 
 def restarted(scene: Scene, state: np.ndarray) -> Scene:
@@ -167,47 +195,58 @@ def restarted(scene: Scene, state: np.ndarray) -> Scene:
     return replace(scene, values=values, initial=start, outputs={"end": End()})
 
 
-def vibration(scene: Scene, coordinate: str, settle: float, window: float, tolerance: float = 1e-9) -> Vibration:
-    """Return the steady vibration of a coordinate with its period and its share of sticking."""
+def vibration(scene: Scene, coordinate: str, plan: Plan, tolerance: float = 1e-9) -> Vibration:
+    """Return the vibration of a coordinate after settling, with its period and its share of sticking.
+
+    A period is one of the motion that was computed: its states come back, several times and everywhere in between.
+    """
     from symfric.solve.choose import simulate
 
-    end = simulate(scene.wanting({"end": End()}).until(settle), tolerance=tolerance).checked()
-    scene = restarted(scene, end.final).until(window)
     x = _symbol(scene, coordinate)
-    wanted = {"high": Max(x), "low": Min(x), "sum": Integral(x), PATH: Trajectory()}
+    extremes = {"high": Max(x), "low": Min(x)}
+    before = simulate(scene.wanting(extremes).until(plan.settle), tolerance=tolerance).checked()
+    scene = later(restarted(scene, before.final), plan.settle).until(plan.window)
+    wanted = {**extremes, "sum": Integral(x), PATH: Trajectory()}
     run = simulate(scene.wanting(wanted), tolerance=tolerance).checked()
     high, low = float(run["high"]), float(run["low"])
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
-    i = run.names.index(coordinate)
-    still = high - low <= 1e-7 * max(abs(high), abs(low), 1e-300)
-    period = float("nan") if still else _period(run, i, 0.5 * (high + low), t)
-    whole = period * (run.t_final // period) if period <= run.t_final else run.t_final
+    reach = max(high, float(before["high"])) - min(low, float(before["low"]))
+    found = _recurrence(run, run.names.index(coordinate), t, plan, reach)
+    whole = found.period * (run.t_final // found.period) if found.period <= run.t_final else run.t_final
     middles, lengths = 0.5 * (t[1:] + t[:-1]), np.diff(t)
     counted = middles > run.t_final - whole
     stuck = _inside(middles, stick_intervals(run), 0.0) & counted
     fraction = float(np.sum(lengths[stuck]) / np.sum(lengths[counted]))
-    return Vibration(high, low, float(run["sum"]) / run.t_final, period, fraction)
+    return Vibration(high, low, float(run["sum"]) / run.t_final, found.period, fraction, found.note)
 
 
-def _period(run: Callable, row: int, middle: float, t: np.ndarray) -> float:
-    """Return the mean time in which the state comes back, from upward passages of a coordinate through its middle.
+def _recurrence(run: Run, row: int, t: np.ndarray, plan: Plan, reach: float) -> Recurrence:
+    """Return how a motion repeats itself; without period and without note if it has come to rest."""
+    values = run(t)[row]
+    halves = [np.ptp(part) for part in np.array_split(values, 2)]
+    if np.ptp(values) <= 1e-7 * max(np.max(np.abs(values)), 1e-300):
+        return Recurrence(np.nan)
+    if np.ptp(values) <= RESTS * reach and halves[1] < 0.9 * halves[0]:
+        return Recurrence(np.nan)
+    if plan.note:
+        return Recurrence(np.nan, plan.note)
+    if plan.forcing:
+        found = of_excited(run, run.t_final, plan.forcing)
+    else:
+        found = of_free(run, run.t_final, _passages(run, row, 0.5 * (np.max(values) + np.min(values)), t))
+    if found.note and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
+        return found._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
+    return found
 
-    A coordinate may pass its middle several times in a period; the state tells those passages apart. Where no passage
-    among the last few repeats the last one, the mean time between passages.
-    """
+
+def _passages(run: Run, row: int, middle: float, t: np.ndarray) -> np.ndarray:
+    """Return the times at which a coordinate rises through a value."""
     from scipy.optimize import brentq
 
     f = lambda s: float(run(s)[row] - middle)  # noqa: E731
     values = run(t)[row] - middle
     turns = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
-    if turns.size < 2:
-        return float("nan")
-    passages = np.array([brentq(f, t[k], t[k + 1], xtol=1e-14 * t[-1]) for k in turns])
-    states, scale = run(passages), np.ptp(run(t), axis=1)[:, None]
-    away = np.max(np.abs(states - states[:, -1:]) / np.where(scale > 0, scale, 1.0), axis=0)
-    back = next((k for k in range(1, min(MOST_PASSAGES, turns.size - 1) + 1) if away[-1 - k] < SAME), 1)
-    whole = (turns.size - 1) // back
-    return float((passages[-1] - passages[-1 - back * whole]) / whole)
+    return np.array([brentq(f, t[k], t[k + 1], xtol=1e-14 * t[-1]) for k in turns])
 
 
 def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress: Callable) -> list[Vibration]:
@@ -220,7 +259,7 @@ def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress:
     progress : callable ``(fraction) -> None``
     """
     symbol = scene.parameter(parameter)
-    fixed = not any(symbol in f.free_symbols for f in frequencies(scene))
+    fixed = symbol not in _in_time(scene)
     measure = _prepared(scene, plan) if fixed else None
     result = []
     for k, value in enumerate(values):
@@ -231,27 +270,39 @@ def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress:
     return result
 
 
-def _prepared(scene: Scene, plan) -> Callable[[Mapping[str, float]], Vibration]:
-    """Compile settling and measuring once; return a function from values to the vibration."""
+def _in_time(scene: Scene) -> set[sp.Symbol]:
+    """Return the parameters on which the period of the excitation may depend."""
+    expressions = (*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile)))
+    return set().union(*(w.args[0].free_symbols for e in expressions for w in e.atoms(sp.sin, sp.cos) if w.has(TIME)))
+
+
+def _prepared(scene: Scene, sweep: SweepPlan) -> Callable[[Mapping[str, float]], Vibration]:
+    """Compile settling and measuring once; return a function from values to the vibration.
+
+    The range is measured twice, one window after the other: where both differ, the motion had not settled.
+    """
     from symfric.solve.choose import prepare
 
-    settle, window = settling(scene, plan.settle, plan.window)
-    x = _symbol(scene, plan.coordinate)
+    plan = settling(scene, sweep.settle, sweep.window)
+    x = _symbol(scene, sweep.coordinate)
     names = tuple(s.name for s in scene.system.states)
-    first = prepare(scene.wanting({"end": End()}).until(settle))
+    first = prepare(scene.wanting({"end": End()}).until(plan.settle))
     start = [scene.numbers()[s] for s in scene.system.states]
-    again = restarted(scene, np.array(start)).wanting({"high": Max(x), "low": Min(x)}).until(window)
+    again = later(restarted(scene, np.array(start)), plan.settle)
+    again = again.wanting({"high": Max(x), "low": Min(x)}).until(plan.window)
     second, known = prepare(again), {s.name for s in again.parameters}
 
     def measure(values: Mapping[str, float]) -> Vibration:
-        end = first.run(values=values)
-        if end.advice:
-            return Vibration(float("nan"), float("nan"))
-        kept = {name: v for name, v in values.items() if name in known}
-        run = second.run(values=kept, initial=dict(zip(names, end.final.tolist(), strict=True)))
-        if run.advice:
-            return Vibration(float("nan"), float("nan"))
-        return Vibration(float(run["high"]), float(run["low"]))
+        run, kept, ranges = first.run(values=values), {name: v for name, v in values.items() if name in known}, []
+        for _ in range(1 if plan.note else 2):
+            if not run.advice:
+                run = second.run(values=kept, initial=dict(zip(names, run.final.tolist(), strict=True)))
+            if run.advice:
+                return Vibration(float("nan"), float("nan"))
+            ranges.append((float(run["high"]), float(run["low"])))
+        apart = np.max(np.abs(np.subtract(ranges[0], ranges[-1])))
+        changes = apart > SAME * max(high - low for high, low in ranges) + 1e-7 * np.max(np.abs(ranges))
+        return Vibration(*ranges[-1], note=plan.note or ("its range still changes" if changes else ""))
 
     return measure
 

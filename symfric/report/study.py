@@ -226,7 +226,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
 
 
 def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
-    return vibration(scene, plan.coordinate, *settling(scene, plan.settle, plan.window))
+    return vibration(scene, plan.coordinate, settling(scene, plan.settle, plan.window))
 
 
 def _onset(file: SceneFile, base: Scene) -> Answer:

@@ -102,14 +102,16 @@ def summary(result: StudyResult) -> list[str]:
 def _settled(result: StudyResult) -> str:
     v, name, file = result.steady.value, result.plan.coordinate, result.file
     size = max(abs(v.largest), abs(v.smallest), 1e-300)
-    if v.half_range < STILL * size:
+    if not v.settled:
+        low, high = _measure(v.smallest, name, file), _measure(v.largest, name, file)
+        return f"The motion has not settled to a periodic one: {v.note}. {name} lies between {low} and {high} so far."
+    if v.half_range < STILL * size or not math.isfinite(v.period):
         return f"The motion settles: {name} comes to rest at {_measure(0.5 * (v.largest + v.smallest), name, file)}."
     kind = "stick-slip vibration" if v.stick_fraction > 0 else "vibration without sticking"
     if is_excited(file.scene):
         kind = "forced vibration"
     text = f"The motion settles into {kind} with a half range of {_measure(v.half_range, name, file)} in {name}"
-    if math.isfinite(v.period):
-        text += f" and a period of {_measure(v.period, 't', file)}"
+    text += f" and a period of {_measure(v.period, 't', file)}"
     if v.stick_fraction > 0:
         text += f"; it sticks for {100 * v.stick_fraction:.3g} % of the time"
     return text + "."
@@ -163,6 +165,9 @@ def amplitude(result: StudyResult) -> list[str]:
         lines.append(f"The largest of the computed half ranges is {value}, at {sweep.parameter} = {at}.")
     if failed:
         lines.append(f"{failed} of {half.size} runs ended early and are left out.")
+    unsettled = sum(not v.settled for v in sweep.computed)
+    if unsettled:
+        lines.append(f"{unsettled} of {half.size} motions had not settled; shown is their range so far.")
     for curve in sweep.curves:
         at = np.array([curve(v) for v in sweep.values])
         both = np.isfinite(at) & np.isfinite(half) & (half > 1e-3 * np.nanmax(half, initial=0.0))

@@ -1,0 +1,86 @@
+"""Whether a motion repeats itself, and after what time: read off its states, not off its equations."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+MOST = 8  # periods of the excitation, or passages of a coordinate through its middle, in one period of the motion
+LEAST = 4  # periods over which a motion has to repeat itself
+SAME = 1e-3  # of the ranges: states that count as one, and what a settled motion may still change by
+_QUIET = 1e-7  # of the ranges: changes that may be rounding
+_PARTS = 6  # of a period of the excitation that the motion may take instead
+_NOT = "it does not repeat itself, or not yet"
+_PLACES = 200  # at which whole periods are compared
+
+
+class Recurrence(NamedTuple):
+    """What was found: the period, NaN if there is none, and in words why not."""
+
+    period: float
+    note: str = ""
+
+
+def of_excited(run: Callable, end: float, forcing: float) -> Recurrence:
+    """Return the period of a motion that is excited with a period, from a run over many of them.
+
+    Parameters
+    ----------
+    run : callable ``t -> x``, shape (n_x, ...)
+    end : float
+    forcing : float
+        Period of the excitation.
+    """
+    count = int(np.floor(end / forcing + 1e-9))
+    states = run(np.minimum(forcing * np.arange(count + 1), end))
+    size = _ranges(run, end)
+    back = (k for k in range(1, min(MOST, count // LEAST) + 1) if _come_back(states, k, size))
+    k = next(back, None)
+    if k is None:
+        return Recurrence(np.nan, _NOT)
+    if k == 1:  # or a part of the period, if the excitation is even in its harmonics or hardly acts
+        for part in range(_PARTS, 1, -1):
+            found = _checked(run, end, forcing / part, size)
+            if not found.note:
+                return found
+    return _checked(run, end, k * forcing, size)
+
+
+def of_free(run: Callable, end: float, times: np.ndarray) -> Recurrence:
+    """Return the period of a motion without excitation, from the times at which a coordinate passes its middle."""
+    if times.size <= LEAST:
+        return Recurrence(np.nan, f"it turns {times.size} times in the time that was measured")
+    states, size = run(times), _ranges(run, end)
+    for k in range(1, min(MOST, (times.size - 1) // LEAST) + 1):
+        if _come_back(states, k, size):
+            whole = (times.size - 1) // k
+            return _checked(run, end, (times[-1] - times[-1 - whole * k]) / whole, size)
+    return Recurrence(np.nan, _NOT)
+
+
+def _ranges(run: Callable, end: float) -> np.ndarray:
+    size = np.ptp(run(np.linspace(0.0, end, 20 * _PLACES)), axis=1)
+    return np.maximum(size, 1e-12 * max(np.max(size), 1e-290))
+
+
+def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:
+    """Whether every k-th of some states, (n_x, n), counted from the last one, is the same, and will be.
+
+    What they change by in the first half and in the second makes a geometric series: its rest is what is to come.
+    """
+    states = states[:, ::-1][:, ::k][:, ::-1] / size[:, None]
+    away = np.max(np.abs(states - states[:, -1:]))
+    if away <= _QUIET:
+        return True
+    half = (states.shape[1] - 1) // 2
+    first, middle, last = (states[:, m] for m in (-1 - 2 * half, -1 - half, -1))
+    early, late = np.max(np.abs(middle - first)), np.max(np.abs(last - middle))
+    fades = late < (0.5 if away > SAME else 1.0) * early
+    return bool(fades and late <= SAME and late**2 / (early - late) <= SAME)
+
+
+def _checked(run: Callable, end: float, period: float, size: np.ndarray) -> Recurrence:
+    """Return a period if the whole motion of the last ones repeats itself."""
+    t = np.linspace(max(0.0, end - 3 * period), end - period, _PLACES)
+    apart = np.max(np.abs(run(t + period) - run(t)) / size[:, None])
+    return Recurrence(period) if apart <= SAME else Recurrence(np.nan, _NOT)
