@@ -172,7 +172,7 @@ def continue_cycle(
     system = _system(scene, name, orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
     upward = _parameter_alone(system)
-    sides = []
+    sides: list[Found] = []
     for way, end in ((-1, low), (1, high)):
         if begins == end or (sides and sides[0].end == "closed"):
             sides.append(Found(end="span" if begins == end else "closed"))

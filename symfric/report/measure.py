@@ -14,13 +14,14 @@ from symfric.model.names import TIME
 from symfric.model.outputs import End, Integral, Max, Min, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow import excitation
-from symfric.report.recurrence import SAME, Recurrence, of_excited, of_free
+from symfric.report.recurrence import FEW, SAME, Recurrence, of_excited, of_free
 from symfric.scenefile import SweepPlan
 from symfric.solve.run import Run
 
 SAMPLES = 4000  # of a motion to draw
 PATH = "motion of the study"  # an output's name no file is likely to use
 LEAST = 32  # periods of an excitation in the window: enough for a motion that takes several of them to repeat itself
+LONGER = 12  # windows, where the motion turns a few times only in one
 LONGEST = 40.0  # horizons: how long the window may become for that
 RESTS = 1e-4  # of the range of the whole motion: what is left of one that comes to rest
 SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless the file says otherwise
@@ -205,13 +206,16 @@ def vibration(scene: Scene, coordinate: str, plan: Plan, tolerance: float = 1e-9
     x = _symbol(scene, coordinate)
     extremes = {"high": Max(x), "low": Min(x)}
     before = simulate(scene.wanting(extremes).until(plan.settle), tolerance=tolerance).checked()
-    scene = later(restarted(scene, before.final), plan.settle).until(plan.window)
+    scene = later(restarted(scene, before.final), plan.settle)
     wanted = {**extremes, "sum": Integral(x), PATH: Trajectory()}
-    run = simulate(scene.wanting(wanted), tolerance=tolerance).checked()
-    high, low = float(run["high"]), float(run["low"])
-    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
-    reach = max(high, float(before["high"])) - min(low, float(before["low"]))
-    found = _recurrence(run, run.names.index(coordinate), t, plan, reach)
+    for longer in (1, LONGER):
+        run = simulate(scene.until(longer * plan.window).wanting(wanted), tolerance=tolerance).checked()
+        high, low = float(run["high"]), float(run["low"])
+        t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
+        reach = max(high, float(before["high"])) - min(low, float(before["low"]))
+        found = _recurrence(run, run.names.index(coordinate), t, plan, reach)
+        if found.note != FEW:
+            break
     whole = found.period * (run.t_final // found.period) if found.period <= run.t_final else run.t_final
     middles, lengths = 0.5 * (t[1:] + t[:-1]), np.diff(t)
     counted = middles > run.t_final - whole
@@ -234,7 +238,7 @@ def _recurrence(run: Run, row: int, t: np.ndarray, plan: Plan, reach: float) -> 
         found = of_excited(run, run.t_final, plan.forcing)
     else:
         found = of_free(run, run.t_final, _passages(run, row, 0.5 * (np.max(values) + np.min(values)), t))
-    if found.note and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
+    if found.note and found.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
         return found._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
     return found
 

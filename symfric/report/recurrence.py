@@ -10,6 +10,7 @@ LEAST = 4  # periods over which a motion has to repeat itself
 SAME = 1e-3  # of the ranges: states that count as one, and what a settled motion may still change by
 _QUIET = 1e-7  # of the ranges: changes that may be rounding
 _PARTS = 6  # of a period of the excitation that the motion may take instead
+FEW = "it does not repeat itself within the few turns of the window"
 _NOT = "it does not repeat itself, or not yet"
 _PLACES = 200  # at which whole periods are compared
 
@@ -48,14 +49,14 @@ def of_excited(run: Callable, end: float, forcing: float) -> Recurrence:
 
 def of_free(run: Callable, end: float, times: np.ndarray) -> Recurrence:
     """Return the period of a motion without excitation, from the times at which a coordinate passes its middle."""
-    if times.size <= LEAST:
-        return Recurrence(np.nan, f"it turns {times.size} times in the time that was measured")
+    if not times.size:
+        return Recurrence(np.nan, FEW)
     states, size = run(times), _ranges(run, end)
     for k in range(1, min(MOST, (times.size - 1) // LEAST) + 1):
         if _come_back(states, k, size):
             whole = (times.size - 1) // k
             return _checked(run, end, (times[-1] - times[-1 - whole * k]) / whole, size)
-    return Recurrence(np.nan, _NOT)
+    return Recurrence(np.nan, _NOT if times.size > LEAST * MOST else FEW)
 
 
 def _ranges(run: Callable, end: float) -> np.ndarray:
@@ -83,4 +84,4 @@ def _checked(run: Callable, end: float, period: float, size: np.ndarray) -> Recu
     """Return a period if the whole motion of the last ones repeats itself."""
     t = np.linspace(max(0.0, end - 3 * period), end - period, _PLACES)
     apart = np.max(np.abs(run(t + period) - run(t)) / size[:, None])
-    return Recurrence(period) if apart <= SAME else Recurrence(np.nan, _NOT)
+    return Recurrence(float(period)) if apart <= SAME else Recurrence(np.nan, _NOT)
