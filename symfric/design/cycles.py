@@ -17,6 +17,10 @@ from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.stability import stability
 
 _FAR = 20.0  # displacements of steady sliding: starts so far out settle to the outermost cycle
+_NEIGHBOUR = 0.25  # of the range of speeds: distance within which runs look for the worst speed
+_TRIES = 10  # speeds of that search
+_SURVEY = 13  # dampings from which a bisection on runs begins
+_CLOSE = 1e-6  # of the damping: where it ends
 _SMALL = 1e-7  # of the same: disturbances whose growth is that of the linear motion, also beside narrow features
 _TOLERANCE = 1e-13  # of the runs whose differences show growth
 
@@ -121,7 +125,15 @@ def _sizes(scene: Scene, rest: Equilibrium) -> np.ndarray:
 
 
 def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
-    """Return what the outermost cycles ask for, from the curve that passes through one speed.
+    """Return what the outermost cycles ask for, from the speed at which one of them is known to miss the requirement.
+
+    The branch of the cycle over the damping is followed to where the requirement is met, and the condition that holds
+    there over the speeds. Where such a branch cannot be followed, runs bracket the damping, speed by speed.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a damping that is not enough at the speed.
 
     Raises
     ------
@@ -130,21 +142,98 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
     """
     r = requirement
     there = scene.where({r.speed: at})
-    orbit = outermost(there, r)
-    branch = continue_cycle(there, r.name, r.bounds, start=orbit)
+    last = outermost(there.where({r.name: r.bounds[1]}), r)
+    if not r.meets(last):
+        raise NotFound(f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {at:.6g} {_left(r, last)}")
+    try:
+        found = _followed(there, r, at)
+    except NotFound:
+        found = None
+    return found or _bracketed(scene, r, at)
+
+
+def _left(r: Requirement, orbit: Orbit) -> str:
+    """Say what a cycle leaves beyond what is allowed."""
+    size, stick = orbit.half_range[0], 100 * orbit.stick_fraction
+    words = [f"the system still vibrates with half range {size:.6g} and sticks {stick:.3g} % of the time"]
+    if r.half_range > 0 and size > r.half_range:
+        words.append(f"its half range exceeds {r.half_range:g} by {size - r.half_range:.6g}")
+    if not r.sticking and stick > 0:
+        words.append("no sticking is allowed")
+    return "; ".join(words)
+
+
+def _followed(there: Scene, r: Requirement, at: float) -> Summit | None:
+    """Return the condition on the cycles from their branch; None if it is not seen on it."""
+    branch = continue_cycle(there, r.name, r.bounds, start=outermost(there, r))
     special = _need(branch, r)
     if special is None:
-        last = branch.orbits[-1]
-        raise NotFound(
-            f"{r.name} = {branch.values[-1]:.6g} is not enough: at {r.speed} = {at:.6g} the system still vibrates with "
-            f"half range {last.half_range[0]:.6g} and sticks {100 * last.stick_fraction:.3g} % of the time"
-        )
+        return None
+    begin = there.numbers()[there.parameter(r.name)]
+    if not begin <= special.value <= r.bounds[1]:
+        return None
     if special.kind == "hopf":  # of this speed; the local condition has the others
         return Summit(special.value, at, "stability of sliding", np.array([[at], [special.value]]))
+    return _over_speeds(special, r)
+
+
+def _over_speeds(special: Special, r: Requirement) -> Summit:
+    """Return the most damping that the condition of a special point asks for within the speeds."""
     reason = f"half range {r.half_range:g}" if special.kind == "half-range" else f"{special.kind} of the cycle"
     curve = continue_special(special, (r.speed, r.name), (r.speeds, r.bounds))
-    damping, speed = _highest(curve)
+    damping, speed = _highest(curve, r.speeds)
     return Summit(damping, speed, reason, curve.values)
+
+
+def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
+    """Return the damping that runs show to be needed, at the worst speed near one."""
+    least = scene.numbers()[scene.parameter(r.name)]
+    seen: dict[float, float] = {}
+
+    def need(speed: float) -> float:
+        if speed not in seen:
+            seen[speed] = _enough(scene.where({r.speed: float(speed)}), r, least)
+        return seen[speed]
+
+    low, high = max(r.speeds[0], 1e-2 * r.speeds[1]), r.speeds[1]
+    ends = max(low, at - _NEIGHBOUR * (high - low)), min(high, at + _NEIGHBOUR * (high - low))
+    for end in (at, *ends):
+        need(end)
+    if ends[0] < ends[1]:
+        minimize_scalar(
+            lambda v: -need(float(v)), bounds=ends, method="bounded", options={"xatol": 1e-3 * high, "maxiter": _TRIES}
+        )
+    speed = max(seen, key=seen.__getitem__)
+    speeds = np.array(sorted(seen))
+    return Summit(seen[speed], speed, _reason(r), np.array([speeds, [seen[v] for v in speeds]]))
+
+
+def _reason(r: Requirement) -> str:
+    words = [f"half range {r.half_range:g}"] if r.half_range > 0 else []
+    words += [] if r.sticking else ["end of sticking"]
+    return " and ".join(words) or "end of the cycle"
+
+
+def _enough(scene: Scene, r: Requirement, least: float) -> float:
+    """Return the damping from which on the requirement is met at one speed, by bisection on runs."""
+    met = lambda d: r.meets(outermost(scene.where({r.name: float(d)}), r))  # noqa: E731
+    low, high = least, None
+    if met(low):
+        return low
+    for share in np.linspace(0, 1, _SURVEY)[1:] ** 2:
+        d = least + share * (r.bounds[1] - least)
+        if met(d):
+            high = d
+            break
+        low = d
+    if high is None:
+        raise NotFound(
+            f"{r.name} = {r.bounds[1]:g} is not enough at {r.speed} = {scene.numbers()[scene.parameter(r.speed)]:.6g}"
+        )
+    while high - low > _CLOSE * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if met(middle) else (middle, high)
+    return high
 
 
 def _need(branch: Branch, r: Requirement) -> Special | None:
@@ -156,19 +245,21 @@ def _need(branch: Branch, r: Requirement) -> Special | None:
         before, after = outer[fine - 1], outer[fine]
         if r.half_range > 0 and before.half_range[0] > r.half_range >= after.half_range[0]:
             return Special("half-range", float(branch.values[fine]), after, Condition("half-range", level=r.half_range))
-        low, high = branch.values[fine - 1 : fine + 1]
-        return next(s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high)
+        low, high = sorted(branch.values[fine - 1 : fine + 1])
+        between = (s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high)
+        return next(between, None)
     ends = [s for s in branch.special if s.value >= branch.values[turn] - 1e-12 and s.kind not in ("flip", "torus")]
     return next((s for s in ends if s.kind != "fold"), ends[0] if ends else None)
 
 
-def _highest(curve: Curve) -> tuple[float, float]:
-    """Return the largest second parameter on a curve, and the first one there."""
-    k = int(np.argmax(curve.values[1]))
+def _highest(curve: Curve, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Return the largest second parameter on a curve within a range of the first, and the first one there."""
+    within = (curve.values[0] >= speeds[0] * (1 - 1e-12)) & (curve.values[0] <= speeds[1] * (1 + 1e-12))
+    k = int(np.argmax(np.where(within, curve.values[1], -np.inf)))
     best = float(curve.values[1, k]), float(curve.values[0, k])
     if not 0 < k < curve.values.shape[1] - 1:
         return best
-    ends = sorted((curve.values[0, k - 1], curve.values[0, k + 1]))
+    ends = np.clip(sorted((curve.values[0, k - 1], curve.values[0, k + 1])), *speeds)
 
     def lower(value: float) -> float:
         found = curve.at(value)
