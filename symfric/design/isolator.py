@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linprog
 
+from symfric.design.polish import polished, ways
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
@@ -22,8 +23,11 @@ MEASURES = {
     "displacement": "peak_displacement",
     "residual": "residual",
 }
-_GRID = 400  # points of the grid over the bounds
-_STARTS = 3  # best points of it that are refined
+_GRID = 900  # points of the grid over the bounds
+_STARTS = 8  # best points of it that none beside them beats: where searches start
+_AGAIN, _SEED = 32, 23  # further starts around the best point found
+_TURNS, _REACH = 5, 3e-3  # of linear programs and polls; the first distance of a poll, a part of the bounds
+_STEP = 1e-6  # of differences, where no derivative exists
 _ROUNDS, _TRUST, _LEAST = 40, 0.1, 1e-9  # of the refinement: steps, its first reach and its last, parts of the bounds
 _NEAR = 0.1  # of the largest value: motions so near to it may be the worst after a step
 _AROUND = (1e-5, 1e-3, 1e-2)  # of the bounds: distances of the designs beside an optimum
@@ -123,11 +127,10 @@ def isolator(
     table = [problem.values(p) for p in points]
     costs = np.array([problem.cost(v) for v in table])
     excess = np.array([problem.excess(v) for v in table])
-    order = np.lexsort((costs, np.maximum(excess, 0.0)))
-    found = [_refined(problem, points[k]) for k in order[:_STARTS]]
-    best = min(
-        found, key=lambda p: (max(problem.excess(problem.values(p)) - _MET, 0.0), problem.cost(problem.values(p)))
-    )
+    starts = _starts(problem, costs, np.maximum(excess, 0.0))
+    best = min((_refined(problem, points[k]) for k in starts), key=lambda p: _merit(problem, p))
+    others = (_refined(problem, p) for p in _scattered(best, 1.0 / (problem.per_axis - 1)))
+    best = _improved(problem, min([best, *others], key=lambda p: _merit(problem, p)))
     values = problem.values(best)
     if problem.excess(values) > _MET:
         raise NotFound(problem.missing(best, values))
@@ -154,10 +157,14 @@ class _Problem:
         self._sensitive = [None] * len(self.scenes)
         self._known: dict[bytes, np.ndarray] = {}
 
+    @property
+    def per_axis(self) -> int:
+        """Number of points of the grid along each parameter."""
+        return max(2, round(_GRID ** (1 / len(self.names))))
+
     def grid(self) -> list[np.ndarray]:
         """Return points that fill the unit cube."""
-        n = max(2, round(_GRID ** (1 / len(self.names))))
-        return [np.array(p) for p in itertools.product(np.linspace(0, 1, n), repeat=len(self.names))]
+        return [np.array(p) for p in itertools.product(np.linspace(0, 1, self.per_axis), repeat=len(self.names))]
 
     def parameters(self, point: np.ndarray) -> dict[str, float]:
         """Return the parameters at a point."""
@@ -185,7 +192,11 @@ class _Problem:
             name = MEASURES[measure]
             sign = 1.0 if run[name] >= 0 else -1.0
             rows.append([sign * run.output_sensitivities[name][n] for n in self.names])
-        return np.nan_to_num(np.array(rows) * (self.high - self.low))
+        found = np.array(rows) * (self.high - self.low)
+        for k in np.flatnonzero(~np.all(np.isfinite(found), axis=0)):  # no derivative exists after a graze
+            low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
+            found[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
+        return found
 
     def cost(self, values: np.ndarray) -> float:
         """Return what is minimised."""
@@ -244,6 +255,39 @@ def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
         horizon = signal.t_end + (scene.horizon - before.t_end)
         found.append(replace(wanted, inputs={symbol: signal}, horizon=horizon))
     return found
+
+
+def _starts(problem: _Problem, costs: np.ndarray, excess: np.ndarray) -> list[int]:
+    """Return the best points of the grid that none beside them beats."""
+    count = problem.per_axis
+    rank = np.empty(costs.size)
+    rank[np.lexsort((costs, excess))] = np.arange(costs.size)
+    table = np.pad(rank.reshape((count,) * len(problem.names)), 1, constant_values=np.inf)
+    inner = tuple(slice(1, -1) for _ in problem.names)
+    lowest = np.ones_like(table[inner], dtype=bool)
+    for way in ways(len(problem.names)).astype(int):
+        beside = tuple(slice(1 + w, table.shape[0] - 1 + w) for w in way)
+        lowest &= table[inner] < table[beside]
+    found = np.flatnonzero(lowest.ravel())
+    return [int(k) for k in found[np.argsort(rank[found])][:_STARTS]]
+
+
+def _scattered(point: np.ndarray, cell: float) -> np.ndarray:
+    """Return points within a cell of the grid around one: a limit and a peak may meet twice in it."""
+    from scipy.stats import qmc
+
+    drawn = qmc.Sobol(point.size, seed=_SEED).random(_AGAIN)
+    return np.clip(point + cell * (2.0 * drawn - 1.0), 0.0, 1.0)
+
+
+def _improved(problem: _Problem, point: np.ndarray) -> np.ndarray:
+    """Return a local optimum near a point: linear programs and polls in turn, until neither finds a better one."""
+    for _ in range(_TURNS):
+        refined = _refined(problem, point)
+        point = polished(lambda p: _merit(problem, p), refined, _REACH, _LEAST)
+        if np.max(np.abs(point - refined)) < 10 * _LEAST:
+            break
+    return point
 
 
 def _refined(problem: _Problem, point: np.ndarray) -> np.ndarray:
@@ -318,10 +362,10 @@ def _design(problem: _Problem, point: np.ndarray, values: np.ndarray, table: lis
 def _beside(problem: _Problem, point: np.ndarray) -> list[Neighbour]:
     """Return the designs around one, in all directions of the axes and diagonals and at several distances."""
     found = []
-    for way in itertools.product((-1, 0, 1), repeat=point.size):
+    for way in ways(point.size):
         for step in _AROUND:
-            then = np.clip(point + step * np.array(way), 0.0, 1.0)
-            if any(way) and not np.array_equal(then, point):
+            then = np.clip(point + step * way, 0.0, 1.0)
+            if not np.array_equal(then, point):
                 values = problem.values(then)
                 change = ", ".join(f"{k} = {v:.6g}" for k, v in problem.parameters(then).items())
                 found.append(Neighbour(change, problem.cost(values), problem.excess(values) - _MET))

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from symfric.model.outputs import HalfRange, Min, Output, StopTime
-from symfric.solve.wanted import RANGE, Wanted
+from symfric.solve.wanted import INTEGRAL, RANGE, Wanted
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,8 @@ class Derivatives:
     rest : ndarray
         Derivatives of the time since which the system rests.
     known : bool
-        Whether there are derivatives at all, else all are NaN.
+        Whether there are derivatives at the end of the run; else those of the final state and of integrals are NaN, and
+        those of extremes and values taken after the event at which there are none.
     rests, smooth : bool
         Whether the system rests at the end, and whether nothing happened before it.
     """
@@ -70,7 +71,7 @@ class Derivatives:
     def _tables(self) -> np.ndarray:
         """Of every row and column its four numbers."""
         n_e = len(self.columns.wanted.rows)
-        return (1.0 if self.known else math.nan) * self.total[n_e:].reshape(n_e, len(self._ends), 4)
+        return self.total[n_e:].reshape(n_e, len(self._ends), 4)
 
     @cached_property
     def final(self) -> dict[str, np.ndarray]:
@@ -90,6 +91,11 @@ class Derivatives:
             factor = 1.0 if self.known and self.rests else math.nan
             found[name] = dict(zip(names, (factor * self.rest[: len(names)]).tolist(), strict=True))
         return found
+
+    @cached_property
+    def void(self) -> tuple[str, ...]:
+        """Outputs without a derivative in some direction."""
+        return tuple(name for name, row in self.outputs.items() if not all(map(math.isfinite, row.values())))
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str]]:
@@ -116,7 +122,7 @@ class Derivatives:
         """Return the derivatives of a scalar output from those of its row, shape (n_s,)."""
         row = self.columns.wanted.rows[k]
         if row.kind != RANGE:
-            return table[:, 2]
+            return table[:, 2] if self.known or row.kind != INTEGRAL else np.full_like(table[:, 2], math.nan)
         low, high = self.total[k, :2]
         d_low, d_high = table[:, 0], table[:, 1]
         if row.magnitude:

@@ -172,6 +172,9 @@ class Run:
     @property
     def advice(self) -> str:
         """What to do about the status; empty if all is well."""
+        if self.status == Status.NO_DERIVATIVE and self.raw.derivatives is not None:
+            void = ", ".join(("the final state", *self.raw.derivatives.void))
+            return f"{ADVICE[self.status]}; void are those of {void}"
         return ADVICE[self.status]
 
     def checked(self) -> "Run":

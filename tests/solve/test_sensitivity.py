@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import itertools
 
 import casadi as ca
 import numpy as np
@@ -264,3 +265,51 @@ def test_what_cannot_be_a_function():
         sf.as_function(scene, ["v_b"], ["siz"])
     with pytest.raises(sf.SceneError, match="did you mean v_b"):
         sf.as_function(scene, ["v_bb"], ["size"])
+
+
+def test_what_came_before_a_doubtful_event_keeps_its_derivatives():
+    """Two equal blocks that stop together: peaks and values before have derivatives, those after have none."""
+    x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)
+    spring = sp.Symbol("spring", positive=True)
+    force = [-x[0] + spring * (x[1] - x[0]), -x[1] + spring * (x[0] - x[1])]
+    contacts = [sf.Contact(f"floor {k}", slip=u[k], normal=1, law=sf.laws.coulomb(0.3)) for k in (0, 1)]
+    initial = {**dict.fromkeys(x, 1.0), **dict.fromkeys(u, 0.0)}
+    outputs = {
+        "fastest": sf.Min(u[0]),
+        "early": sf.At(x[0], 1.0),
+        "late": sf.At(x[0], 4.5),
+        "lowest": sf.Min(x[0]),
+        "area": sf.Integral(x[0]),
+    }
+    scene = sf.Scene(sf.System(x, u, sp.eye(2), force), contacts, {spring: 0.5}, initial, 5.0, outputs)
+    run = sf.simulate(scene, 1e-12, sensitivities=["x1"])
+    assert run.status == sf.Status.NO_DERIVATIVE
+    step = 1e-5
+    ends = [sf.simulate(scene.starting({x[0]: 1.0 + d}), 1e-13) for d in (step, -step)]
+    for name in ("fastest", "early"):
+        slope = (ends[0][name] - ends[1][name]) / (2 * step)
+        assert run.output_sensitivities[name]["x1"] == pytest.approx(slope, abs=1e-8)
+    for name in ("late", "area"):
+        assert np.isnan(run.output_sensitivities[name]["x1"])
+        assert name in run.advice
+    assert "fastest" not in run.advice
+    assert np.all(np.isnan(run.sensitivities["x1"]))
+
+
+def test_peaks_of_a_shaken_building_have_derivatives():
+    """Forces of 1e6 N beside slips of 1e-3 m/s: no event of the record is a graze, and every peak has its slope."""
+    draw = np.random.default_rng(5)
+    motion = sf.motions.synthetic(seed=2, pga=0.3, unit="g")
+    scene = SCENES.rolling_isolator(C=5e5, m=3e5, motion=motion, profile=0.001)
+    names = ("peak_acceleration", "peak_velocity", "peak_displacement", "residual")
+    sensitive, plain = sf.prepare(scene, 1e-10, sensitivities=["C", "mu"]), sf.prepare(scene, 1e-13)
+    for _ in range(4):
+        values = {"C": draw.uniform(1e3, 1e6), "mu": draw.uniform(1e-3, 0.1)}
+        run = sensitive.run(values).checked()
+        for name, p in itertools.product(names, values):
+            step = 1e-5 * values[p]
+            ends = [plain.run({**values, p: values[p] + d})[name] for d in (step, -step)]
+            slope = (ends[0] - ends[1]) / (2 * step)
+            assert run.output_sensitivities[name][p] == pytest.approx(
+                slope, rel=1e-4, abs=1e-6 * abs(run[name] / values[p])
+            )

@@ -14,6 +14,7 @@ from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_rule, step_size
 from symfric.solve.taylor.workspace import (
     CHUNK,
+    DOUBTS,
     EVENTS,
     EXPAND,
     FLAGGED,
@@ -270,6 +271,8 @@ def _accumulate(w, first, tau):
             since = (w.then[e] - w.y[w.y.size - 1]) - w.clock[T_LOW]
             if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
                 w.total[e, 2] = value(c, order, since)
+                if e >= w.limits[FOLLOWED] and w.counts[DOUBTS]:
+                    w.total[e, 2] = np.nan
             continue
         if w.kind[e] == FOLLOW:
             follow(w, e, c, tau)

@@ -1,7 +1,10 @@
 """Derivatives across an event: those of the states, of the integrals, and of the extremes that lie on it.
 
+From an event at which there are none on, derivatives are void; those of extremes and values taken before it are not.
 The functions do nothing to runs without derivatives, and are not called by them.
 """
+
+import numpy as np
 
 from symfric.solve.native import call_code, compiled
 from symfric.solve.taylor.polynomials import roots, value
@@ -26,7 +29,7 @@ def remember(w):
 
 @compiled
 def jump(w, n_x, n_c, starting):
-    """Apply the saltation to all derivatives; count the events at which there are none."""
+    """Apply the saltation to all derivatives; count the events at which there are none, and void what lies on them."""
     n_s, n_m, n_g, n_f = w.limits[VARIED], w.m.size, w.hit.size, w.limits[FOLLOWED]
     n_y, first = n_x // (1 + n_s), w.kind.size - n_f * n_s
     for k in range(n_m):
@@ -40,6 +43,7 @@ def jump(w, n_x, n_c, starting):
         _doubt_start(w, n_c, n_s, slips)
     else:
         _doubt(w, n_x, n_c, slopes)
+    void = np.nan if w.counts[DOUBTS] else 1.0
     for k in range(n_s * n_y):
         w.y[n_y + k] = w.after[k]
     for s in range(n_s):
@@ -50,8 +54,9 @@ def jump(w, n_x, n_c, starting):
             if w.kind[e] == INTEGRAL:
                 w.total[f, 2] += w.after[gains + e * n_s + s]
             elif w.kind[e] == RANGE:
-                w.total[f, 0] += w.rise[e, 0] * w.tau[s]
-                w.total[f, 1] += w.rise[e, 1] * w.tau[s]
+                for side in range(2):
+                    if w.rise[e, side] != 0.0:
+                        w.total[f, side] += w.rise[e, side] * w.tau[s] * void
 
 
 @compiled
@@ -150,6 +155,6 @@ def follow(w, f, c, tau):
         place = w.total[e, 2 + side]
         if place < 0.0:
             continue
-        w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau)
+        w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if w.counts[DOUBTS] == 0 else np.nan
         if place == 0.0:  # a row that jumped at the event where this step begins
             w.total[f, side] += parent[1] * w.tau[s]
