@@ -78,6 +78,8 @@ class Comparison:
         note = ""
         if run.status != Status.OK:
             verdict = "status" if ADVICE[run.status] and np.isfinite(run.t_final) else "silent failure"
+            options = {"times": self.times, "sizes": np.ones(len(self.scene.system.states))}
+            note = self.reference.run(draw.values, draw.initial, **options).reason or "the reference runs to the end"
         else:
             second, note = self.second(draw, states, sizes, allowed)
             energy = imbalance(run, *self.energies, {self.symbols[k]: v for k, v in values.items()})
@@ -170,6 +172,8 @@ class Comparison:
             moved = part * sizes * rng.choice([-1, 1], len(names))
             start = {k: draw.initial[k] + float(d) for k, d in zip(names, moved, strict=True)}
             values = {k: v * (1 + part * rng.choice([-1, 1])) for k, v in draw.values.items()}
+            for given, drawn in ((start, draw.initial), (values, draw.values)):
+                given |= {k: v for k, v in drawn.items() if k in self.structure.exact}
             other = self.reference.run(values, start, **options)
             if not (other.reason or base.reason):
                 changes.append(difference(other.x, base.x, sizes))

@@ -31,7 +31,7 @@ class Verdict:
     change : float
         Largest change of the reference by perturbations of the start, relative likewise; NaN where it was not needed.
     note : str
-        Why the reference had no answer.
+        Why the reference had no answer; whether it had one where the run ended early.
     """
 
     family: str

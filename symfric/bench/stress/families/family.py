@@ -33,6 +33,9 @@ class Structure:
         Exponents of every parameter and state; given where the package runs the scene in other units.
     time_unit : float
         Of those units; those of mass and length are drawn for each run.
+    exact : tuple of str
+        States and parameters whose numbers are meant as they are, such as a start on an edge: they are not perturbed
+        to see whether a motion is sensitive.
     drawn : callable, optional
         ``drawn(seed, number) -> Draw``, in place of the ranges.
     """
@@ -43,6 +46,7 @@ class Structure:
     adjust: Callable[[np.random.Generator, dict, dict], None] | None = None
     dimensions: dict[str, tuple[int, int, int]] | None = None
     time_unit: float = 1.0
+    exact: tuple[str, ...] = ()
     drawn: Callable[[int, int], Draw] | None = None
 
     def draw(self, rng: np.random.Generator) -> Draw:
@@ -140,12 +144,12 @@ def _middle(low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0 else 0.6 * high + 0.4 * low
 
 
-def structure_of(*args, dimensions=None, time_unit: float = 1.0, **options) -> Structure:
+def structure_of(*args, dimensions=None, time_unit: float = 1.0, exact=(), **options) -> Structure:
     """Return the structure of the scene that `scene_of` makes of the same arguments."""
     scene, ranges = scene_of(*args, **options), args[4]
     names = {s.name for s in (*scene.parameters, *scene.system.states)}
     used = {k: v for k, v in ranges.items() if k in names}
-    return Structure(scene, used, dimensions=dimensions, time_unit=time_unit)
+    return Structure(scene, used, dimensions=dimensions, time_unit=time_unit, exact=tuple(exact))
 
 
 def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load=1, profile=1) -> Contact:

@@ -41,7 +41,7 @@ def cell_edges(rng: np.random.Generator) -> Structure:
     contacts = [Contact("patched", u[0], n, law, profile)]
     if len(q) > 1 and rng.random() < 0.5:
         contacts.append(plain_contact(rng, "c2", u[1], ranges))
-    return structure_of(q, u, forces, contacts, ranges)
+    return structure_of(q, u, forces, contacts, ranges, exact=(q[0].name, u[0].name))
 
 
 def profiles(rng: np.random.Generator) -> Structure:
