@@ -18,14 +18,8 @@ from tests.longer import longer
 
 MIXED = {0: 60, 2: 40, 3: 60, 6: 40, 25: 60, 30: 40}  # runs of each structure
 prepared = cache(Comparison)
-FAULTS = {  # families with scenes that the package gets wrong without saying so
-    "pulse-in-time": 0,
-    "pulse-in-load": 0,
-    "pulse-in-speed": 0,
-    "weak-load": 1,
-    "vanishing-load": 3,
-    "cell-edge": 1,
-}
+SEEDS = {"weak-load": 1, "vanishing-load": 3, "parallel": 11, "cell-edge": 1}  # 0 for the others
+FAULTS = ("pulse-in-time", "pulse-in-speed", "pulse-in-load", "parallel")  # still wrong without saying so
 
 
 def failures(found):
@@ -36,7 +30,7 @@ def failures(found):
 def test_no_scene_of_a_family_fails_in_silence(family, request):
     if family in FAULTS:
         request.applymarker(pytest.mark.xfail(reason="some scenes of this family are wrong without a status"))
-    comparison = prepared(family, FAULTS.get(family, 0))
+    comparison = prepared(family, SEEDS.get(family, 0))
     found = [comparison.verdict(number) for number in range(6)]
     assert failures(found) == []
     assert any(v.verdict == "agrees" for v in found)
