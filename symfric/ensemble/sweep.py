@@ -40,7 +40,7 @@ def sweep(
         For a parameter a row of numbers; for an input a list of motions, or a mapping of labels to signals, which take
         its place one by one. Horizon and times in outputs stay those of the scene.
     jobs : int
-        Threads, each with a program of its own; -1 for as many as there are processors. With an executor, how many
+        Threads, which share one program; -1 for as many as there are processors. With an executor, how many
         chunks it computes at a time, if more than the processors here.
     executor : concurrent.futures.Executor, optional
         In place of threads: a pool of processes, or ``dask.distributed.Client.get_executor()``.
