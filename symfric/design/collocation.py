@@ -8,7 +8,8 @@ import sympy as sp
 
 from symfric.axes import new_axes
 from symfric.design.compared import Compared, Comparison
-from symfric.design.transcription import Program, dynamics
+from symfric.design.transcription import Program, Sizes, dimensionless, dynamics, sizes_of
+from symfric.design.verification import Neighbour, judged
 from symfric.errors import NotFound, SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.names import TIME, Key, finite, name_of
@@ -19,6 +20,8 @@ from symfric.solve.choose import simulate
 RELAX = 10.0 ** -np.arange(0.0, 9.0)  # of the complementarity, one program after the other
 ROUGH, FINE = 1e-9, 1e-12  # of the programs with relaxed and with fixed modes
 EMPTY = 1e-7  # of the time: elements shorter than that are left out
+PARTS = 16  # polynomials in an element, at most: doubled until the event-driven model agrees
+LESS, MISS = 1e-3, 1e-6  # part of the objective by which a neighbour is cheaper; miss of the end that counts as none
 BUMPS = (1.0, 0.2)  # of the guessed velocity: where the homotopies start
 
 
@@ -42,7 +45,9 @@ class Profile:
     check : Comparison
         What the event-driven model does with these controls.
     status : str
-        "optimal": a local optimum of the order of events that the homotopy found.
+        "optimal": a local optimum of the order of events that the homotopy found; as `Design.status`.
+    doubts : tuple of str
+        Why the status is no better.
     """
 
     time: float
@@ -54,11 +59,12 @@ class Profile:
     scene: Scene
     check: Comparison
     status: str
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (
-            f"Profile({self.status}, time {self.time:.8g}, objective {self.objective:.8g}, {self.t.size - 1} elements)"
-        )
+        doubts = f", but {'; '.join(self.doubts)}" if self.doubts else ""
+        numbers = f"time {self.time:.8g}, objective {self.objective:.8g}, {self.t.size - 1} elements"
+        return f"Profile({self.status}, {numbers}{doubts})"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
@@ -70,6 +76,7 @@ class Profile:
             "x": self.x.tolist(),
             "mode": self.mode.tolist(),
             "status": self.status,
+            "doubts": list(self.doubts),
             "check": self.check.to_dict(),
         }
 
@@ -133,12 +140,30 @@ def collocation(
     names = [s.name for s in scene.system.states]
     ask = _asked(controls, end, time, elements, degree, names)
     cost = None if isinstance(minimise, str) and minimise == "time" else sp.sympify(minimise)
-    model = dynamics(scene, symbols, cost)
+    physical = dynamics(scene, symbols, cost)
+    sizes = sizes_of(physical, *ask[1:])
+    model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
     found = [f for bump in BUMPS if (f := _homotopy(model, elements, ask, bump)) is not None]
     if not found:
-        raise NotFound(_missing(model, elements, ask, names))
+        raise NotFound(_missing(model, elements, ask, names, units))
     program, z = min(found, key=lambda f: f[0].objective(f[1]))
-    return _profile(scene, symbols, cost, program, z, ask[2])
+    best = _profile(scene, symbols, cost, program, z, ask, units)
+    while not best.check.agrees and program.parts < PARTS:
+        finer = Program(model, program.elements, ask[0], *ask[1:], program.modes, 2 * program.parts)
+        finer.measure_by(program.objective(z))
+        z, content = finer.solve(finer.solver(FINE), finer.restart(program, z, np.arange(program.elements)), 0.0)
+        if not content:
+            break
+        program = finer
+        best = _profile(scene, symbols, cost, program, z, ask, units)
+    return best
+
+
+def _in_sizes(ask, sizes: Sizes):
+    """Return what is asked in the sizes of the problem."""
+    degree, bounds, target, (low, high) = ask
+    ends = {k: v / sizes.x[k] for k, v in target.items()}
+    return degree, bounds / sizes.w[:, None], ends, (low / sizes.time, high / sizes.time)
 
 
 def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
@@ -199,6 +224,7 @@ def _fixed(model, program: Program, z: np.ndarray, ask):
     while True:
         modes = modes[keep]
         fixed = Program(model, keep.size, degree, bounds, target, time, modes)
+        fixed.measure_by(program.objective(z))
         z, content = fixed.solve(fixed.solver(FINE), fixed.restart(program, z, keep), 0.0)
         if not content:
             return None
@@ -213,7 +239,7 @@ def _lasting(program: Program, z: np.ndarray) -> np.ndarray:
     return np.flatnonzero(h > EMPTY * np.sum(h))
 
 
-def _missing(model, elements: int, ask, names: list[str]) -> str:
+def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
     """Say how near the end one can come: the sum of the misses is minimised instead."""
     degree, bounds, target, time = ask
     program = Program(model, elements, degree, bounds, {}, time)
@@ -223,23 +249,40 @@ def _missing(model, elements: int, ask, names: list[str]) -> str:
     solver = program.solver(ROUGH)
     for relax in RELAX:
         z, _ = program.solve(solver, z, float(relax))
-    reached = z[program.places["x"][-1]]
-    words = ", ".join(f"{names[k]} = {reached[k]:.6g} instead of {v:.6g}" for k, v in target.items())
+    reached = z[program.places["x"][-1]] * units.x
+    words = ", ".join(f"{names[k]} = {reached[k]:.6g} instead of {v * units.x[k]:.6g}" for k, v in target.items())
     return f"no motion found that reaches the end within the bounds; one comes as near as {words}"
 
 
-def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, target: dict) -> Profile:
+def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, units: Sizes) -> Profile:
     n, size = program.elements, program.degree + 1
-    h = program.values(z, "h").ravel()
-    knots = program.values(z, "w").reshape(n, size, -1)
-    ends = program.values(z, "x").reshape(n, len(program.tau), -1)[:, -1]
-    x = np.vstack([program.model.start, ends]).T
+    h = program.values(z, "h").ravel() * units.time
+    knots = program.values(z, "w").reshape(n, size, -1) * units.w
+    ends = program.values(z, "x").reshape(n, len(program.grid), -1)[:, -1]
+    x = np.vstack([program.model.start, ends]).T * units.x[:, None]
     controls = {s.name: knots[:, :, k] for k, s in enumerate(symbols)}
-    sizes = np.max(np.abs(x), axis=1)
-    check = _replayed(scene, symbols, cost, h, knots, program.objective(z), target, sizes)
     t = np.concatenate([[0.0], np.cumsum(h)])
-    mode = program.modes.T.copy()
-    return Profile(float(t[-1]), program.objective(z), t, controls, x, mode, scene, check, "optimal")
+    unit = units.time if cost is None else units.cost
+    objective = float(t[-1]) if cost is None else program.objective(z) * unit
+    target = {k: v * units.x[k] for k, v in ask[2].items()}
+    check = _replayed(scene, symbols, cost, h, knots, objective, target, np.max(np.abs(x), axis=1))
+    status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit), objective)
+    return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
+
+
+def _cheaper(program: Program, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
+    """Return the control that costs a little less and misses the end by least, in the same order of modes."""
+    degree, bounds, target, time = ask
+    best = program.objective(z)
+    free = Program(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
+    last = free.nlp["x"][free.places["x"][-1]]
+    free.most_costly((1 - LESS) * best)
+    free.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())
+    found, _ = free.solve(free.solver(FINE), z, 0.0)
+    miss = max(abs(found[free.places["x"][-1]][k] - v) for k, v in target.items())
+    reached = free.objective(found)
+    feasible = miss <= MISS and reached <= best
+    return [Neighbour(f"a control of {100 * LESS:g} % less", reached * unit, 0.0 if feasible else max(miss, MISS))]
 
 
 def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict, sizes) -> Comparison:

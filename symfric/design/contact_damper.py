@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symfric.design.compared import Compared, Comparison
+from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
@@ -27,6 +28,7 @@ POINTS = {1: 1001, 2: 45, 3: 13, 4: 7, 5: 5}  # of the survey, along each parame
 TOLERANCE = 1e-12
 STARTS = 3  # places of the survey from which a piece is optimised
 WORTH = 1.6  # times the shortest time of the survey: pieces that begin above it are left out
+TURNS = 6  # of polls around the best place, and of optimising its piece again
 STEP = 1e-6  # of differences, over the width of the bounds
 SAFE = 1e-10  # of the stick limit: so far within it the last turning point lies at least, for other solvers' rounding
 BESIDE = (1e-6, 1e-4, 1e-2)  # of the bounds: designs beside an optimum
@@ -212,6 +214,25 @@ def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
             found = _on_piece(damper, grid[k], index[k])
             if found is not None and damper(found).time < shortest:
                 best, shortest = found, damper(found).time
+    return None if best is None else _polled(damper, best, 0.5 / (POINTS[len(damper.names)] - 1))
+
+
+def _polled(damper: Damper, best: np.ndarray, reach: float) -> np.ndarray:
+    """Return a place that none around it beats; from each better one its piece is optimised again."""
+
+    def merit(p: np.ndarray) -> tuple[float, float]:
+        decay = damper(p)
+        return (0.0, decay.time) if damper.good(decay) else (1.0, np.inf)
+
+    for _ in range(TURNS):
+        before = damper(best).time
+        best = polished(merit, best, reach, STEP)
+        decay = damper(best)
+        found = _on_piece(damper, best, len(decay.t) - 1) if decay.t else None
+        if found is not None and merit(found) < merit(best):
+            best = found
+        if damper(best).time >= before * (1 - 1e-9):
+            break
     return best
 
 

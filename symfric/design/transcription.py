@@ -7,8 +7,9 @@ elements with switch detection, Numer. Math. 156 (2024); the friction is in step
 ``s = p - n``, ``0 <= n, 0 <= a`` and ``0 <= p, 0 <= 1 - a`` complementary.
 """
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -21,7 +22,6 @@ from symfric.model.names import SPEED, TIME
 from symfric.model.scene import Scene
 
 FIRST, LAST = 3, 7  # collocation points in an element: while the modes are looked for, and when they are known
-LARGE = 1e6  # bound of what has none
 SLIDE = 1e-6  # of the largest slip: an element whose slips are below it sticks
 
 
@@ -92,6 +92,74 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
     )
 
 
+@dataclass(frozen=True)
+class Sizes:
+    """What counts as 1 in the program: lengths, controls, time, slips and cost.
+
+    Attributes
+    ----------
+    x, w, slip : ndarray
+        Of every state, control and contact.
+    time, cost : float
+    """
+
+    x: np.ndarray
+    w: np.ndarray
+    slip: np.ndarray
+    time: float
+    cost: float
+
+
+def sizes_of(model: Dynamics, bounds: np.ndarray, end: dict[int, float], time: tuple[float, float]) -> Sizes:
+    """Return the sizes that a problem has by itself: its distances, and what its controls can accelerate.
+
+    In other units of mass, length and time the program in these sizes is the same one.
+    """
+    n, goal = model.n_q, model.start.copy()
+    for k, value in end.items():
+        goal[k] = value
+    shares, still = np.full(model.n_c, 0.5), np.zeros(model.n_c)  # no friction
+    corners = [np.array(c) for c in itertools.product(*bounds)]
+    rates = np.array([np.array(model.rate(x, w, shares, still)).ravel() for x in (model.start, goal) for w in corners])
+    rate, moved = np.max(np.abs(rates), axis=0), np.abs(goal - model.start)
+    fastest = rate[n : 2 * n]
+    able = fastest > 0
+    natural = [*np.sqrt(moved[:n][able] / fastest[able]), *(moved[n : 2 * n][able] / fastest[able])]
+    low, high = time
+    middle = float(np.sqrt(low * high)) if low > 0 else 0.3 * high
+    duration = float(np.clip(max(natural, default=0.0) or middle, low, high))
+    length = np.where(moved[:n] > 0, moved[:n], np.maximum(fastest * duration**2, moved[n : 2 * n] * duration))
+    length = np.where(length > 0, length, np.max(length) or 1.0)
+    others = np.maximum(np.maximum(np.abs(goal), np.abs(model.start)), rate * duration)[2 * n :]
+    x = np.concatenate([length, length / duration, np.where(others > 0, others, 1.0)])
+    slips = [np.abs(np.array(model.slip(x * e, np.zeros(model.n_w))).ravel()) for e in np.eye(x.size)]
+    slip = np.sum(slips, axis=0) if model.n_c else np.zeros(0)
+    w = np.max(np.abs(bounds), axis=1)
+    cost = 1.0
+    if model.cost is not None:
+        cost = max((abs(float(model.cost(e, c))) for e in (model.start, goal) for c in corners), default=0.0) or 1.0
+    return Sizes(x, np.where(w > 0, w, 1.0), np.where(slip > 0, slip, 1.0), duration, cost * duration)
+
+
+def dimensionless(model: Dynamics, sizes: Sizes) -> Dynamics:
+    """Return a model whose states, controls, slips, time and cost are in the given sizes."""
+    x, w = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w)
+    a, speed = ca.SX.sym("a", model.n_c), ca.SX.sym("speed", model.n_c)
+    state, control = x * sizes.x, w * sizes.w
+    cost = None
+    if model.cost is not None:
+        cost = ca.Function("cost", [x, w], [model.cost(state, control) * (sizes.time / sizes.cost)])
+    return replace(
+        model,
+        rate=ca.Function(
+            "rate", [x, w, a, speed], [model.rate(state, control, a, speed * sizes.slip) * sizes.time / sizes.x]
+        ),
+        slip=ca.Function("slip", [x, w], [model.slip(state, control) / sizes.slip]),
+        cost=cost,
+        start=model.start / sizes.x,
+    )
+
+
 def _friction(contact, k, show, symbols, numbers, a, speed, switches, u) -> ca.SX:
     """Return the generalised friction force of a contact in step form."""
     law = contact.law
@@ -121,12 +189,17 @@ class Program:
     time : (float, float)
     modes : ndarray of int, shape (elements, n_c), optional
         Of every contact in every element; without them the complementarity is relaxed by the parameter ``relax``.
+    parts : int
+        Polynomials of equal length in an element: a law that is steep needs several.
     """
 
-    def __init__(self, model: Dynamics, elements: int, degree: int, bounds, end: dict, time, modes=None):
-        self.model, self.elements, self.degree, self.modes = model, elements, degree, modes
+    def __init__(
+        self, model: Dynamics, elements: int, degree: int, bounds, end: dict, time, modes=None, parts: int = 1
+    ):
+        self.model, self.elements, self.degree, self.modes, self.parts = model, elements, degree, modes, parts
         self.tau = ca.collocation_points(FIRST if modes is None else LAST, "radau")
         self.slope, _, self.weight = ca.collocation_coeff(self.tau)
+        self.grid = [(part + tau) / parts for part in range(parts) for tau in self.tau]  # of an element, 0 to 1
         self.variables, self.low, self.high = [], [], []
         self.rules, self.least, self.most = [], [], []
         self.relax = ca.SX.sym("relax")
@@ -141,8 +214,8 @@ class Program:
         for k, value in end.items():
             self._rule(x[k], value, value)
         self.total = sum(h)
-        objective = self.total if model.cost is None else self.cost
-        stack = {"x": ca.vertcat(*self.variables), "f": objective, "g": ca.vertcat(*self.rules), "p": self.relax}
+        self.spent = self.total if model.cost is None else self.cost
+        stack = {"x": ca.vertcat(*self.variables), "f": self.spent, "g": ca.vertcat(*self.rules), "p": self.relax}
         self.nlp = stack
 
     def _new(self, name: str, size: int, low, high) -> ca.SX:
@@ -162,7 +235,7 @@ class Program:
 
     def _split(self, i, x: ca.SX):
         """Return the slip of a state in both directions, each >= 0."""
-        p, n = (self._new(name, self.model.n_c, 0.0, LARGE) for name in ("p", "n"))
+        p, n = (self._new(name, self.model.n_c, 0.0, np.inf) for name in ("p", "n"))
         self._rule(p - n - self.model.slip(x, ca.SX.zeros(self.model.n_w)), 0.0, 0.0)
         if i is not None and self.modes is not None:
             for k, mode in enumerate(self.modes[i]):
@@ -174,30 +247,34 @@ class Program:
     def _element(self, i: int, h: ca.SX, x: ca.SX, left, bounds):
         model = self.model
         knots = [self._new("w", model.n_w, bounds[:, 0], bounds[:, 1]) for _ in range(self.degree + 1)]
-        states, shares = [x], []
-        slips = [left]
-        for _ in self.tau:
-            states.append(self._new("x", model.n_x, -LARGE, LARGE))
-            shares.append(self._new("a", model.n_c, 0.0, 1.0))
-            slips.append(self._split(i, states[-1]))
-        for j, tau in enumerate(self.tau):
-            w = knots[0] if self.degree == 0 else knots[0] * (1 - tau) + knots[1] * tau
-            p, n = slips[j + 1]
-            slope = sum(float(self.slope[r, j]) * state for r, state in enumerate(states))
-            self._rule(slope - h * model.rate(states[j + 1], w, shares[j], p + n), 0.0, 0.0)
-            if model.cost is not None:
-                self.cost += h * float(self.weight[j]) * model.cost(states[j + 1], w)
+        shares, slips = [], [left]
+        for part in range(self.parts):
+            states = [x]
+            for _ in self.tau:
+                states.append(self._new("x", model.n_x, -np.inf, np.inf))
+                shares.append(self._new("a", model.n_c, 0.0, 1.0))
+                slips.append(self._split(i, states[-1]))
+            x = states[-1]
+            for j in range(len(self.tau)):
+                k = part * len(self.tau) + j
+                w = knots[0] if self.degree == 0 else knots[0] * (1 - self.grid[k]) + knots[1] * self.grid[k]
+                p, n = slips[k + 1]
+                slope = sum(float(self.slope[r, j]) * state for r, state in enumerate(states))
+                step = h / self.parts
+                self._rule(slope - step * model.rate(states[j + 1], w, shares[k], p + n), 0.0, 0.0)
+                if model.cost is not None:
+                    self.cost += step * float(self.weight[j]) * model.cost(states[j + 1], w)
         if self.modes is None:
             forward, backward = (sum(e[k] for e in slips) for k in (0, 1))
             above, below = sum(1 - a for a in shares), sum(shares)
-            self._rule(forward * above - self.relax, -LARGE, 0.0)
-            self._rule(backward * below - self.relax, -LARGE, 0.0)
+            self._rule(forward * above - self.relax, -np.inf, 0.0)
+            self._rule(backward * below - self.relax, -np.inf, 0.0)
         else:
             for k, mode in enumerate(self.modes[i]):
                 if mode != 0:
                     for a in shares:
                         self._rule(a[k], 0.5 * (1 + mode), 0.5 * (1 + mode))
-        return states[-1], slips[-1]
+        return x, slips[-1]
 
     @alone(SYMBOLIC)
     def solver(self, tolerance: float) -> ca.Function:
@@ -224,10 +301,10 @@ class Program:
             start[np.concatenate([np.r_[s] for s in self.places[name]])] = rows.ravel()
         first = {"x": coarse.model.start, "a": None, "p": coarse.values(z, "p")[0], "n": coarse.values(z, "n")[0]}
         for name, left in first.items():
-            values = coarse.values(z, name)[-coarse.elements * len(coarse.tau) :]
-            values = values.reshape(coarse.elements, len(coarse.tau), -1)
-            fine = [self._between(coarse.tau, values, k, left) for k in keep]
-            skip = len(self.places[name]) - self.elements * len(self.tau)  # the slip at the start
+            values = coarse.values(z, name)[-coarse.elements * len(coarse.grid) :]
+            values = values.reshape(coarse.elements, len(coarse.grid), -1)
+            fine = [self._between(coarse.grid, values, k, left) for k in keep]
+            skip = len(self.places[name]) - self.elements * len(self.grid)  # the slip at the start
             rows = np.concatenate([[left] * skip, *fine]) if skip else np.concatenate(fine)
             for slot, row in zip(self.places[name], rows, strict=True):
                 start[slot] = row
@@ -237,15 +314,24 @@ class Program:
         """Return the values of element k at the points of this program, shape (n, size)."""
         before = values[k, 0] if left is None else left if k == 0 else values[k - 1, -1]
         known = np.vstack([before, values[k]])
-        return np.column_stack([np.interp(self.tau, [0.0, *tau], column) for column in known.T])
+        return np.column_stack([np.interp(self.grid, [0.0, *tau], column) for column in known.T])
 
     @alone(SYMBOLIC)
     def objective(self, z: np.ndarray) -> float:
-        """Return the objective."""
-        return float(ca.Function("f", [self.nlp["x"]], [self.nlp["f"]])(z))
+        """Return the duration, or the cost."""
+        return float(ca.Function("f", [self.nlp["x"]], [self.spent])(z))
+
+    def measure_by(self, value: float) -> None:
+        """Minimise the objective over the size of a value of it, so that tolerances are relative."""
+        self.nlp["f"] = self.spent / (abs(value) or 1.0)
+
+    def most_costly(self, value: float) -> None:
+        """Ask for a duration, or a cost, that does not exceed a value."""
+        self._rule(self.spent, -np.inf, value)
+        self.nlp["g"] = ca.vertcat(*self.rules)
 
     def modes_of(self, z: np.ndarray) -> np.ndarray:
         """Return the mode of every contact in every element, shape (elements, n_c)."""
-        p, n = (self.values(z, name)[1:].reshape(self.elements, len(self.tau), -1).max(axis=1) for name in ("p", "n"))
+        p, n = (self.values(z, name)[1:].reshape(self.elements, len(self.grid), -1).max(axis=1) for name in ("p", "n"))
         largest = max(float(np.max(p, initial=0.0)), float(np.max(n, initial=0.0)), 1e-300)
         return np.where(p > np.maximum(n, SLIDE * largest), 1, np.where(n > SLIDE * largest, -1, 0))

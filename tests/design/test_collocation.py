@@ -100,3 +100,37 @@ def test_bad_arguments(scene, options, words):
     given = {"controls": {"w": (-U, U)}, "end": {"x": D, "u": 0.0}, "time": (0.1, 20.0)} | options
     with pytest.raises(sf.SceneError, match=words):
         collocation(scene, **given)
+
+
+UNITS = [(410.0, 79.0, 0.001), (0.0013, 76.0, 300.0), (140.0, 0.0016, 24.0)]
+
+
+@pytest.mark.parametrize("units", longer(UNITS, UNITS[1:]))
+def test_units_do_not_matter(units):
+    """The same move in other units of mass, length and time, with a spring and a law that falls: one number."""
+
+    def move(mass, length, time):
+        force = mass * length / time**2
+        scene = sf.Scene(
+            system=sf.System(q=[x], u=[u], mass=[[mass]], force=[w - 0.5 * mass / time**2 * x]),
+            contacts=[sf.Contact("floor", slip=u, normal=0.3 * force, law=sf.laws.exponential(1, 2 * length / time))],
+            values={w: 0.0},
+            initial={x: 0.0, u: 0.0},
+            horizon=1.0,
+        )
+        bounds = {"w": (-force, force)}
+        return collocation(scene, bounds, {"x": length, "u": 0.0}, time=(0.1 * time, 10 * time))
+
+    one, other = move(1.0, 1.0, 1.0), move(*units)
+    assert other.time / units[2] == pytest.approx(one.time, rel=1e-8)
+    assert one.time == pytest.approx(2.0207425, rel=1e-7)
+    assert (one.status, other.status) == ("optimal", "optimal"), (one.doubts, other.doubts)
+
+
+@pytest.mark.parametrize("v_c", longer([0.3, 0.1, 0.05], [0.3, 0.05]))
+def test_a_steep_law_is_resolved(v_c):
+    """Elements are divided until the event-driven model ends where it should."""
+    found = collocation(block(law=sf.laws.exponential(1, v_c)), {"w": (-U, U)}, {"x": D, "u": 0.0}, time=(0.1, 20.0))
+    assert found.check.agrees, str(found.check)
+    assert found.status == "optimal", found.doubts
+    assert sqrt(4 * M * D / U) < found.time < fastest(D)
