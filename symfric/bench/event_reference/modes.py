@@ -142,16 +142,13 @@ def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> flo
     one, free = np.linalg.lstsq(rows.T, total, rcond=_RANK)[0], right[rank:].T
     planes = np.vstack([np.hstack([free, -np.ones((len(one), 1))]), np.hstack([-free, -np.ones((len(one), 1))])])
     levels = np.concatenate([bounds - one, bounds + one])  # planes @ (combination, excess) <= levels
-    best = np.inf
-    for chosen in itertools.combinations(range(len(levels)), free.shape[1] + 1):
-        part = planes[list(chosen)]
-        if abs(np.linalg.det(part)) < 1e-12:
-            continue
-        found = np.linalg.solve(part, levels[list(chosen)])
-        size = np.max(np.abs(levels)) + abs(found[-1])
-        if found[-1] < best and np.all(planes @ found <= levels + 1e-13 * size):
-            best = float(found[-1])
-    return best
+    corners = np.array(list(itertools.combinations(range(len(levels)), free.shape[1] + 1)))
+    parts = planes[corners]
+    regular = np.abs(np.linalg.det(parts)) > 1e-12
+    found = np.linalg.solve(parts[regular], levels[corners[regular]][..., None])[..., 0]
+    size = np.max(np.abs(levels)) + np.abs(found[:, -1:])
+    inside = np.all(found @ planes.T <= levels + 1e-13 * size, axis=1)
+    return float(np.min(found[inside, -1], initial=np.inf))
 
 
 class Choice:

@@ -59,12 +59,16 @@ class ReferenceSimulator:
         self.scene, self.tolerance, self.max_steps, self.max_events = scene, tolerance, max_steps, max_events
         self.equations = Equations(scene)
 
-    def run(self, values=None, initial=None, *, times=None, sizes=None, tolerance=None, preference=0) -> Reference:
+    def run(
+        self, values=None, initial=None, *, horizon=None, times=None, sizes=None, tolerance=None, preference=0
+    ) -> Reference:
         """Run with other values and another start, both by name.
 
         Parameters
         ----------
         values, initial : dict of str to float, optional
+        horizon : float, optional
+            Of the scene unless given.
         times : array_like, optional
             At which the state is wanted; only the horizon unless given.
         sizes : array_like, shape (n_x,), optional
@@ -76,24 +80,27 @@ class ReferenceSimulator:
         numbers = {s.name: v for s, v in scene.numbers().items()} | (values or {}) | (initial or {})
         y = np.array([numbers[s.name] for s in scene.system.states], dtype=float)
         parameters = tuple(float(numbers[s.name]) for s in self.equations.parameters)
-        times = np.atleast_1d(np.asarray(scene.horizon if times is None else times, dtype=float))
+        horizon = scene.horizon if horizon is None else horizon
+        times = np.atleast_1d(np.asarray(horizon if times is None else times, dtype=float))
         sizes = np.ones(y.size) if sizes is None else np.maximum(np.asarray(sizes, dtype=float), 1e-300)
-        mechanics = Mechanics(self.equations, parameters, 0.1 * scene.horizon)
+        mechanics = Mechanics(self.equations, parameters, 0.1 * horizon)
         tolerance = self.tolerance if tolerance is None else tolerance
-        return _Motion(self, mechanics, times, sizes, tolerance, preference).run(y)
+        return _Motion(self, mechanics, horizon, times, sizes, tolerance, preference).run(y)
 
 
 class _Motion:
     """One run."""
 
-    def __init__(self, simulator: ReferenceSimulator, mechanics: Mechanics, times, sizes, tolerance, preference):
+    def __init__(
+        self, simulator: ReferenceSimulator, mechanics: Mechanics, horizon, times, sizes, tolerance, preference
+    ):
         self.m, self.e, self.scene = mechanics, mechanics.e, simulator.scene
-        self.limits = simulator
+        self.limits, self.horizon = simulator, horizon
         self.times, self.tolerance, self.atol = times, tolerance, 0.1 * tolerance * sizes
         self.x = np.full((len(sizes), times.size), np.nan)
         self.choice = Choice(mechanics, preference)
         self.events: list[tuple[float, tuple[int, ...]]] = []
-        self.steps, self.h = 0, self.scene.horizon / 40
+        self.steps, self.h = 0, self.horizon / 40
         self.largest = np.zeros(self.e.n_c + self.e.n_k)  # slips and guards so far
 
     def run(self, y: np.ndarray) -> Reference:
@@ -126,7 +133,7 @@ class _Motion:
 
     def _stops(self) -> list[float]:
         """Times where a sampled input bends or jumps, and the end."""
-        end = self.scene.horizon
+        end = self.horizon
         grids = [s.t0 + s.dt * np.arange(s.samples.size) for s in self.scene.inputs.values()]
         inner = np.unique(np.concatenate([np.zeros(0), *grids]))
         return [*(float(t) for t in inner if 1e-14 * end < t < end * (1 - 1e-14)), end]
@@ -185,10 +192,10 @@ class _Motion:
             if not np.all(np.isfinite(states)):
                 raise GaveUp(f"not finite at t = {t:.17g}")
             change = _change(watched[self.e.n_c + self.e.n_k :])
-            if change > 1.5 and length > 1e-13 * self.scene.horizon:
+            if change > 1.5 and length > 1e-13 * self.horizon:
                 self.h, solver = length * max(0.1, 0.8 / change), None
                 continue
-            self.h = min(length * min(4.0, 0.8 / max(change, 1e-3)), self.scene.horizon / 20)
+            self.h = min(length * min(4.0, 0.8 / max(change, 1e-3)), self.horizon / 20)
             guards, function = self._guards(mode, grid, states, watched, dense)
             event = _first_event(grid, guards, function, first)
             if event is not None:

@@ -1,15 +1,29 @@
 """Random scenes run by the chosen route and by a reference simulator: does a wrong run ever say nothing?"""
 
+import itertools
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from joblib import Parallel, delayed
 
 from symfric.bench.stress.comparison import Comparison
 from symfric.bench.stress.families import FAMILIES, family
+from symfric.bench.stress.orbit_comparison import OrbitComparison
 from symfric.bench.stress.verdict import VERDICTS, StressResult, Verdict
 from symfric.errors import SceneError
 
-__all__ = ["FAMILIES", "VERDICTS", "Comparison", "StressResult", "Verdict", "examine", "scene_named", "stress"]
+__all__ = [
+    "FAMILIES",
+    "VERDICTS",
+    "Comparison",
+    "OrbitComparison",
+    "StressResult",
+    "Verdict",
+    "comparison_of",
+    "examine",
+    "scene_named",
+    "stress",
+]
 
 
 def stress(
@@ -25,7 +39,7 @@ def stress(
     Parameters
     ----------
     scenes : int
-        Shared equally by the families.
+        Shared by the families according to their weights.
     seed : int
         Of the first structure of every family; the next ones follow.
     families : sequence of str, optional
@@ -60,10 +74,11 @@ def stress(
 
 def _parts(names: list[str], scenes: int, seed: int) -> list[tuple[str, int, range]]:
     """Return family, seed and numbers of every structure, family by family."""
-    share, left = divmod(scenes, len(names))
+    weights = [FAMILIES[name].weight for name in names]
+    ends = [round(scenes * w / sum(weights)) for w in itertools.accumulate(weights)]
     parts = []
-    for i, name in enumerate(names):
-        wanted, runs = share + (i < left), FAMILIES[name].runs
+    for name, wanted in zip(names, np.diff([0, *ends]).tolist(), strict=True):
+        runs = FAMILIES[name].runs
         parts += [(name, seed + k, range(min(runs, wanted - k * runs))) for k in range(-(-wanted // runs))]
     return parts
 
@@ -76,7 +91,12 @@ def scene_named(name: str) -> tuple[str, int, int]:
     return family(parts[0]).name, int(parts[1]), int(parts[2])
 
 
+def comparison_of(name: str, seed: int) -> Comparison | OrbitComparison:
+    """Return the comparison of one structure of a family."""
+    return (OrbitComparison if family(name).orbits else Comparison)(name, seed)
+
+
 def examine(name: str, seed: int, numbers: Sequence[int]) -> list[Verdict]:
     """Run one structure of a family with the draws of these numbers."""
-    comparison = Comparison(name, seed)
+    comparison = comparison_of(name, seed)
     return [comparison.verdict(number) for number in numbers]

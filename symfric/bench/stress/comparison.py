@@ -67,8 +67,8 @@ class Comparison:
             )
 
     def _compared(self, number: int, draw: Draw) -> Verdict:
-        units = self.units(number)
-        values, initial = self.in_units(draw, units)
+        units = self.structure.units(self.seed, number)
+        values, initial = self.structure.in_units(draw, units)
         run, fine = (p.run(values, initial) for p in (self.chosen, self.fine))
         states, finer_states = self.states(run, units), self.states(fine, units)
         sizes = self.sizes(run, units)
@@ -103,39 +103,15 @@ class Comparison:
         """Return the numbers of one run."""
         return self.family.draw(self.structure, self.seed, number)
 
-    def units(self, number: int) -> tuple[float, float, float]:
-        """Return the units of mass, length and time that the package's run is stated in."""
-        if self.structure.dimensions is None:
-            return 1.0, 1.0, 1.0
-        rng = np.random.default_rng([self.seed, number, 2])
-        mass, length = 10.0 ** rng.uniform(-6, 6, 2)
-        return float(mass), float(length), self.structure.time_unit
-
-    def in_units(self, draw: Draw, units) -> tuple[dict, dict]:
-        """Return the numbers in the units of the package's run."""
-        dimensions = self.structure.dimensions
-        if dimensions is None:
-            return draw.values, draw.initial
-        factor = {k: math.prod(u**p for u, p in zip(units, d, strict=True)) for k, d in dimensions.items()}
-        return tuple({k: v * factor[k] for k, v in part.items()} for part in (draw.values, draw.initial))
-
-    def state_units(self, units) -> np.ndarray:
-        """Return the unit of every state."""
-        dimensions = self.structure.dimensions
-        states = self.scene.system.states
-        if dimensions is None:
-            return np.ones(len(states))
-        return np.array([math.prod(u**p for u, p in zip(units, dimensions[s.name], strict=True)) for s in states])
-
     def states(self, run: Run, units) -> np.ndarray | None:
         """Return the states at the times of comparison in the units of the structure; None if the run failed."""
         if run.status != Status.OK:
             return None
-        return run(self.times * units[2]) / self.state_units(units)[:, None]
+        return run(self.times * units[2]) / self.structure.state_units(units)[:, None]
 
     def sizes(self, run: Run, units) -> np.ndarray:
         """Return the size of every state, by its largest value."""
-        size = np.max(np.abs(run.x), axis=1) / self.state_units(units)
+        size = np.max(np.abs(run.x), axis=1) / self.structure.state_units(units)
         n = len(self.scene.system.q)
         for part in np.split(np.arange(size.size), [n, 2 * n]):  # what is a millionth of its like is noise
             if part.size:

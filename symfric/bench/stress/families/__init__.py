@@ -1,7 +1,7 @@
 """The families of random scenes."""
 
 from symfric.bench.random_scenes import Dice, structure
-from symfric.bench.stress.families import loads, pulses, rescaled, surfaces, systems
+from symfric.bench.stress.families import loads, orbits, pulses, rescaled, surfaces, systems
 from symfric.bench.stress.families.family import Family, Structure, random_family
 from symfric.errors import SceneError
 from symfric.model.names import nearest
@@ -30,6 +30,8 @@ _TABLE = (
     random_family("sampled", systems.sampled, runs=25),
     random_family("no-contact", systems.smooth),
     random_family("rescaled", rescaled.rescaled, runs=25),
+    random_family("cycle", orbits.cycles, 10, weight=0.2, orbits="cycle"),
+    random_family("branch", orbits.branches, 1, weight=0.01, orbits="branch"),
 )
 FAMILIES = {f.name: f for f in _TABLE}
 

@@ -1,5 +1,6 @@
 """What a family of scenes is: a generator of structures, and numbers for each."""
 
+import math
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -66,6 +67,29 @@ class Structure:
             self.adjust(rng, values, initial)
         return Draw("", values, initial)
 
+    def units(self, seed: int, number: int) -> tuple[float, float, float]:
+        """Return the units of mass, length and time that the package's run is stated in."""
+        if self.dimensions is None:
+            return 1.0, 1.0, 1.0
+        mass, length = 10.0 ** np.random.default_rng([seed, number, 2]).uniform(-6, 6, 2)
+        return float(mass), float(length), self.time_unit
+
+    def in_units(self, draw: Draw, units: tuple[float, float, float]) -> tuple[dict, dict]:
+        """Return values and start in the units of the package's run."""
+        if self.dimensions is None:
+            return draw.values, draw.initial
+        return tuple({k: v * self._unit(k, units) for k, v in part.items()} for part in (draw.values, draw.initial))
+
+    def state_units(self, units: tuple[float, float, float]) -> np.ndarray:
+        """Return the unit of every state."""
+        states = self.scene.system.states
+        return (
+            np.ones(len(states)) if self.dimensions is None else np.array([self._unit(s.name, units) for s in states])
+        )
+
+    def _unit(self, name: str, units: tuple[float, float, float]) -> float:
+        return math.prod(unit**power for unit, power in zip(units, self.dimensions[name], strict=True))
+
 
 @dataclass(frozen=True)
 class Family:
@@ -78,11 +102,17 @@ class Family:
         ``build(seed) -> Structure``.
     runs : int
         Draws of numbers for each structure, whose compilation takes as long as some dozens of runs.
+    weight : float
+        Share of a stress run, relative to that of the others.
+    orbits : str
+        What is looked for: "" for motions, "cycle" for their limit cycles, "branch" for branches of these.
     """
 
     name: str
     build: Callable[[int], Structure]
     runs: int = 50
+    weight: float = 1.0
+    orbits: str = ""
 
     def draw(self, structure: Structure, seed: int, number: int) -> Draw:
         """Return the numbers of one run; the same for the same seed of the structure and number of the run."""
@@ -91,9 +121,9 @@ class Family:
         return structure.draw(np.random.default_rng([zlib.crc32(self.name.encode()), seed, number, 1]))
 
 
-def random_family(name: str, make: Callable[[np.random.Generator], Structure], runs: int = 50) -> Family:
+def random_family(name: str, make: Callable[[np.random.Generator], Structure], *args, **options) -> Family:
     """Return the family whose structures follow from a generator of random numbers."""
-    return Family(name, lambda seed: make(np.random.default_rng([zlib.crc32(name.encode()), seed])), runs)
+    return Family(name, lambda seed: make(np.random.default_rng([zlib.crc32(name.encode()), seed])), *args, **options)
 
 
 def parameter(name: str) -> sp.Symbol:
