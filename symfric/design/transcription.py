@@ -314,7 +314,8 @@ class Program:
         """Return the values of element k at the points of this program, shape (n, size)."""
         before = values[k, 0] if left is None else left if k == 0 else values[k - 1, -1]
         known = np.vstack([before, values[k]])
-        return np.column_stack([np.interp(self.grid, [0.0, *tau], column) for column in known.T])
+        columns = [np.interp(self.grid, [0.0, *tau], column) for column in known.T]
+        return np.array(columns).reshape(len(columns), len(self.grid)).T
 
     @alone(SYMBOLIC)
     def objective(self, z: np.ndarray) -> float:

@@ -237,7 +237,7 @@ def _guard_rates(automaton: Automaton) -> ca.Function:
     field = automaton.field
     y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
     rate, guards, _ = field(y, t, p, m)
-    out = [guards[: 2 * len(automaton.contacts)]]
+    out = [guards[: 2 * len(automaton.contacts)] if automaton.contacts else ca.SX(0, 1)]
     for _ in range(2):
         out.append(ca.jtimes(out[-1], y, rate) + ca.jacobian(out[-1], t))
     return ca.Function("guards", [y, t, p, m], [ca.densify(e) for e in out])
