@@ -23,12 +23,12 @@ WORKAROUNDS = (
 
 def prepare_interpreted(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Return a function that runs the integrator in CasADi's virtual machine."""
-    return _through_buffer(_with_events(problem.oscillator, tolerance), problem.oscillator)
+    return _through_buffer(_with_events(problem.by_hand, tolerance), problem.by_hand)
 
 
 def prepare_compiled(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Generate C for the whole integration, compile it, and return a function that runs it."""
-    return _through_buffer(compiled(_with_events(problem.oscillator, tolerance)), problem.oscillator)
+    return _through_buffer(compiled(_with_events(problem.by_hand, tolerance)), problem.by_hand)
 
 
 def compiled(function: ca.Function) -> ca.Function:
@@ -44,7 +44,7 @@ def compiled(function: ca.Function) -> ca.Function:
 
 def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Return a function that runs cvodes through the kinks of the regularised law."""
-    o = problem.oscillator
+    o = problem.by_hand
     y = ca.SX.sym("y", 4)  # as many states as with events, the last two idle
     x, u, _, _ = ca.vertsplit(y)
     w = u - o.v_b
@@ -71,28 +71,27 @@ def _with_events(o: Oscillator, tolerance: float) -> ca.Function:
     arguments = [index, t, y, *(ca.SX.sym(name, 0) for name in "zpu")]
     transition = ca.Function("transition", arguments, [after, none], ca.event_in(), ca.event_out())
     dae = {"x": y, "t": t, "ode": ca.vertcat(u, ca.if_else(stick, 0, slipping), 0, 0), "zero": guard}
-    options = {
-        "abstol": tolerance,
-        "reltol": tolerance,
-        "transition": transition,
-        "max_num_steps": 10**8,
-        "max_events": 10**6,
-    }
+    limits = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
     with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
-        return ca.integrator("stick_slip", "erk", dae, 0, o.horizon, options)
+        return ca.integrator("stick_slip", "erk", dae, 0, o.horizon, {**limits, "transition": transition})
 
 
 def _through_buffer(function: ca.Function, o: Oscillator) -> Callable[[], Answer]:
-    start, end = np.array([o.x0, 0.0, o.start, 0.0]), np.zeros(4)
-    buffer, evaluate = function.buffer()
-    buffer.set_arg(0, memoryview(start))
-    buffer.set_res(0, memoryview(end))
+    return _Buffered(function, np.array([o.x0, 0.0, o.start, 0.0]))
 
-    def run() -> Answer:
-        evaluate()
-        if buffer.ret():
-            raise RuntimeError(f"{function.name()} ended before its horizon")
+
+class _Buffered:
+    """A function called through a buffer, which refers to the function and to both arrays without owning them."""
+
+    def __init__(self, function: ca.Function, start: np.ndarray):
+        self._function, self._start, self._end = function, start, np.zeros(4)
+        self._buffer, self._evaluate = function.buffer()
+        self._buffer.set_arg(0, start.data)  # type: ignore[call-arg]  # the stub wants the size, which memory brings
+        self._buffer.set_res(0, self._end.data)  # type: ignore[call-arg]  # likewise
+
+    def __call__(self) -> Answer:
+        self._evaluate()
+        if self._buffer.ret():
+            raise RuntimeError(f"{self._function.name()} ended before its horizon")
+        end = self._end
         return Answer((end[0], end[1]), int(end[3]))
-
-    run.keeps = function, buffer  # the buffer refers to them without owning them
-    return run

@@ -46,11 +46,10 @@ def _integrator(form: Form, tolerance: float) -> ca.Function:
     )
     ode = ca.vertcat(*rates, ca.SX.zeros(len(form.signs) + len(form.moving) + 1))
     dae = {"x": x, "t": t, "u": line, "ode": ode, "zero": ca.vertcat(*guards)}
-    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
-    options["transition"] = transition
+    limits = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
     grid = [segment[0] for segment in form.segments]
     with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
-        return ca.integrator("stick_slip", "erk", dae, 0, grid, options)
+        return ca.integrator("stick_slip", "erk", dae, 0, grid, {**limits, "transition": transition})
 
 
 def _after(form: Form, x: ca.SX, k: int, printed) -> ca.SX:

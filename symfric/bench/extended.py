@@ -100,14 +100,15 @@ def extended(scene: Scene, digits: int = 28) -> Extended:
             if error > little:
                 h /= 2
                 continue
-            if _first_fallen(guards) is None:
+            fallen = _first_fallen(guards)
+            if fallen is None:
                 y, t = after, t + h
                 if t >= end:
                     return Extended(tuple(y), events)
                 h = min(h * (1 if error > 1e-4 * little else mp.mpf("1.5")), mp.mpf(_LONGEST))
                 continue
-            y, t, which = _locate(equations, mode, y, t, h, guards)
-            known = {which: 0 if mode[which] else -1 if equations.forces(y, t, mode)[1][which] > 0 else 1}
+            y, t = _locate(equations, mode, y, t, h, guards, fallen)
+            known = {fallen: 0 if mode[fallen] else -1 if equations.forces(y, t, mode)[1][fallen] > 0 else 1}
             new = _mode(equations, y, t, known, little, mode)
             events, mode = events + sum(a != b for a, b in zip(mode, new, strict=True)), new
             h = min(h, mp.mpf(_LONGEST) / 8)
@@ -117,7 +118,7 @@ def extended(scene: Scene, digits: int = 28) -> Extended:
 def _mode(equations: _Equations, y, t, known: dict[int, int], little, before=None) -> tuple[int, ...]:
     """Return the one consistent mode; `known` names a contact at zero slip (0) or its release (-1, 1)."""
     slip = equations.at(*y, t)[2]
-    ways = []
+    ways: list[tuple[int, ...]] = []
     for i in range(equations.n_c):
         still = before is not None and before[i] == 0
         if known.get(i, 0) != 0:
@@ -172,9 +173,8 @@ def _first_fallen(guards: list[list]) -> int | None:
     return None
 
 
-def _locate(equations: _Equations, mode, y, t, h, guards) -> tuple[list, mp.mpf, int]:
-    """Return state and time where the first guard falls, by the Illinois rule on the length of the step."""
-    which = _first_fallen(guards)
+def _locate(equations: _Equations, mode, y, t, h, guards, which: int) -> tuple[list, mp.mpf]:
+    """Return state and time where a guard falls, by the Illinois rule on the length of the step."""
     nodes = len(guards) - 1
     k = next(k for k in range(1, nodes + 1) if guards[k][which] < -_NOISE * mp.eps)
 
@@ -199,7 +199,7 @@ def _locate(equations: _Equations, mode, y, t, h, guards) -> tuple[list, mp.mpf,
             high, below, above = length, now, above / 2
         else:
             low, above, below = length, now, below / 2
-    return state, t + length, which
+    return state, t + length
 
 
 def _solve(rows: list[list]) -> list:

@@ -6,6 +6,7 @@ Nothing of this package's own lowering is used, so that what the peers compute i
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -141,6 +142,10 @@ def _segments(scene: Scene) -> tuple[tuple[float, float, float], ...]:
     return (*(s for s in found if s[0] <= scene.horizon), (scene.horizon, 0.0, 0.0))
 
 
+def _no_solver(t, y, mode, line, end):
+    raise NotImplementedError("this loop finds modes only; give it a solver to run")
+
+
 class Loop:
     """The stick-slip logic around a solver that goes from event to event.
 
@@ -156,7 +161,9 @@ class Loop:
         Type of the numbers.
     """
 
-    def __init__(self, form: Form, advance: Callable | None = None, modules: str = "math", number: Callable = float):
+    def __init__(
+        self, form: Form, advance: Callable = _no_solver, modules: str = "math", number: Callable[[float], Any] = float
+    ):
         self._form, self._advance, self._number = form, advance, number
         compiled = lambda e: sp.lambdify(form.arguments, e, modules, cse=True)  # noqa: E731
         self._slips, self._holds = compiled(list(form.slips)), compiled(list(form.holds))

@@ -21,7 +21,7 @@ _COOLDOWN_STIFF = 1e-9
 
 def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Compile the integrator and return a function that resets its state and runs it."""
-    oscillator = problem.oscillator
+    oscillator = problem.by_hand
     return _continuous(oscillator, tolerance) if oscillator.v_s else _set_valued(oscillator, tolerance)
 
 
@@ -93,7 +93,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Compile once with the belt speed as a parameter; return a function that finds the half range at each speed."""
     import heyoka as hy
 
-    o, (begin, end) = problem.oscillator, problem.window
+    o, (begin, end) = problem.by_hand, problem.window
     range_ = [0.0, 0.0]
     watching = [False]
 

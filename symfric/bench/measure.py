@@ -102,7 +102,9 @@ def _processor() -> str:
 
 
 def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) -> list[Curve]:
-    entries, failures, prepared = [], {}, {}
+    entries: list[_Entry] = []
+    failures: dict[str, str] = {}
+    prepared: dict[str, float] = {}
     takers = [p for p in chosen if problem.name in p.problems]
     for peer in takers:
         tell(f"{problem.name}: preparing {peer.name}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symfric.model import library
-from symfric.model.outputs import End, Events, HalfRange, Integral, Trajectory
+from symfric.model.outputs import End, Events, HalfRange, Integral, Output, Trajectory
 from symfric.solve.choose import prepare
 
 _TOLERANCE = 1e-10
@@ -54,7 +54,7 @@ def needs() -> tuple[Need, ...]:
     """Measure one motion, P2, with the end state, then with more and more outputs; all in turn, round by round."""
     scene = library.mass_on_belt(v_b=0.2)
     spent = {"power": Integral(0.1 * _U**2)}
-    wanted = [
+    wanted: list[tuple[str, dict[str, Output], tuple[str, ...]]] = [
         ("end state", {"end": End()}, ()),
         ("+ half range", {"end": End(), "half": HalfRange(_X)}, ()),
         ("+ energy spent in the damper", {"end": End(), "half": HalfRange(_X), **spent}, ()),

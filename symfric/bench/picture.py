@@ -31,7 +31,7 @@ def work_precision(benchmark: Benchmark, ax=None):
         panel.set(xlabel="error", ylabel="CPU time / s", title=f"{name}: {benchmark.titles[name]}")
         panel.title.set_fontsize("medium")
         panel.grid(True, which="major", alpha=0.3)
-    named = {}
+    named: dict[str, object] = {}
     for panel in panels:
         handles, labels = panel.get_legend_handles_labels()
         named = dict(zip(labels, handles, strict=True)) | named

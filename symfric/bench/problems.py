@@ -97,6 +97,13 @@ class Problem:
     speeds: tuple[float, ...] = ()
     window: tuple[float, float] = (0.0, 0.0)
 
+    @property
+    def by_hand(self) -> Oscillator:
+        """The oscillator of a problem that has one."""
+        if self.oscillator is None:
+            raise NotImplementedError(f"{self.name} is no oscillator that a loop was written for by hand")
+        return self.oscillator
+
 
 _SERIES = "symfric.bench.reference: Taylor series in 40-digit arithmetic, events by Newton's method on the series"
 

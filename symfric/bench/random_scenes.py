@@ -79,8 +79,8 @@ def structure(seed: int) -> Scene:
     straight = seed % 5 < 2
     q, u = (sp.symbols(f"{name}1:{n + 1}", real=True) for name in ("q", "u"))
     forces = [_force(rng, q, u, i, straight) for i in range(n)]
-    names = OF_LINES if straight else tuple(LAWS)
-    contacts = [_contact(rng, q, u, i, names[(seed // 5 * 3 + i) % len(names)], straight) for i in range(n_c)]
+    laws = OF_LINES if straight else tuple(LAWS)
+    contacts = [_contact(rng, q, u, i, laws[(seed // 5 * 3 + i) % len(laws)], straight) for i in range(n_c)]
     system = System(q=q, u=u, mass=_masses(rng, n), force=forces)
     symbols = set().union(*(e.free_symbols for e in (*system.expressions, *contacts))) - {*q, *u, TIME}
     names = sorted(s.name for s in symbols)  # a set has another order in every process

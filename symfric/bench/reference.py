@@ -82,7 +82,7 @@ def _continuous(n: dict) -> Reference:
     t, x, u, v_s = mp.mpf(0), n["x0"], mp.mpf(0), n["v_s"]
     w = u - n["v_b"]
     zone = 0 if abs(w) < v_s else (1 if w > 0 else -1)
-    known = {}
+    known: dict[int, int] = {}  # roots of the guards at the start
     while t < n["horizon"]:
         if zone:
             guards = [(zone, -v_s, known.get(zone, 0))]  # zone * w - v_s > 0
@@ -101,7 +101,8 @@ def _continuous(n: dict) -> Reference:
 
 def _outer(n: dict, sign: int):
     """Friction of a slipping contact, one Taylor coefficient after the other from those of w."""
-    y, y2 = [], []
+    y: list[mp.mpf] = []
+    y2: list[mp.mpf] = []
 
     def following(w_k):
         k = len(y)

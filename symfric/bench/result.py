@@ -82,7 +82,7 @@ class Curve:
 
     def front(self) -> tuple[Point, ...]:
         """Return the Pareto front, cheapest first."""
-        front = []
+        front: list[Point] = []
         for point in sorted(self.points, key=lambda p: (p.seconds, p.error)):
             if not front or point.error < front[-1].error:
                 front.append(point)

@@ -64,5 +64,5 @@ def _event(form: Form, guard: sp.Expr):
     def event(t, y, *constants):
         return compiled(t, *y, *constants)
 
-    event.terminal, event.direction = True, -1
+    vars(event).update(terminal=True, direction=-1)  # as SciPy reads them
     return event

@@ -24,7 +24,7 @@ def prepare_events(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Return a function that runs ``solve_ivp(method="DOP853")`` from event to event."""
     from scipy.integrate import solve_ivp
 
-    o = problem.oscillator
+    o = problem.by_hand
     slips = {sign: _slipping(o, sign) for sign in (-1, 1)}
     guards = {sign: _guard(o, sign) for sign in (-1, 1)}
     release, end = o.mu_s + o.held, o.horizon
@@ -74,7 +74,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Return a function that finds the half range at every 25th speed, from event to event."""
     from scipy.integrate import solve_ivp
 
-    o, (begin, end) = problem.oscillator, problem.window
+    o, (begin, end) = problem.by_hand, problem.window
 
     def turn(_, y):
         return y[1]
@@ -113,7 +113,7 @@ def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     """Return a function that runs ``solve_ivp(method="LSODA")`` through the kinks of the regularised law."""
     from scipy.integrate import solve_ivp
 
-    o = problem.oscillator
+    o = problem.by_hand
     slope = o.mu_s / o.v_s
 
     def rate(t, y):
@@ -149,5 +149,5 @@ def _guard(o: Oscillator, sign: int):
     def guard(_, y):
         return sign * (y[1] - o.v_b)
 
-    guard.terminal, guard.direction = True, -1
+    vars(guard).update(terminal=True, direction=-1)  # as SciPy reads them
     return guard

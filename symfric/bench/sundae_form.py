@@ -35,10 +35,9 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
 
     n = len(form.guards)
     options = {"rtol": tolerance, "atol": tolerance, "method": "Adams", "max_num_steps": _STEPS}
-    if n:
-        fall.terminal, fall.direction = [True] * n, [-1] * n
-        options |= {"eventsfn": fall, "num_events": n}
-    solver = CVODE(rate, **options)
+    vars(fall).update(terminal=[True] * n, direction=[-1] * n)
+    events = {"eventsfn": fall, "num_events": n} if n else {}
+    solver = CVODE(rate, **options, **events)
 
     def advance(t, y, mode, line, end):
         constants[:] = [*mode, *line]

@@ -153,7 +153,7 @@ class Collection:
     def _add(self, attractor: Attractor) -> int:
         tree = cKDTree(attractor.points.T / self._units) if attractor.points.size else None
         reach = self._near
-        if attractor.kind == "irregular":
+        if tree is not None and attractor.kind == "irregular":
             reach = max(reach, float(np.quantile(tree.query(tree.data, k=2)[0][:, 1], _NEIGHBOURS)))
         self.known.append(attractor)
         self._trees.append(tree)

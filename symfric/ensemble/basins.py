@@ -135,7 +135,7 @@ def basins(
     of_values = excitation(scene)
     period = None
     if of_values:
-        period = of_values({s.name: v for s, v in scene.values.items()})
+        period = of_values({s.name: v for s, v in scene.parameter_values().items()})
         scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)))
     moved, grid = _with_starts(scene, axes)
     found = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)

@@ -14,6 +14,7 @@ from symfric.ensemble.grid import Grid
 from symfric.ensemble.progress import INTERVAL, Meter
 from symfric.ensemble.store import Store
 from symfric.errors import RunFailed
+from symfric.solve.choose import Program
 
 CHUNK_SECONDS = 0.5  # of work in one chunk for an executor
 LARGEST_BLOCK, LARGEST_CHUNK = 32, 10_000  # cases that a thread, or a worker of an executor, takes at once
@@ -93,7 +94,7 @@ class Plan:
 
 
 def run_on_threads(
-    grid: Grid, task_of: Callable[[int], Task], board: Board, jobs: int, meter: Meter, ready: dict[int, object]
+    grid: Grid, task_of: Callable[[int], Task], board: Board, jobs: int, meter: Meter, ready: dict[int, Program]
 ) -> None:
     """Run what is left on threads, which share the program of a scene; `ready` holds programs that exist already."""
     plan, halt, failures = Plan(grid, board.left, jobs), threading.Event(), []
@@ -111,7 +112,7 @@ def run_on_threads(
         if halt.is_set():
             raise Halted
 
-    def run_block(program, task: Task, cases: np.ndarray) -> None:
+    def run_block(program: Program | str, task: Task, cases: np.ndarray) -> None:
         codes, rows = [], []
         try:
             for case, numbers in zip(cases.tolist(), grid.numbers(cases).tolist(), strict=True):
@@ -126,10 +127,10 @@ def run_on_threads(
 
     def work() -> None:
         try:
-            present = program = task = None
+            present, task, program = None, None, None
             while not halt.is_set() and (block := plan.next(present)) is not None:
                 scene, cases = block
-                if scene != present:
+                if task is None or program is None or scene != present:
                     present, task = scene, task_of(scene)
                     program = program_of(scene, task)
                 run_block(program, task, cases)

@@ -190,8 +190,9 @@ def _carried(
     program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, period: Callable | None
 ) -> list[Case]:
     """Run every value from where the last one that did not fail ended, at the same phase of the excitation."""
-    found, start = [], {}
-    fixed = {s.name: v for s, v in program.scene.values.items()}
+    found: list[Case] = []
+    start: dict[str, float] = {}
+    fixed = {s.name: v for s, v in program.scene.parameter_values().items()}
     for v in row.tolist():
         case, run = _case(program, {name: v}, start, cut, transient)
         found.append(case)

@@ -40,8 +40,8 @@ def parse_numbers(name: str, rows: list[str], skip: int, first: int = 1) -> tupl
             if np.all(np.isfinite(values)):
                 return values, last
     decimals = _decimals(body)
-    values = [v for k, row in enumerate(body) for v in _line(row, decimals, f"{name}, line {k + skip + first}")]
-    return np.array(values, dtype=float), last
+    fields = [v for k, row in enumerate(body) for v in _line(row, decimals, f"{name}, line {k + skip + first}")]
+    return np.array(fields, dtype=float), last
 
 
 def _decimals(rows: list[str]) -> int | None:

@@ -1,7 +1,6 @@
 """Motions from nothing: sine bursts, and synthetic earthquakes compatible with a spectrum."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from symfric.ensemble.response import filtered, read_periods, spectrum
 from symfric.ensemble.units import factor_of
 from symfric.errors import SceneError
 from symfric.model.names import finite
+from symfric.model.numeric import Floats
 
 _COARSE = 10  # points per period in the iteration; its result is measured exactly
 _LONGER = 4  # times the duration: the period of the noise under the envelope, for finer steps of frequency
@@ -67,7 +67,7 @@ def sine_burst(
     return Motion(samples, dt, "m/s^2", "sine burst", f"{cycles} cycles at {frequency:g} Hz, ramps of {ramp}")
 
 
-def eurocode8(periods: Sequence[float], ground: str = "B") -> np.ndarray:
+def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     """Return the elastic spectrum of EN 1998-1, type 1, 5 % damping, over its acceleration at period 0.
 
     Parameters
@@ -111,17 +111,17 @@ class Misfit:
         return {"largest": self.largest, "mean": self.mean, "worst_period": self.worst_period}
 
 
-def misfit(motion: Motion, periods: Sequence[float], values: Sequence[float], damping: float = 0.05) -> Misfit:
+def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.05) -> Misfit:
     """Compare a motion's pseudo-acceleration with a target of positive `values`, m/s^2."""
-    periods, values = _target(periods, values)
-    off = np.abs(spectrum(motion, periods, damping).pseudo_acceleration / values - 1)
+    at, target = _target(periods, values)
+    off = np.abs(spectrum(motion, at, damping).pseudo_acceleration / target - 1)
     worst = int(np.argmax(off))
-    return Misfit(float(off[worst]), float(off.mean()), float(periods[worst]))
+    return Misfit(float(off[worst]), float(off.mean()), float(at[worst]))
 
 
 def synthetic(
-    periods: Sequence[float] | None = None,
-    values: Sequence[float] | None = None,
+    periods: Floats | None = None,
+    values: Floats | None = None,
     *,
     seed: int,
     pga: float = 1.0,
@@ -168,15 +168,15 @@ def synthetic(
     if periods is None and values is None:
         periods = np.geomspace(0.1, 4.0, 60)
         values = finite(pga, "pga") * eurocode8(periods)
-    elif periods is None or values is None:
+    if periods is None or values is None:
         raise SceneError("a target has periods and values; give both, or neither")
-    periods, values = _target(periods, values)
+    at, target = _target(periods, values)
     dt, duration = finite(dt, "dt"), finite(duration, "duration")
-    _check_synthesis(periods, dt, duration, rise, decay, iterations)
+    _check_synthesis(at, dt, duration, rise, decay, iterations)
     n = round(duration / dt) + 1
-    best = _synthesis(periods, scale * values, seed, damping, n, dt, (rise, decay), iterations)
+    best = _synthesis(at, scale * target, seed, damping, n, dt, (rise, decay), iterations)
     found = Motion(best, dt, name=f"synthetic {seed}")
-    return replace(found, note=_nearness(misfit(found, periods, scale * values, damping), periods))
+    return replace(found, note=_nearness(misfit(found, at, scale * target, damping), at))
 
 
 def _nearness(off: Misfit, periods: np.ndarray) -> str:
@@ -184,14 +184,14 @@ def _nearness(off: Misfit, periods: np.ndarray) -> str:
     return f"within {100 * off.largest:.1f} % of its target at {span}, {100 * off.mean:.1f} % on average"
 
 
-def _target(periods, values) -> tuple[np.ndarray, np.ndarray]:
+def _target(periods: Floats, values: Floats) -> tuple[np.ndarray, np.ndarray]:
     """Return a target as two rows of positive numbers."""
-    periods, values = read_periods(periods), np.atleast_1d(np.array(values, dtype=float))
-    if values.shape != periods.shape:
-        raise SceneError(f"a target has {periods.size} periods and {values.size} values; give as many of each")
-    if periods[0] <= 0 or np.any(np.diff(periods) <= 0) or not np.all((values > 0) & np.isfinite(values)):
+    at, target = read_periods(periods), np.atleast_1d(np.array(values, dtype=float))
+    if target.shape != at.shape:
+        raise SceneError(f"a target has {at.size} periods and {target.size} values; give as many of each")
+    if at[0] <= 0 or np.any(np.diff(at) <= 0) or not np.all((target > 0) & np.isfinite(target)):
         raise SceneError("a target has increasing positive periods and positive finite values")
-    return periods, values
+    return at, target
 
 
 def _check_synthesis(periods, dt: float, duration: float, rise: float, decay: float, iterations: int) -> None:
@@ -214,7 +214,7 @@ def _synthesis(periods, values, seed, damping, n, dt, edges, iterations) -> np.n
     inside = np.log(np.maximum(frequency, 1e-12))
     band = (frequency >= 0.5 / periods[-1]) & (frequency <= min(2 / periods[0], 0.45 / dt))
     amplitude = np.where(band, np.exp(np.interp(inside, known, np.log(values[::-1]))), 0.0)
-    best, smallest = None, np.inf
+    best, smallest = np.zeros(n), np.inf
     for k in range(iterations):
         a = _without_drift(envelope * np.fft.irfft(amplitude * turn)[:n], envelope)
         found = _coarse(a, dt, periods, damping)

@@ -90,11 +90,12 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
     )
     if clash:
         raise SceneError(f"{clash!r} is the name of an axis or of the status, and of an output too; rename the output")
-    variants = []
-    for chosen in itertools.product(scenes.values(), *(signals[n].items() for n in given if n in swapped)):
-        base, *swaps = chosen
-        inputs = dict(zip((n for n in given if n in swapped), (s for _, s in swaps), strict=True))
-        variants.append(_with_inputs(base, inputs))
+    order = [n for n in given if n in swapped]
+    variants = [
+        _with_inputs(base, dict(zip(order, swaps, strict=True)))
+        for base in scenes.values()
+        for swaps in itertools.product(*(signals[n].values() for n in order))
+    ]
     return Grid(labels, tuple(variants), _scene_of(labels, names), names, width)
 
 
@@ -191,7 +192,7 @@ def fingerprint(scene: Scene) -> str:
     for c in scene.contacts:
         parts += [c.name, *(sp.srepr(e) for e in (c.slip, c.normal, c.profile, c.law.kinetic, c.law.stick))]
         parts += [sp.srepr(e) for e in c.law.breaks]
-    parts += sorted(f"{s.name} = {float(v).hex()}" for s, v in scene.values.items())
+    parts += sorted(f"{s.name} = {v.hex()}" for s, v in scene.parameter_values().items())
     parts += [f"{s.name} starts at {_plain(v)}" for s, v in scene.initial.items()]
     parts += [f"{n} is {_output(o)}" for n, o in scene.outputs.items()]
     parts.append(scene.horizon.hex())

@@ -1,7 +1,7 @@
 """A ground motion: acceleration at a constant step, and what it does to oscillators."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +11,11 @@ from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.names import finite
 from symfric.model.notebook import html_table
+from symfric.model.numeric import Floats
 from symfric.model.system import Signal
+
+if TYPE_CHECKING:
+    from symfric.ensemble.response import Spectrum
 
 _WHOLE = 1e-9  # of a step: nearer than that a time is a sample's own
 
@@ -119,7 +123,7 @@ class Motion:
         """Return the input of a scene: ``inputs={a_g: motion.signal()}``."""
         return Signal(self.samples, self.dt, t0, self.unit)
 
-    def spectrum(self, periods: Sequence[float], damping: float = 0.05):
+    def spectrum(self, periods: Floats, damping: float = 0.05) -> "Spectrum":
         """Return the response spectrum; see `symfric.ensemble.response.spectrum`."""
         from symfric.ensemble.response import spectrum
 

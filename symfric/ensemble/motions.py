@@ -11,6 +11,7 @@ from symfric.ensemble.response import Spectrum
 from symfric.ensemble.units import factor_of
 from symfric.errors import SceneError
 from symfric.model.names import finite
+from symfric.model.numeric import Floats
 
 __all__ = [
     "Misfit",
@@ -27,12 +28,17 @@ __all__ = [
 ]
 
 
-def mean_spectrum(motions: Sequence[Motion], periods: Sequence[float], damping: float = 0.05) -> Spectrum:
+def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0.05) -> Spectrum:
     """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs."""
     found = [m.spectrum(periods, damping) for m in _set(motions)]
-    names = ("displacement", "pseudo_velocity", "pseudo_acceleration")
-    means = (np.mean([getattr(s, k) for s in found], axis=0) for k in names)
-    return Spectrum(found[0].periods, found[0].damping, *means, f"mean of {len(found)} motions")
+    return Spectrum(
+        found[0].periods,
+        found[0].damping,
+        np.mean([s.displacement for s in found], axis=0),
+        np.mean([s.pseudo_velocity for s in found], axis=0),
+        np.mean([s.pseudo_acceleration for s in found], axis=0),
+        f"mean of {len(found)} motions",
+    )
 
 
 def scaled_set(

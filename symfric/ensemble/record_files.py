@@ -222,7 +222,8 @@ def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = N
 
 def _columns(name: str, rows: list[str]) -> tuple[np.ndarray, list[int]]:
     """Return the table of numbers, shape (n, 1 or 2), and the line of each of its rows."""
-    numbers, table = [], []
+    numbers: list[int] = []
+    table: list[np.ndarray] = []
     words_allowed = True
     for number, row in enumerate(rows, 1):
         text = row.strip()

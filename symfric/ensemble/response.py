@@ -1,8 +1,8 @@
 """Response spectra: the largest displacement of damped oscillators on shaking ground."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.names import finite
+from symfric.model.numeric import Floats
 
 FINE = 20  # points per period between which a peak is looked for
 FINEST = 10  # a period may be shorter than the record's step by this much
 _TERMS = 14  # of the series of phi functions, enough for rounding at arguments up to 2 pi/FINE
+_Complex = TypeVar("_Complex", complex, np.ndarray)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,7 +72,7 @@ class Spectrum:
         return f"Spectrum({self.name}, {self.periods.size} periods, damping {self.damping:g})"
 
 
-def read_periods(periods: Sequence[float]) -> np.ndarray:
+def read_periods(periods: Floats) -> np.ndarray:
     """Return periods as a row of numbers that are finite and not negative."""
     try:
         row = np.atleast_1d(np.array(periods, dtype=float))
@@ -81,7 +83,7 @@ def read_periods(periods: Sequence[float]) -> np.ndarray:
     return row
 
 
-def spectrum(motion: Motion, periods: Sequence[float], damping: float = 0.05) -> Spectrum:
+def spectrum(motion: Motion, periods: Floats, damping: float = 0.05) -> Spectrum:
     """Compute the response spectrum of a motion.
 
     Parameters
@@ -104,19 +106,19 @@ def spectrum(motion: Motion, periods: Sequence[float], damping: float = 0.05) ->
     wherever the velocity changes its sign on a grid of at least 20 points per period, its zero is found in the closed
     form. Half a cycle of free vibration after the record counts too.
     """
-    periods, damping = read_periods(periods), finite(damping, "damping")
+    row, damping = read_periods(periods), finite(damping, "damping")
     if not 0 <= damping < 1:
         raise SceneError(f"damping is {damping}; it is a ratio to the critical damping, at least 0 and below 1")
-    shortest = periods[periods > 0].min(initial=np.inf)
+    shortest = row[row > 0].min(initial=np.inf)
     if shortest < motion.dt / FINEST:
         raise SceneError(
             f"the period {shortest:g} s is shorter than a tenth of the step {motion.dt:g} s of {motion.name}; "
             "leave it out, or ask for 0, which gives the PGA"
         )
-    peak = np.array([_peak(motion, 2 * math.pi / T, damping) if T else 0.0 for T in periods])
-    omega = np.divide(2 * math.pi, periods, out=np.zeros_like(periods), where=periods > 0)
-    pseudo = np.where(periods > 0, omega**2 * peak, motion.pga)
-    return Spectrum(periods, damping, peak, omega * peak, pseudo, motion.name)
+    peak = np.array([_peak(motion, 2 * math.pi / T, damping) if T else 0.0 for T in row])
+    omega = np.divide(2 * math.pi, row, out=np.zeros_like(row), where=row > 0)
+    pseudo = np.where(row > 0, omega**2 * peak, motion.pga)
+    return Spectrum(row, damping, peak, omega * peak, pseudo, motion.name)
 
 
 def _peak(motion: Motion, omega: float, damping: float) -> float:
@@ -140,10 +142,10 @@ def _fine(motion: Motion, longest: float) -> tuple[float, np.ndarray]:
     return motion.dt / parts, np.append(rows.ravel(), a[-1])
 
 
-def _phi(w) -> tuple[np.ndarray, np.ndarray]:
+def _phi(w: _Complex) -> tuple[_Complex, _Complex]:
     """Return (e^w - 1)/w and (e^w - 1 - w)/w^2 by their series, for abs(w) below one."""
-    tail = 1.0
-    for k in range(_TERMS, 2, -1):
+    tail = 1.0 + w / _TERMS
+    for k in range(_TERMS - 1, 2, -1):
         tail = 1.0 + w * tail / k
     return 1.0 + 0.5 * w * tail, 0.5 * tail
 

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,6 +28,7 @@ RESPONSES = {  # of the scene, and the field of Factors that takes each back to 
     "residual": "length",
     "residual_end_of_record": "length",
 }
+Profile: TypeAlias = float | tuple[float, float] | tuple[np.ndarray, np.ndarray]  # as `rolling_isolator` takes it
 _RUN_OUT = 20.0  # s of the prototype after the record
 
 
@@ -62,13 +64,13 @@ def models(scales: Sequence[float] = SCALES) -> tuple[Model, ...]:
     return tuple(found)
 
 
-def frictions(seed: int = 19, cells: int = 81) -> dict[str, object]:
+def frictions(seed: int = 19, cells: int = 81) -> dict[str, Profile]:
     """Return the eight friction profiles: cases 1 to 3 of an even floor, and five concave ones.
 
     Cases 2 and 3 are drawn, because the source gives range, mean and deviation only; the floor is 4 m long,
     and u = 0 lies in the middle of a cell.
     """
-    even: dict[str, object] = {
+    even: dict[str, Profile] = {
         "case 1": 0.005,
         "case 2": patched_floor(4.0, cells, 0.005, 0.000815, 0.001, seed=seed),
         "case 3": patched_floor(4.0, cells, 0.005, 0.002355, 0.004, seed=seed + 1),
@@ -81,7 +83,7 @@ def rolling_study(
     *,
     intensities: Sequence[float] = INTENSITIES,
     dampings: Sequence[float] = DAMPINGS,
-    profiles: Mapping[str, object] | None = None,
+    profiles: Mapping[str, Profile] | None = None,
     against: Sequence[Model] | None = None,
     by: str = "mean spectrum",
     scaled_positions: bool = False,

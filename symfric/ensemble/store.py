@@ -97,7 +97,8 @@ class Store:
         return done, status, values
 
     def append(self, case: int, status: int, values: list[float]) -> None:
-        """Write a finished case."""
+        """Write a finished case to the file that `open` made."""
+        assert self._file is not None
         body = self._body.pack(case, status, *values)
         data = body + zlib.crc32(body).to_bytes(8, "little")
         try:

@@ -156,7 +156,8 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
     """Return the labelled result."""
     import xarray as xr
 
-    axes, shape, place, data = list(cases.axes), cases.shape, 0, {}
+    axes, shape, place = list(cases.axes), cases.shape, 0
+    data: dict[str, tuple] = {}  # dimensions, numbers and, of the status, their meaning
     coordinates = dict(cases.axes)
     for name, output in cases.scenes[0].outputs.items():
         width = cases.width[name]

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
+from typing import TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -12,6 +13,7 @@ from symfric.locks import SYMBOLIC, alone
 NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
 LARGEST = 1 << 20  # numbers held at once in nested quadrature
 Rule = tuple[np.ndarray, np.ndarray]
+Floats: TypeAlias = Sequence[float] | np.ndarray  # a row of numbers as a user may give it
 _IN_NUMPY = (
     *(sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs),
     *(sp.Max, sp.Min, sp.Piecewise, sp.sign),

@@ -114,7 +114,7 @@ class Orbit:
 
 
 def limit_cycle(
-    scene: Scene, guess: Orbit | tuple[Sequence[float], float] | None = None, tolerance: float = 1e-13
+    scene: Scene, guess: Orbit | tuple[Sequence[float] | np.ndarray, float] | None = None, tolerance: float = 1e-13
 ) -> Orbit:
     """Find a periodic motion of a scene by Newton's method on the map over a period.
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from symfric.design.compared import Comparison
 from symfric.design.result import Design
@@ -123,7 +124,7 @@ def _of_belt(scene: Scene, onset, steady) -> list[Row]:
     for order, source in zip((1, 2), sources, strict=True):
         if steady is None:
             break
-        half, rate = _try(lambda k=order: amplitude(scene, order=k)), _try(lambda k=order: frequency(scene, order=k))
+        half, rate = (_try(partial(formula, scene, order=order)) for formula in (amplitude, frequency))
         rows.append(Row("half range of x", half, steady.half_range, source))
         rows.append(Row("period", 2 * math.pi / rate, steady.period, source))
     first = _try(lambda: belt.stick_speed(scene))

@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from typing import Protocol
 
 import numpy as np
 
@@ -70,7 +71,11 @@ def to_dict(result: StudyResult) -> dict:
     )
 
 
-def _asked(answer: Answer) -> dict | None:
+class _Told(Protocol):
+    def to_dict(self) -> dict: ...
+
+
+def _asked(answer: Answer[_Told]) -> dict | None:
     return None if answer.value is None else answer.value.to_dict()
 
 

@@ -2,8 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
+
+_Data = TypeVar("_Data")
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ def _nothing(_data) -> tuple[Finding, ...]:
 
 
 @dataclass(frozen=True)
-class Entry:
+class Entry(Generic[_Data]):
     """How a figure or table is made again; computing and drawing stay apart.
 
     Attributes
@@ -83,11 +86,11 @@ class Entry:
     """
 
     caption: str
-    compute: Callable[[Inputs], object] = field(repr=False)
+    compute: Callable[[Inputs], _Data] = field(repr=False)
     draw: Callable | None = field(default=None, repr=False)
-    text: Callable[[object], str] | None = field(default=None, repr=False)
-    plain: Callable[[object], object] | None = field(default=None, repr=False)
-    findings: Callable[[object], tuple[Finding, ...]] = field(default=_nothing, repr=False)
+    text: Callable[[_Data], str] | None = field(default=None, repr=False)
+    plain: Callable[[_Data], object] | None = field(default=None, repr=False)
+    findings: Callable[[_Data], tuple[Finding, ...]] = field(default=_nothing, repr=False)
     takes_records: bool = False
 
     def make(self, inputs: Inputs | None = None) -> Made:

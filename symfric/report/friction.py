@@ -70,7 +70,7 @@ def friction_curves(scene: Scene, motion: Motion | None, equilibrium, design) ->
 @alone(SYMBOLIC)
 def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> FrictionCurve:
     contact = scene.contacts[i]
-    law = contact.law.where(scene.values)
+    law = contact.law.where(scene.parameter_values())
     operating = None if equilibrium is None else abs(equilibrium.sliding[contact.name])
     reached = [2.0 * (operating or 0.0), *(1.2 * float(b) for b in law.breaks)]
     if motion is not None:

@@ -268,9 +268,8 @@ def vibrations(scene: Scene, parameter: str, values: np.ndarray, plan, progress:
     result = []
     for k, value in enumerate(values):
         progress(k / len(values))
-        if not fixed:
-            measure = _prepared(scene.where({parameter: float(value)}), plan)
-        result.append(measure({parameter: float(value)}))
+        here = {parameter: float(value)}
+        result.append((measure or _prepared(scene.where(here), plan))(here))
     return result
 
 

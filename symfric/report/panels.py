@@ -55,8 +55,8 @@ class Panel:
     curves : tuple of Curve
     log : bool
         Whether both axes are logarithmic.
-    x_range, y_range : (float, float) or None
-        What is shown; all unless given.
+    x_range, y_range : (float or None, float or None) or None
+        What is shown; all where None.
     marks : tuple of (str, float)
         Named values of the horizontal axis.
     levels : tuple of (str, float)
@@ -68,8 +68,8 @@ class Panel:
     y_label: str
     curves: tuple[Curve, ...]
     log: bool = False
-    x_range: tuple[float, float] | None = None
-    y_range: tuple[float, float] | None = None
+    x_range: tuple[float | None, float | None] | None = None
+    y_range: tuple[float | None, float | None] | None = None
     marks: tuple[tuple[str, float], ...] = ()
     levels: tuple[tuple[str, float], ...] = ()
 

@@ -98,7 +98,7 @@ def belt_curves(scene: Scene, values: np.ndarray) -> list[Curve]:
     curves = []
     for order, words, source in ((1, "first", "Thomsen (20), (28)"), (2, "second", "(20), (28) to second order")):
         parts = (f(order=order, symbolic=True) for f in (belt.stick_slip_amplitude, belt.pure_slip_amplitude))
-        sticking, slipping = (numeric_function((speed,), f.subs(given))(values) for f in parts)
+        sticking, slipping = (numeric_function((speed,), sp.sympify(f).subs(given))(values) for f in parts)
         low, high = belt.stick_speed(scene, order=order), belt.onset_speed(scene)
         amplitude = np.where(values <= low, sticking, np.where(values < high, slipping, np.nan))
         curves.append(Curve(f"closed form, {words} order", source, values, amplitude))

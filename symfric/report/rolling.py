@@ -1,11 +1,15 @@
 """Table 3 of the study of scaled rolling isolation: what the models return, as ranges and as a picture."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
 from symfric.ensemble.rolling import rolling_study, synthetic_set
 from symfric.report.figures import COLOURS, tidy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PRINTED = {  # ranges of the returned ratio in table 3: acceleration, velocity, displacement, residual
     (1e5, "case 2"): ((0.82, 1.03), (0.88, 1.07), (0.71, 1.22), (0.0, 15.0)),
@@ -15,6 +19,16 @@ PRINTED = {  # ranges of the returned ratio in table 3: acceleration, velocity, 
 }
 SHOWN = ("peak_acceleration", "peak_velocity", "peak_displacement", "residual")
 WORDS = ("acceleration", "velocity", "displacement", "residual displacement")
+
+
+class Ranges(TypedDict):
+    """One row of the table: the smallest and the largest ratio, computed and printed."""
+
+    damping: float
+    friction: str
+    response: str
+    computed: list[float]
+    printed: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +44,10 @@ class Table3:
         for each damping and case.
     """
 
-    study: object
+    study: "xr.Dataset"
     found: dict[tuple[float, str], np.ndarray]
 
-    def rows(self) -> list[dict[str, object]]:
+    def rows(self) -> list[Ranges]:
         """Return one row for each damping, case and response: computed and printed range."""
         return [
             {
@@ -51,7 +65,7 @@ class Table3:
         """Return the table as text."""
         lines = [f"{'C [kN s/m]':>10}  {'friction':8}  {'response':22}  {'computed':>16}  {'printed':>14}"]
         for row in self.rows():
-            computed, printed = ("{:.2f}~{:.4g}".format(*row[k]) for k in ("computed", "printed"))
+            computed, printed = ("{:.2f}~{:.4g}".format(*limits) for limits in (row["computed"], row["printed"]))
             c = row["damping"] / 1e3
             lines.append(f"{c:10g}  {row['friction']:8}  {row['response']:22}  {computed:>16}  {printed:>14}")
         bad = int((self.study.status != 0).sum())

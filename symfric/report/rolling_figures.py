@@ -1,7 +1,9 @@
 """Figures 2 to 8 and tables 1 and 2 of the study of scaled rolling isolation."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +14,9 @@ from symfric.report.entries import Entry, Finding, Inputs
 from symfric.report.panels import Curve, FigureData, Panel, plot_figure
 from symfric.report.rolling import PRINTED, plot_table_3, table_3
 from symfric.theory.scaling import factors
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PERIODS = np.geomspace(0.05, 4.0, 80)
 RESPONSES = {
@@ -57,10 +62,10 @@ def figure_2(_inputs: Inputs) -> FigureData:
     """Return the three friction distributions of an even floor."""
     curves, findings = [], []
     for k, (name, profile) in enumerate(list(frictions().items())[:3]):
-        if k == 0:
+        if isinstance(profile, float):
             curves.append(Curve(name, np.array([-2.0, 2.0]), np.array([profile, profile])))
             continue
-        edges, values = profile
+        edges, values = map(np.asarray, profile)
         curves.append(Curve(name, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), k))
         found = f"mean {values.mean():.6f}, deviation {values.std():.6f}, {values.min():.4f} to {values.max():.4f}"
         said = {1: "deviation 0.000815 within 0.001", 2: "deviation 0.002355 within 0.004"}[k]
@@ -185,7 +190,7 @@ def _by_density(part) -> tuple[Finding, ...]:
     )
 
 
-FINDINGS = {
+FINDINGS: dict[str, Callable[["xr.Dataset"], tuple[Finding, ...]]] = {
     "rolling-4": partial(_same, "RR close to 1, residuals within 20 %"),
     "rolling-5": _uneven,
     "rolling-6": partial(_same, "RR much closer to 1, except some special points of the residual"),

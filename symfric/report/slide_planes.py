@@ -1,5 +1,7 @@
 """Friction characteristics and phase planes of drawn slides: Guida, figures 2, 3, 6-9 and 13."""
 
+from typing import TypedDict
+
 import numpy as np
 
 from symfric.model import laws, library
@@ -7,10 +9,24 @@ from symfric.report.entries import Finding
 from symfric.report.panels import Curve, FigureData, Panel, panels_entry
 from symfric.theory import drive
 
-SLOPES = {"mu1": -0.3, "mu2": 0.5}  # of figures 2 to 8, ours: the source draws sketches
+
+class Slopes(TypedDict):
+    """Slopes of the friction below and above v*."""
+
+    mu1: float
+    mu2: float
+
+
+class Stop(Slopes):
+    """Slopes, and the excess of friction lambda at the stop of the drive."""
+
+    lam: float
+
+
+SLOPES: Slopes = {"mu1": -0.3, "mu2": 0.5}  # of figures 2 to 8, ours: the source draws sketches
 FC, EPSILON, SIGMA = 1.0, 0.6, 0.15
 FORWARD = np.linspace(0.0, 5.0, 1001)[1:]
-TYPES = {  # of figure 9, ours
+TYPES: dict[str, Stop] = {  # of figure 9, ours
     "a": {"mu1": -0.5, "mu2": 0.5, "lam": 0.25},
     "b": {"mu1": -0.5, "mu2": 1.5, "lam": 2.0},
     "c": {"mu1": -0.5, "mu2": 0.5, "lam": 2.0},
@@ -21,7 +37,7 @@ STOP = ("$x$", r"$x'$")
 def characteristic(mu1: float, mu2: float) -> laws.Law:
     """Return the force of friction and damper over the sliding speed, by v*."""
     scene = library.drive_stop(mu1=mu1, mu2=mu2, lam=0.0, epsilon=EPSILON, fc=FC)
-    return scene.contacts[0].law.where(scene.values)
+    return scene.contacts[0].law.where(scene.parameter_values())
 
 
 def both_ways(law: laws.Law, top: float, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -34,7 +50,7 @@ def both_ways(law: laws.Law, top: float, shift: float = 0.0) -> tuple[np.ndarray
 
 def figure_2() -> FigureData:
     """Friction and viscous force against the sliding velocity."""
-    friction = characteristic(**{k: s - SIGMA for k, s in SLOPES.items()})
+    friction = characteristic(SLOPES["mu1"] - SIGMA, SLOPES["mu2"] - SIGMA)
     speeds, force = both_ways(friction, 3.0)
     curves = (
         Curve("friction $F_a$", speeds, force),
@@ -56,7 +72,7 @@ def figure_3() -> FigureData:
         "", r"$x'$", r"$f = F/(m\omega_n v)$", (curve,), marks=(("rest", -1.0), ("$p^*$", p_star)), levels=levels
     )
     scene = library.drive_slide(**SLOPES, p_star=p_star, epsilon=EPSILON, fc=FC)
-    law = scene.contacts[0].law.where(scene.values)
+    law = scene.contacts[0].law.where(scene.parameter_values())
     w = np.linspace(0.01, 2.0, 200)
     off = float(np.max(np.abs(law(w) - characteristic(**SLOPES)(v * w) / v)))
     findings = (
@@ -104,8 +120,8 @@ def _plane(speed: float, title: str) -> tuple[Panel, drive.PositioningError]:
     if error.value > 0:
         x, w = _trajectory(**SLOPES, lam=lam)
         curves.append(Curve(rf"after the stop, $\Delta S$ = {error.value:.3f}", x, w, 4))
-    box = {"x_range": (-4, 4), "y_range": (-4, 4)}
-    return Panel(title, *STOP, tuple(curves), **box, levels=(("$p_1$", -V), ("1", 1.0))), error
+    levels = (("$p_1$", -V), ("1", 1.0))
+    return Panel(title, *STOP, tuple(curves), x_range=(-4, 4), y_range=(-4, 4), levels=levels), error
 
 
 def _trajectory(mu1: float, mu2: float, lam: float, epsilon: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -167,7 +183,7 @@ def figure_13() -> FigureData:
     from symfric.report.slides import MOTIONS, PAIR
 
     scene = library.two_slides(**PAIR, **MOTIONS["guida-14"][0])
-    law = scene.contacts[0].law.where(scene.values)
+    law = scene.contacts[0].law.where(scene.parameter_values())
     speeds, force = both_ways(law, 2.0)
     levels = (("$f_{s1}$", float(law.stick)), ("$f_{c1}$", 1.0))
     panel = Panel("", r"$\eta_1' - \eta_2' + 1$", "$f$", (Curve("", speeds, force),), levels=levels)

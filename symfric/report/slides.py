@@ -204,7 +204,8 @@ def slides_motion(figure: str, damping: str = "omega1", number: int = 4000) -> S
     run = simulate(_scene({**PAIR, **change}, damping, end), tolerance=1e-11).checked()
     t = np.union1d(np.linspace(start, end, number), run.t[(run.t >= start) & (run.t <= end)])
     at = np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.t.size - 1)
-    return SlidesMotion({**PAIR, **change}, t, *run(t), run.mode[0, at] == 0)
+    eta1, eta2, u1, u2 = run(t)
+    return SlidesMotion({**PAIR, **change}, t, eta1, eta2, u1, u2, run.mode[0, at] == 0)
 
 
 def _scene(values: dict, damping: str, horizon: float):
@@ -240,6 +241,5 @@ def readings(number: int = 60) -> Readings:
 def stability_gap(number: int = 121) -> StabilityGap:
     """Return the limits on the slope of the friction over the ratio of frequencies, with the values of figure 14."""
     zeta = np.geomspace(0.25, 4.0, number)
-    given = {name: PAIR[name] for name in ("r", "s1", "s2")}
-    limits = [drive.slope_limits(**given, zeta=z) for z in zeta]
+    limits = [drive.slope_limits(r=PAIR["r"], s1=PAIR["s1"], s2=PAIR["s2"], zeta=z) for z in zeta]
     return StabilityGap(zeta, -np.array([e.definite for e in limits]), -np.array([e.exact for e in limits]))

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Generic, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -15,17 +16,33 @@ from symfric.report.predict import Curve, averaged_curves, belt_curves
 from symfric.report.versions import versions
 from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
 
+if TYPE_CHECKING:
+    from symfric.design.result import Design
+    from symfric.solve.choose import Explanation
+    from symfric.theory.equilibrium import Equilibrium
+    from symfric.theory.hopf import HopfPoint
+    from symfric.theory.stability import Stability
+
 Progress = Callable[[str, float], None]
+_Found = TypeVar("_Found", covariant=True)
+_Given = ParamSpec("_Given")
 FINE = 201  # points of a predicted curve, at most
 EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class Answer(Generic[_Found]):
     """What one question gave: a value, or the reason why there is none."""
 
-    value: object | None
+    value: _Found | None
     note: str = ""
+
+    @property
+    def found(self) -> _Found:
+        """The value of a question that has one."""
+        if self.value is None:
+            raise LookupError(self.note)
+        return self.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +91,7 @@ class DesignResult:
     """
 
     plan: DesignPlan
-    design: Answer
+    design: Answer["Design"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +108,7 @@ class QuenchResult:
     before, after : Motion
     """
 
-    design: object
+    design: "Design"
     speed: str
     shown: float
     before: Motion
@@ -118,16 +135,16 @@ class StudyResult:
     """
 
     file: SceneFile
-    slow: Answer
-    equilibrium: Answer
-    stability: Answer
-    hopf: Answer
-    motion: Answer
-    steady: Answer
-    sweep: Answer
-    quench: Answer
+    slow: Answer[Scene]
+    equilibrium: Answer["Equilibrium"]
+    stability: Answer["Stability"]
+    hopf: Answer["HopfPoint"]
+    motion: Answer[Motion]
+    steady: Answer[Vibration]
+    sweep: Answer[SweepResult]
+    quench: Answer[QuenchResult]
     designs: tuple[DesignResult, ...]
-    explanation: Answer
+    explanation: Answer["Explanation"]
     friction: tuple[FrictionCurve, ...]
     rows: tuple[Row, ...]
     versions: Mapping[str, str]
@@ -152,10 +169,10 @@ class StudyResult:
         return found
 
 
-def answer(question: Callable, *arguments) -> Answer:
+def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> Answer[_Found]:
     """Ask; an expected failure becomes the reason why there is no answer."""
     try:
-        return Answer(question(*arguments))
+        return Answer(question(*given, **named))
     except EXPECTED as error:
         return Answer(None, str(error) or type(error).__name__)
 
@@ -205,7 +222,8 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
             scene, plan, quenched.value, swept.value, lambda f: tell("sweep with design", 0.7 + 0.2 * f)
         )
     tell("comparison", 0.95)
-    curves = friction_curves(scene, moved.value, at_rest.value, quenched.value and quenched.value.design)
+    shaken = None if quenched.value is None else quenched.value.design
+    curves = friction_curves(scene, moved.value, at_rest.value, shaken)
     return StudyResult(
         file,
         slow,
@@ -229,7 +247,7 @@ def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
     return vibration(scene, plan.coordinate, settling(scene, plan.settle, plan.window))
 
 
-def _onset(file: SceneFile, base: Scene) -> Answer:
+def _onset(file: SceneFile, base: Scene) -> Answer["HopfPoint"]:
     """Return the Hopf point on the range of the sweep."""
     from symfric.theory.hopf import hopf
 
@@ -239,7 +257,9 @@ def _onset(file: SceneFile, base: Scene) -> Answer:
     return answer(hopf, base, plan.parameter, (plan.start, plan.stop))
 
 
-def _swept(file: SceneFile, slow: Answer, onset: Answer, progress: Callable[[float], None]) -> Answer:
+def _swept(
+    file: SceneFile, slow: Answer[Scene], onset: Answer["HopfPoint"], progress: Callable[[float], None]
+) -> Answer[SweepResult]:
     """Return computed and predicted amplitudes over the range of the sweep."""
     if file.sweep is None:
         return Answer(None, "the file has no [sweep]; add one to see the amplitude against a parameter")
@@ -247,15 +267,14 @@ def _swept(file: SceneFile, slow: Answer, onset: Answer, progress: Callable[[flo
     values = np.linspace(plan.start, plan.stop, plan.number)
     computed = answer(vibrations, scene, plan.parameter, values, plan, progress)
     if computed.value is None:
-        return computed
-    curves, note = _curves(file, slow)
+        return Answer(None, computed.note)
+    curves, note = _curves(file, plan, slow)
     marks = {} if onset.value is None else {"onset of vibration": onset.value.value}
     return Answer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
 
 
-def _curves(file: SceneFile, slow: Answer) -> tuple[tuple[Curve, ...], str]:
+def _curves(file: SceneFile, plan: SweepPlan, slow: Answer[Scene]) -> tuple[tuple[Curve, ...], str]:
     """Return the predictions that apply, and why there is none."""
-    plan = file.sweep
     if slow.value is None:
         return (), slow.note
     if plan.coordinate != slow.value.system.q[0].name:
@@ -279,25 +298,29 @@ def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[Design
     return tuple(found)
 
 
-def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer:
+def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer[QuenchResult]:
     """Return the excitation the file asks for, with one motion without and one with it."""
     found = next((d for d in designs if d.plan.kind == "quench"), None)
     if found is None:
         return Answer(None, "the file has no [design.quench]")
-    return answer(_shown, file.scene, found) if found.design.value else found.design
+    if found.design.value is None:
+        return Answer(None, found.design.note)
+    return answer(_shown, file.scene, found.plan, found.design.value)
 
 
-def _shown(scene: Scene, found: DesignResult) -> QuenchResult:
-    speeds, design = belt_speeds(scene), found.design.value
+def _shown(scene: Scene, plan: DesignPlan, design: "Design") -> QuenchResult:
+    speeds = belt_speeds(scene)
     if not speeds:
         raise SceneError("no contact has a belt speed, so there is nothing to show the design at")
-    shown = 0.5 * sum(found.plan.arguments["speeds"])
+    shown = 0.5 * sum(plan.arguments["speeds"])
     still = scene.where({speeds[0].name: shown, "a": 0.0})
     shaken = scene.where({speeds[0].name: shown, **design.values})
     return QuenchResult(design, speeds[0].name, shown, motion(still), motion(shaken))
 
 
-def _with_excitation(scene, plan, quenched: QuenchResult, swept: SweepResult, progress) -> Answer:
+def _with_excitation(
+    scene: Scene, plan: SweepPlan, quenched: QuenchResult, swept: SweepResult, progress: Callable[[float], None]
+) -> Answer[SweepResult]:
     """Return the sweep with the half range under the designed excitation beside it."""
     shaken = scene.where(quenched.design.values)
     found = answer(vibrations, shaken, plan.parameter, swept.values, plan, progress)

@@ -85,7 +85,7 @@ def summary(result: StudyResult) -> list[str]:
     """Return the three or four sentences a reader in a hurry needs."""
     file, lines = result.file, []
     speeds = belt_speeds(file.scene)
-    at = f" at {speeds[0].name} = {_measure(file.scene.values[speeds[0]], speeds[0].name, file)}" if speeds else ""
+    at = f" at {speeds[0].name} = {_measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
     stability = result.stability.value
     if stability is not None:
         verdict = "is stable" if stability.stable else "is not stable: a small disturbance grows"
@@ -100,7 +100,7 @@ def summary(result: StudyResult) -> list[str]:
 
 
 def _settled(result: StudyResult) -> str:
-    v, name, file = result.steady.value, result.plan.coordinate, result.file
+    v, name, file = result.steady.found, result.plan.coordinate, result.file
     size = max(abs(v.largest), abs(v.smallest), 1e-300)
     if not v.settled:
         low, high = _measure(v.smallest, name, file), _measure(v.largest, name, file)
@@ -136,7 +136,7 @@ def onset(result: StudyResult) -> str:
 
 def motion(result: StudyResult) -> str:
     """Return how the motion was computed and how far it can be trusted."""
-    m = result.motion.value
+    m = result.motion.found
     sticks = sum(len(v) for v in m.sticks.values())
     text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
     text += f"{counted(sticks, 'interval')} of sticking. "
@@ -155,7 +155,7 @@ def amplitude_heading(result: StudyResult) -> str:
 
 def amplitude(result: StudyResult) -> list[str]:
     """Return what the sweep shows."""
-    sweep, half = result.sweep.value, result.sweep.value.half_range
+    sweep, half = result.sweep.found, result.sweep.found.half_range
     lines = []
     failed = int(np.sum(~np.isfinite(half)))
     if np.isfinite(half).any():
@@ -169,10 +169,10 @@ def amplitude(result: StudyResult) -> list[str]:
     if unsettled:
         lines.append(f"{unsettled} of {half.size} motions had not settled; shown is their range so far.")
     for curve in sweep.curves:
-        at = np.array([curve(v) for v in sweep.values])
-        both = np.isfinite(at) & np.isfinite(half) & (half > 1e-3 * np.nanmax(half, initial=0.0))
+        predicted = np.array([curve(v) for v in sweep.values])
+        both = np.isfinite(predicted) & np.isfinite(half) & (half > 1e-3 * np.nanmax(half, initial=0.0))
         if both.any() and "unstable" not in curve.label:
-            off = 100 * np.abs(at[both] / half[both] - 1)
+            off = 100 * np.abs(predicted[both] / half[both] - 1)
             name = curve.label[0].upper() + curve.label[1:]
             lines.append(
                 f"{name} ({curve.source}) is off by {np.median(off):.3g} % (median), {np.max(off):.3g} % at most."

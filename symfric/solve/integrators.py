@@ -246,8 +246,10 @@ class IntegratorsProgram:
                 np.array([e[0] for e in motion.events]),
                 np.array([e[1:] for e in motion.events], dtype=np.int64).reshape(-1, 3),
             )
+        low, high = motion.low, motion.high
+        ranges = {} if low is None or high is None else {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
         raw = Raw(
-            ranges={n: (motion.low[k], motion.high[k]) for k, n in enumerate(self._ranges) if motion.low is not None},
+            ranges=ranges,
             integrals={**dict(zip(self._integrals, motion.total.tolist(), strict=True)), **never, **motion.values},
             rest=motion.rest,
             path=path,

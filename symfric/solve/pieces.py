@@ -59,7 +59,7 @@ class Piece:
     state: np.ndarray
     first: np.ndarray
     second: np.ndarray
-    rows: tuple[np.ndarray, np.ndarray, np.ndarray]
+    rows: tuple[np.ndarray, ...]
     reach: float
     fell: int = -1
 
@@ -164,9 +164,9 @@ class Flow:
                 piece, excess, below = self._between(start, min(start.t + reach, end), found)
                 factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
                 if excess <= 1:
-                    piece = self._cut(start, piece, below)
-                    if piece is not None:
-                        return replace(piece, reach=max(reach, min(4.0, factor) * span))
+                    cut = self._cut(start, piece, below)
+                    if cut is not None:
+                        return replace(cut, reach=max(reach, min(4.0, factor) * span))
                     factor = 0.2
             except RuntimeError:
                 factor = 0.2
@@ -196,7 +196,8 @@ class Flow:
     def _cut(self, start: Start, piece: Piece, below: np.ndarray) -> Piece | None:
         """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
         n = self.n_guards
-        fall = first_fall(piece.t, *(e[:n] for e in piece.rows), below) if n else None
+        value, slope, bend = (e[:n] for e in piece.rows)
+        fall = first_fall(piece.t, value, slope, bend, below) if n else None
         if fall is None:
             return piece
         index, t = fall

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -236,7 +236,7 @@ class Run:
         return tuple(Event(float(t), contacts[i], int(a), int(b)) for t, (i, a, b) in rows)
 
     @cached_property
-    def outputs(self) -> dict[str, object]:
+    def outputs(self) -> dict[str, Any]:
         """What the scene wanted, by name."""
         return {name: self._output(name, output) for name, output in self.base.outputs.items()}
 

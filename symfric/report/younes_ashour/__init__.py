@@ -1,11 +1,15 @@
 """Reproduction of Younes and Ashour: figures 3-10 as data, its word claims tested."""
 
-from symfric.report.entries import Entry, Finding
+from symfric.report.entries import Entry, Finding, Inputs
 from symfric.report.panels import panels_entry
 from symfric.report.younes_ashour import figures
 from symfric.report.younes_ashour.claims import Claim, Reading, claims, claims_table
 
 CLAIMS = "What the text claims, and which readings of it hold."
+
+
+def _table(_inputs: Inputs) -> list[dict]:
+    return claims_table()
 
 
 def _text(rows: list[dict]) -> str:
@@ -20,7 +24,7 @@ def _findings(rows: list[dict]) -> tuple[Finding, ...]:
 
 FIGURES = {
     **{name: panels_entry(make) for name, make in figures.FIGURES.items()},
-    "younes-claims": Entry(CLAIMS, lambda _: claims_table(), text=_text, plain=list, findings=_findings),
+    "younes-claims": Entry(CLAIMS, _table, text=_text, plain=list, findings=_findings),
 }
 
 __all__ = ["FIGURES", "Claim", "Reading", "claims", "claims_table"]

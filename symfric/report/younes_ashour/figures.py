@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypedDict
 
 import numpy as np
 
@@ -13,8 +14,17 @@ from symfric.theory.transient import averaged_decay_time
 FREQUENCIES = (3.5, 5.0, 10.0, 20.0)  # Hz; the text names 3.5 and 10
 FRICTION = (0.02, 0.05, 0.1, 0.2)
 DAMPING = (0.0, 0.005, 0.01, 0.02, 0.05)
+
+
+class Rig(TypedDict):
+    """Natural frequency, Hz, and damping ratio of the support of the rods."""
+
+    f_n: float
+    zeta: float
+
+
 RODS = {"steel": {"mu_m": 0.19, "m": 0.679}, "aluminium": {"mu_m": 0.3, "m": 0.357}}  # fitted and weighed by the source
-RIG = {"f_n": 5.3, "zeta": 0.009}  # measured by the source
+RIG: Rig = {"f_n": 5.3, "zeta": 0.009}  # measured by the source
 DECAY_TIME, ENERGY = "decay time [s]", "initial energy [J]"
 SAMPLES, POINTS = 3000, 120
 ASSUMED = f"r = 1, g = 9.81 m/s$^2$, start at {1000 * START:g} mm"

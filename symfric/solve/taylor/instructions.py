@@ -45,7 +45,8 @@ class Node:
 
 def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
     """Return the instructions in single-assignment form and the node of every output element."""
-    nodes, slot = [], {}
+    nodes: list[Node] = []
+    slot: dict[int, int] = {}
     outputs = [[-1] * field.nnz_out(i) for i in range(field.n_out())]
     for k in range(field.n_instructions()):
         op = field.instruction_id(k)

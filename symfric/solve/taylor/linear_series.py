@@ -19,7 +19,8 @@ def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
     slope, rest = known[count : count + n_r], known[count + n_r :]
 
     def flat(name: str, last: int) -> ca.Function:
-        now, rows = ca.vertsplit(state[:n_x]), [[] for _ in range(n_r)]
+        now = ca.vertsplit(state[:n_x])
+        rows: list[list[ca.SX]] = [[] for _ in range(n_r)]
         for k in range(last + 1):
             new = ca.vertsplit(slope * state[n_x] + rest if k == 0 else slope if k == 1 else ca.SX(n_r, 1))
             for e, (r, j) in enumerate(zip(matrices.rows, matrices.columns, strict=True)):

@@ -166,15 +166,14 @@ def _log(k, out, args, partner):
 def _pow(k, out, args, partner):
     """``out a' e = a out'`` for a constant exponent e."""
     a, e = args[0], args[1][0]
-    total = None
+    total: ca.SX | None = None
     for j in (*_newest_last(k), 0):
         total = plus(total, times(times(at(a, k - j), at(out, j)), e * ((k - j) / k) - j / k))
     return times(total, partner[0])
 
 
-def _with_cofactor(sign: float):
+def _with_cofactor(outer: float, inner: float):
     """Pairs such as (sin, cos): out' = outer * partner * a', partner' = inner * out * a'."""
-    outer, inner = sign
 
     def rule(k, out, args, partner):
         new = scaled(_moment(args[0], partner, k), outer)
@@ -248,10 +247,10 @@ _RULES = {
     ca.OP_LOG1P: lambda k, out, args, partner: _log(k, out, [[1 + args[0][0], *args[0][1:]]], partner),
     ca.OP_POW: _pow,
     ca.OP_CONSTPOW: _pow,
-    ca.OP_SIN: _with_cofactor((1.0, -1.0)),
-    ca.OP_COS: _with_cofactor((-1.0, 1.0)),
-    ca.OP_SINH: _with_cofactor((1.0, 1.0)),
-    ca.OP_COSH: _with_cofactor((1.0, 1.0)),
+    ca.OP_SIN: _with_cofactor(1.0, -1.0),
+    ca.OP_COS: _with_cofactor(-1.0, 1.0),
+    ca.OP_SINH: _with_cofactor(1.0, 1.0),
+    ca.OP_COSH: _with_cofactor(1.0, 1.0),
     ca.OP_TAN: _from_square(1.0),
     ca.OP_TANH: _from_square(-1.0),
     ca.OP_ASIN: _from_root(-1.0, 1.0),

@@ -1,5 +1,7 @@
 """Mass on a moving belt under fast excitation: effective friction and quenching, Thomsen (44)-(61)."""
 
+from typing import Literal, overload
+
 import sympy as sp
 
 from symfric.errors import SceneError
@@ -87,6 +89,14 @@ def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> fl
     """
     formula = cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.diff(SPEED).subs(SPEED, v_b)
     return formula if symbolic else value(formula, _shaken(scene))
+
+
+@overload
+def unstable_speeds(scene: Scene | None = None, *, symbolic: Literal[True]) -> tuple[sp.Expr, sp.Expr]: ...
+
+
+@overload
+def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None: ...
 
 
 @alone(SYMBOLIC)

@@ -4,7 +4,6 @@ With a smaller static friction the slides break loose more gently, and the slip 
 deep. The cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import finite
 from symfric.model.notebook import html_table
+from symfric.model.numeric import Floats
 from symfric.theory.drive.pair import (
     Orbit,
     Pair,
@@ -189,7 +189,7 @@ def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") 
 
 
 def two_slides_thresholds(
-    parameter: str, values: Sequence[float], *, r=None, zeta=None, s1=None, s2=None, fc1=1.0, damping: str = "omega1"
+    parameter: str, values: Floats, *, r=None, zeta=None, s1=None, s2=None, fc1=1.0, damping: str = "omega1"
 ) -> np.ndarray:
     """Return the smallest fs1 with a limit cycle for many values of one parameter, each from the one before.
 
