@@ -135,4 +135,4 @@ def _one_line(function) -> str:
     if function in friction_laws().values() and not {"kinetic", "speeds"} & set(parameters):
         law = function(*(sp.Symbol(name) for name in parameters))
         return f"mu(v) = {law.kinetic}"
-    return inspect.getdoc(function).split("\n")[0].split(": :math:")[0].rstrip(".").replace("`", "") + "."
+    return (inspect.getdoc(function) or "").split("\n")[0].split(": :math:")[0].rstrip(".").replace("`", "") + "."

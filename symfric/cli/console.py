@@ -98,11 +98,21 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+class _Messages(logging.Handler):
+    """Hands every message of a log to a function of one line."""
+
+    def __init__(self, write: Callable[[str], None]):
+        super().__init__()
+        self._write = write
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._write(record.getMessage())
+
+
 @contextlib.contextmanager
 def _logged(write: Callable[[str], None]) -> Iterator[None]:
     """Hand what the package logs to a function of one line."""
-    handler, logger = logging.Handler(), logging.getLogger("symfric")
-    handler.emit = lambda record: write(record.getMessage())
+    handler, logger = _Messages(write), logging.getLogger("symfric")
     level = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)

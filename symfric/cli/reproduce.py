@@ -99,7 +99,7 @@ def _write(folder: Path, name: str, made) -> list[str]:
     """Write what was made; return the names of the files."""
     from symfric.report.figures import png
 
-    parts = {}
+    parts: dict[Path, bytes | str] = {}
     if made.figure is not None:
         parts[folder / f"{name}.png"] = png(made.figure)
     if made.text:

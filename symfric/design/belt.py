@@ -55,7 +55,7 @@ class Belt:
         contact = replace(scene.contacts[0], normal=self.normal, profile=1, law=self.law)
         starts = (sp.sympify(e) for e in scene.initial.values())
         used = contact.free_symbols.union(*(e.free_symbols for e in (*scene.system.expressions, *starts)))
-        return replace(scene, contacts=[contact], values={k: v for k, v in scene.values.items() if k in used})
+        return replace(scene, contacts=(contact,), values={k: v for k, v in scene.values.items() if k in used})
 
     @property
     def frequency(self) -> float:

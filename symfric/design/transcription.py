@@ -200,8 +200,12 @@ class Program:
         self.tau = ca.collocation_points(FIRST if modes is None else LAST, "radau")
         self.slope, _, self.weight = ca.collocation_coeff(self.tau)
         self.grid = [(part + tau) / parts for part in range(parts) for tau in self.tau]  # of an element, 0 to 1
-        self.variables, self.low, self.high = [], [], []
-        self.rules, self.least, self.most = [], [], []
+        self.variables: list[ca.SX] = []
+        self.low: list[float] = []
+        self.high: list[float] = []
+        self.rules: list[ca.SX] = []
+        self.least: list[float] = []
+        self.most: list[float] = []
         self.relax = ca.SX.sym("relax")
         self.places: dict[str, list[slice]] = {}
         self.count, self.cost = 0, ca.SX(0)
@@ -218,12 +222,12 @@ class Program:
         stack = {"x": ca.vertcat(*self.variables), "f": self.spent, "g": ca.vertcat(*self.rules), "p": self.relax}
         self.nlp = stack
 
-    def _new(self, name: str, size: int, low, high) -> ca.SX:
+    def _new(self, name: str, size: int, low: float | np.ndarray, high: float | np.ndarray) -> ca.SX:
         symbol = ca.SX.sym(f"{name}_{self.count}", size)
         self.places.setdefault(name, []).append(slice(self.count, self.count + size))
         self.variables.append(symbol)
-        self.low += [low] * size if np.isscalar(low) else list(low)
-        self.high += [high] * size if np.isscalar(high) else list(high)
+        self.low += np.broadcast_to(low, size).tolist()
+        self.high += np.broadcast_to(high, size).tolist()
         self.count += size
         return symbol
 
@@ -279,8 +283,15 @@ class Program:
     @alone(SYMBOLIC)
     def solver(self, tolerance: float) -> ca.Function:
         """Return the solver of the program."""
-        quiet = {"print_level": 0, "sb": "yes", "tol": tolerance, "max_iter": 500, "mu_strategy": "adaptive"}
-        quiet |= {"bound_relax_factor": 0.0, "honor_original_bounds": "yes"}
+        quiet: dict[str, float | str] = {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": tolerance,
+            "max_iter": 500,
+            "mu_strategy": "adaptive",
+            "bound_relax_factor": 0.0,
+            "honor_original_bounds": "yes",
+        }
         return ca.nlpsol("control", "ipopt", self.nlp, {"ipopt": quiet, "print_time": False})
 
     @alone(OPTIMISER)

@@ -140,7 +140,7 @@ def continue_special(
     if names[0] == names[1]:
         raise SceneError(f"both parameters are {names[0]}; give two")
     limits = np.array([[finite(v, f"an end of the span of {n}") for v in s] for n, s in zip(names, spans, strict=True)])
-    values = {s.name: v for s, v in scene.values.items()}
+    values = {s.name: v for s, v in scene.parameter_values().items()}
     here = np.array([values[n] for n in names])
     if np.any(here < limits[:, 0]) or np.any(here > limits[:, 1]):
         raise SceneError(f"the point {dict(zip(names, here.tolist(), strict=True))} lies outside the spans")
@@ -194,13 +194,14 @@ def _grazes(system: System, point: Point) -> bool:
 
 def _trace(system: System, start: Point, along: np.ndarray, limits: np.ndarray, most: int) -> tuple[list[Point], str]:
     """Follow the curve from a point to the end of a span; return the points and why it ended."""
-    points, point, step, largest = [], start, _FIRST, ranges(start.passage)
+    points: list[Point] = []
+    point, step, largest = start, _FIRST, ranges(start.passage)
     way = tangent(point, units(system, point, limits, largest), along)
     while len(points) < most:
         largest = np.maximum(largest, ranges(point.passage))
         size = units(system, point, limits, largest)
         new, ends = step_along(system, point, way, step, size, limits)
-        ahead = None if new is None else tangent(new, size, way)
+        ahead = way if new is None else tangent(new, size, way)
         if new is None or (cosine(ahead, way, size) < _TURN and step > _LEAST):
             if step <= _LEAST:
                 return points, "grazing" if _grazes(system, point) else "lost"

@@ -151,9 +151,9 @@ def limit_cycle(
     for patience in _PATIENCE:
         settling = False
         try:
-            guess = settled(scene, flow, forcing, patience)
-            settling = guess.shrinking
-            return _near(scene, flow, values, guess)
+            found = settled(scene, flow, forcing, patience)
+            settling = found.shrinking
+            return _near(scene, flow, values, found)
         except NotFound as failure:
             reason = str(failure)
             if "settles" in reason:
@@ -163,8 +163,7 @@ def limit_cycle(
 
 def values_of(scene: Scene) -> dict[str, float]:
     """Return the values of a scene by name; raise if one is missing."""
-    scene.numbers()
-    return {s.name: v for s, v in scene.values.items()}
+    return {s.name: v for s, v in scene.parameter_values().items()}
 
 
 def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:

@@ -81,8 +81,8 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     if forcing is None:
         return _of_free(run)
     last = int(np.floor(run.t_final / forcing + 1e-9))
-    turns = np.arange(max(0, last - _MOST), last + 1)
-    returns = run(np.minimum(turns * forcing, run.t_final))
+    looks = np.arange(max(0, last - _MOST), last + 1) * forcing
+    returns = run(np.minimum(looks, run.t_final))
     late = run.x[:, run.t > run.t_final - _MOST * forcing]
     turns = _repeats(returns, np.maximum(np.ptp(late, axis=1), 1e-300))
     return Guess(returns[:, -1], 0.0, turns, turns)
@@ -103,7 +103,7 @@ def _of_free(run: Run) -> Guess:
     if np.all(size <= _QUIET * whole) or not np.any(late):
         raise NotFound("the motion settles to steady sliding or rest; start it elsewhere, or give a guess")
     k = int(np.argmax(size[: len(run.base.system.q)] / np.maximum(whole[: len(run.base.system.q)], 1e-300)))
-    times = _crossings(run.raw.path, k, 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
+    times = _crossings(run.path, k, 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
         raise NotFound("the motion turns fewer than three times within the horizon; lengthen it")
@@ -136,7 +136,7 @@ def _repeats(states: np.ndarray, size: np.ndarray) -> int:
 
 def _sliding_moment(run: Run, begin: float, end: float) -> float:
     """Return the middle of the longest stretch in which the fewest contacts stick."""
-    path = run.raw.path
+    path = run.path
     steps = np.flatnonzero((path.t >= begin) & (path.t + path.h <= end))
     if not path.mode.shape[1] or not steps.size:
         return begin

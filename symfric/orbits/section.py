@@ -94,15 +94,17 @@ class Cut:
 
     def points(self, run: Run, after: float) -> tuple[np.ndarray, np.ndarray]:
         """Return times (n,) and states (n_x, n) of a run on the section, from a time on."""
-        values = {s.name: v for s, v in run.base.values.items()} | {name_of(k): v for k, v in run.values.items()}
+        values = {s.name: v for s, v in run.base.parameter_values().items()}
+        values |= {name_of(k): v for k, v in run.values.items()}
         if self.period:
             period = self.period(values)
             first, last = after / period - self.phase, run.t_final / period - self.phase
             turns = np.arange(max(0, np.ceil(first - _LATE)), np.floor(last + _LATE) + 1)
             times = np.minimum((turns + self.phase) * period, run.t_final)
             return times, run(times)
-        numbers = [values[s.name] for s in run.base.parameters]
-        return crossings(run.path, lambda x, t: self.function(*x, t, *numbers), self.direction, after)
+        assert self.function is not None
+        numbers, height = [values[s.name] for s in run.base.parameters], self.function
+        return crossings(run.path, lambda x, t: height(*x, t, *numbers), self.direction, after)
 
 
 @alone(SYMBOLIC)
@@ -126,11 +128,11 @@ def cut_of(
         if not 0 <= phase < 1:
             raise SceneError(f"phase is {phase:g}; give a part of the period, at least 0 and below 1")
         return Cut(f"phase {phase:g} of the period of the excitation", period, phase, None, 0)
-    section = _read(scene, section)
+    surface = _read(scene, section)
     ways = {1: "rising", -1: "falling", 0: "either way"}
     symbols = *scene.system.states, TIME, *scene.parameters
-    function = numeric_function(symbols, section - level)
-    return Cut(f"{section} = {level:g}, {ways[direction]}", None, 0.0, function, direction)
+    function = numeric_function(symbols, surface - level)
+    return Cut(f"{surface} = {level:g}, {ways[direction]}", None, 0.0, function, direction)
 
 
 def _read(scene: Scene, section: sp.Expr | str) -> sp.Expr:
@@ -201,10 +203,12 @@ def poincare(
         raise SceneError(f"{motion!r} is neither a run nor an sf.Scene")
     cut = cut_of(motion.scene if isinstance(motion, Run) else motion, section, level, direction, phase)
     after = finite(after, "after")
-    run = motion
-    if isinstance(motion, Scene):
+    if isinstance(motion, Run):
+        run = motion
+    else:
         run = prepare(motion.wanting({"path": Trajectory()}), tolerance).run().checked()
     if not 0 <= after < run.t_final:
         raise SceneError(f"after is {after:g}; the run covers 0 to {run.t_final:g}")
     system = run.base.system
-    return PoincareSection(*cut.points(run, after), run.names, cut.about, (system.q[0].name, system.u[0].name))
+    times, states = cut.points(run, after)
+    return PoincareSection(times, states, run.names, cut.about, (system.q[0].name, system.u[0].name))

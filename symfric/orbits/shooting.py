@@ -126,16 +126,17 @@ class System:
             row = np.concatenate([phase, np.zeros(z.size - n)])
             rest, slopes = np.append(rest, phase @ (y - reference)), np.vstack([slopes, row])
         if self.test:
-            rest, slopes = np.append(rest, self.test.value(z, passage)), np.vstack([slopes, self._slopes(z, passage)])
+            more = self._slopes(self.test, z, passage)
+            rest, slopes = np.append(rest, self.test.value(z, passage)), np.vstack([slopes, more])
         return Point(z, passage, rest, slopes, phase)
 
-    def _slopes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
-        if self.test.slopes:
-            return self.test.slopes(z, passage)
+    def _slopes(self, test: Test, z: np.ndarray, passage: Passage) -> np.ndarray:
+        if test.slopes:
+            return test.slopes(z, passage)
         size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
         found = []
         for step in 1e-6 * np.diag(size):
-            ahead, behind = (self.test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
+            ahead, behind = (test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
             found.append((ahead - behind) / (2 * np.max(step)))
         return np.array(found)
 
