@@ -165,10 +165,11 @@ def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
     """Return the parameter of the amplitude diagram and its values."""
     if file.sweep is not None:
         return file.sweep.parameter, np.linspace(file.sweep.start, file.sweep.stop, POINTS)
-    found = [s for s in belt_speeds(file.scene) if file.scene.values[s] != 0]
+    values = file.scene.parameter_values()
+    found = [s for s in belt_speeds(file.scene) if values[s] != 0]
     if not found:
         return "", np.zeros(0)
-    return found[0].name, np.linspace(0.1, 3.0, POINTS) * file.scene.values[found[0]]
+    return found[0].name, np.linspace(0.1, 3.0, POINTS) * values[found[0]]
 
 
 def _coarse_first(values: np.ndarray) -> np.ndarray:
@@ -185,7 +186,7 @@ def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...
     plan = file.plan("quench")
     bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
     found = []
-    for symbol, value in file.scene.values.items():
+    for symbol, value in file.scene.parameter_values().items():
         low, high = (value / 10, 3 * value) if value > 0 else (3 * value, value / 10) if value < 0 else (0.0, 1.0)
         if value == 0 and symbol.name in bounds:
             high = float(bounds[symbol.name][1])
@@ -226,7 +227,8 @@ def _friction(file: SceneFile) -> Callable[..., tuple[np.ndarray, np.ndarray, np
 def _reach(file: SceneFile) -> float:
     """Return the largest belt speed of the file."""
     swept, speeds = _sweep(file)
-    given = [abs(file.scene.values[s]) for s in belt_speeds(file.scene)]
+    values = file.scene.parameter_values()
+    given = [abs(values[s]) for s in belt_speeds(file.scene)]
     return max([1e-9, *given, *(np.abs(speeds) if swept in {s.name for s in belt_speeds(file.scene)} else ())])
 
 

@@ -52,16 +52,16 @@ def _with_unit(name: str, unit: str | None) -> str:
 
 def _text(text: str, **options):
     """Return a line of plain text."""
-    from bokeh.models import Div
+    from bokeh.models.widgets import Div
 
-    style = {"overflow-wrap": "anywhere"}
+    style: dict[str, str | None] = {"overflow-wrap": "anywhere"}
     return Div(
         text=text, render_as_text=True, disable_math=True, width=300, margin=(5, 5, 0, 5), styles=style, **options
     )
 
 
 def _sliders(explorer: Explorer) -> dict:
-    from bokeh.models import Slider
+    from bokeh.models.widgets import Slider
 
     return {
         r.name: Slider(
@@ -78,34 +78,41 @@ def _sliders(explorer: Explorer) -> dict:
     }
 
 
+def _figure(title: str, x: str, y: str):
+    """Return an empty picture; its labels are plain text."""
+    from bokeh.models import PlainText
+    from bokeh.plotting import figure
+
+    return figure(
+        title=title,
+        x_axis_label=PlainText(text=x),
+        y_axis_label=PlainText(text=y),
+        height=260,
+        sizing_mode="stretch_width",
+        toolbar_location=None,
+    )
+
+
 def _plots(explorer: Explorer) -> tuple[dict, list]:
     """Return the sources of the pictures by name, and the pictures."""
-    from bokeh.models import ColumnDataSource, PlainText
-    from bokeh.plotting import figure
+    from bokeh.models import ColumnDataSource
 
     system, units = explorer.file.scene.system, explorer.file.units
     words = lambda name: _with_unit(name, units.get(name))  # noqa: E731
-    look = {"height": 260, "sizing_mode": "stretch_width", "toolbar_location": None}
     sources = {
         name: ColumnDataSource({"x": [], "y": []}, name=name)
         for name in ("phase", "law", "effective", "amplitude", "now")
     }
-    phase = figure(
-        name="phase portrait",
-        title="phase portrait",
-        x_axis_label=PlainText(text=words(system.q[0].name)),
-        y_axis_label=PlainText(text=words(system.u[0].name)),
-        **look,
-    )
+    phase = _figure("phase portrait", words(system.q[0].name), words(system.u[0].name))
+    phase.name = "phase portrait"
     phase.line("x", "y", source=sources["phase"], color=BLUE)
-    friction = figure(title="friction", x_axis_label="sliding speed", y_axis_label="coefficient", **look)
+    friction = _figure("friction", "sliding speed", "coefficient")
     friction.line("x", "y", source=sources["law"], color=BLUE, legend_label="law")
     friction.line("x", "y", source=sources["effective"], color=ORANGE, legend_label="under the fast excitation")
     friction.legend.location = "bottom_right"
     plots = [phase, *([friction] if explorer.file.scene.contacts else ())]
     if explorer.swept:
-        label, value = PlainText(text=f"half range of {words(system.q[0].name)}"), PlainText(text=words(explorer.swept))
-        amplitude = figure(title="amplitude", x_axis_label=value, y_axis_label=label, **look)
+        amplitude = _figure("amplitude", words(explorer.swept), f"half range of {words(system.q[0].name)}")
         amplitude.line("x", "y", source=sources["amplitude"], color=GREEN)
         amplitude.scatter("x", "y", source=sources["amplitude"], color=GREEN, size=4)
         amplitude.vspan(x="x", source=sources["now"], color=ORANGE, line_dash="dashed")

@@ -79,7 +79,8 @@ def _contacts(result: StudyResult) -> list[dict]:
 def _values(result: StudyResult) -> list[list[str]]:
     file = result.file
     return [
-        [inline(s), number(v), file.units.get(s.name, ""), words.role(s, file)] for s, v in file.scene.values.items()
+        [inline(s), number(v), file.units.get(s.name, ""), words.role(s, file)]
+        for s, v in file.scene.parameter_values().items()
     ]
 
 
