@@ -179,13 +179,18 @@ def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.
     """Return tuning, damping and rate of the fastest decay near a design, for a given self-excitation."""
     from scipy.optimize import minimize
 
+    def rate(p: np.ndarray) -> float:
+        tuning, damping = np.abs(p)
+        return -theory.decay_rate(mass_ratio, tuning, damping, -beta)
+
     found = minimize(
-        lambda p: -theory.decay_rate(mass_ratio, *np.abs(p), -beta),
+        rate,
         tuned[:2],
         method="Nelder-Mead",
         options={"xatol": 1e-6, "fatol": 1e-9, "initial_simplex": np.array(tuned[:2]) * SIMPLEX},
     )
-    return theory.Tuned(*(float(e) for e in np.abs(found.x)), -float(found.fun))
+    tuning, damping = (float(e) for e in np.abs(found.x))
+    return theory.Tuned(tuning, damping, -float(found.fun))
 
 
 def _rate(scene: Scene, duration: float) -> float:

@@ -81,8 +81,8 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
         if _distance(coarse, fine, speeds, q_max, steep, breaks) < 1e-10 * scale:
             break
         coarse, nodes = fine, 2 * nodes
-    levels, kinks = (tuple(sorted({-b for b in e} | set(e) | {0.0})) for e in (breaks, kinks))
-    return Averaged(*coarse, unshaken, levels, kinks, steep and slope < 0, scale)
+    levels, bends = (tuple(sorted({-b for b in e} | set(e) | {0.0})) for e in (breaks, kinks))
+    return Averaged(*coarse, unshaken, levels, bends, steep and slope < 0, scale)
 
 
 def _compiled(expr: sp.Expr) -> ca.Function:
@@ -149,14 +149,16 @@ def _angle(cosine: ca.SX) -> ca.SX:
 def _distance(coarse, fine, speeds, q_max: float, steep: bool, breaks) -> float:
     """Return the largest difference of two quadratures over intensities and belt speeds."""
     intensities = q_max * np.array([1e-3, 0.03, 0.3, 1.0])
-    q, share = np.meshgrid(intensities, np.linspace(0, 0.97, 8))
-    pairs = [(0, (share * q).ravel(), q.ravel())]
-    share = np.array([1.03, 1.3, 3.0, 10.0] if steep else [1.0, 1.03, 1.3, 3.0, 10.0])
-    q, share = np.meshgrid(intensities, share)
-    pairs.append((1, (share * q).ravel(), q.ravel()))
+    pairs: list[tuple[int, np.ndarray, np.ndarray]] = []
+    outside = [1.03, 1.3, 3.0, 10.0] if steep else [1.0, 1.03, 1.3, 3.0, 10.0]
+    for side, shares in enumerate((np.linspace(0, 0.97, 8), np.array(outside))):
+        whole, share = np.meshgrid(intensities, shares)
+        pairs.append((side, (share * whole).ravel(), whole.ravel()))
     at = np.array([(v, q) for b, q in itertools.product(breaks, intensities) for v in (b, abs(b - q), b + q)])
     at = at[np.abs(at[:, 0] - at[:, 1]) > 0.03 * at[:, 1]] if len(at) else at.reshape(0, 2)
-    pairs += [(side, *at[(at[:, 0] > at[:, 1]) == bool(side)].T) for side in (0, 1)]
+    for side in (0, 1):
+        v, q = at[(at[:, 0] > at[:, 1]) == bool(side)].T
+        pairs.append((side, v, q))
     largest = 0.0
     for side, v, q in pairs:
         seen = (v >= speeds[0]) & (v <= speeds[1])

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 import sympy as sp
 
@@ -244,7 +245,7 @@ def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
     degree, bounds, target, time = ask
     program = Program(model, elements, degree, bounds, {}, time)
     last = program.nlp["x"][program.places["x"][-1]]
-    program.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())
+    program.nlp["f"] = sum(((last[k] - v) ** 2 for k, v in target.items()), ca.SX(0))
     z = _guess(program, target, sum(time) / 2, BUMPS[0])
     solver = program.solver(ROUGH)
     for relax in RELAX:

@@ -163,12 +163,13 @@ def contact_damper(
 
 
 def _read(scene: Scene, bounds, residual, margin) -> Damper:
-    given, _ = damper_numbers(scene)
-    numbers = {k: given[k] for k in (*VARIED, "m", "x0", "v0", "g")}
+    own, _ = damper_numbers(scene)
+    numbers = {k: own[k] for k in (*VARIED, "m", "x0", "v0", "g")}
     given = {name_of(k): v for k, v in bounds.items()}
     if not given:
         raise SceneError("bounds is empty; give those of mu_m, f_n, zeta, r or v_c")
-    low, high = [], []
+    low: list[float] = []
+    high: list[float] = []
     for name, pair in given.items():
         if name not in VARIED:
             raise SceneError(f"{name} in bounds is no parameter that contact_damper varies{nearest(name, VARIED)}")
@@ -196,7 +197,7 @@ def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
     decays = [damper(p) for p in grid]
     good = [k for k, d in enumerate(decays) if damper.good(d)]
     best = grid[min(good, key=lambda k: decays[k].time)] if good else None
-    shortest = damper(best).time if good else np.inf
+    shortest = np.inf if best is None else damper(best).time
     pieces: dict[int, list[int]] = {}
     for k, d in enumerate(decays):
         at_rest = d.t[:1] == (0.0,)

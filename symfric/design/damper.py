@@ -153,22 +153,21 @@ def damper(
     half_range = finite(half_range, "half_range")
     if half_range < 0:
         raise SceneError(f"half_range is {half_range:g}; it must not be negative")
-    if speeds is None and settle is None:
-        raise SceneError("give the speeds (lowest, highest), or settle, the time by which the motion must be over")
     speed = name_of(speed) if speeds is None else scene.parameter(speed).name
     if name == speed:
         raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")
-    slow, fast = (None, None) if speeds is None else _pair(speeds, f"speeds {speed}")
+    ends = None if speeds is None else _pair(speeds, f"speeds {speed}")
     if settle is not None:
         settle = finite(settle, "settle")
         if not settle > 0:
             raise SceneError(f"settle is {settle:g}; it is a time, so positive")
         if not sticking:
             raise SceneError("sticking=False speaks of limit cycles; leave it out with settle")
-        ends = None if speeds is None else (slow, fast)
         return settled(Transient(scene, name, (low, high), settle, half_range, speed, ends))
-    requirement = Requirement(name, speed, (low, high), (slow, fast), half_range, sticking)
-    scene = scene.where({name: low, speed: max(slow, 1e-9 * fast)})
+    if ends is None:
+        raise SceneError("give the speeds (lowest, highest), or settle, the time by which the motion must be over")
+    requirement = Requirement(name, speed, (low, high), ends, half_range, sticking)
+    scene = scene.where({name: low, speed: max(ends[0], 1e-9 * ends[1])})
     return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
 
 
@@ -248,7 +247,8 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
         violation = 0.0 if below.meets else 1.0
         beside.append(Neighbour(f"{r.name} smaller by {100 * _STEP:g} %", below.damping, violation))
     values = {r.name: found.damping}
-    curve = Curve(*found.line, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
+    x, y = found.line
+    curve = Curve(x, y, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
     placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
     return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
 

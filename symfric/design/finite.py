@@ -39,6 +39,7 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
     scene = belt.single.where({AMPLITUDE: a, FREQUENCY: Omega, SPEED_NAME: v_b})
     flow = flow_of(scene, (AMPLITUDE,))
     values = {s.name: v for s, v in scene.parameter_values().items()}
+    assert flow.period is not None
     target = margin * flow.period(values) / belt.mass
 
     def shrinks(z: np.ndarray, passage: Passage) -> float:

@@ -33,13 +33,13 @@ class Growth:
         self._scene, self._r = scene, r
         self._symbols = scene.parameter(r.speed), scene.parameter(r.name)
         self._field = field_of(scene, vary=self._symbols)
-        numbers = scene.numbers()
+        numbers, self._others = scene.numbers(), scene.parameter_values()
         self._x = np.array([numbers[s] for s in self._field.states])
         self.speeds = speeds_of(scene, r)
 
     def at(self, speed: float, damping: float) -> float:
         """Return the largest real part of the eigenvalues, 1/time."""
-        values = {**self._scene.values, self._symbols[0]: speed, self._symbols[1]: damping}
+        values = {**self._others, self._symbols[0]: speed, self._symbols[1]: damping}
         p = self._field.vector(values)
         self._x = self._equilibrium(p)
         return float(np.max(np.linalg.eigvals(linearise(self._field, p, self._x)[3]).real))
@@ -65,8 +65,8 @@ class Growth:
         rates = np.array([self.at(float(e), damping) for e in v])
         k = int(np.argmax(rates))
         best = float(rates[k]), float(v[k])
-        inner = np.flatnonzero((rates[1:-1] >= rates[:-2]) & (rates[1:-1] >= rates[2:])) + 1 if polished else []
-        for i in sorted(inner, key=lambda i: -rates[i])[:_POLISHED]:
+        inner = np.flatnonzero((rates[1:-1] >= rates[:-2]) & (rates[1:-1] >= rates[2:])) + 1
+        for i in sorted(inner.tolist(), key=lambda i: -rates[i])[: _POLISHED if polished else 0]:
             found = minimize_scalar(
                 lambda e: -self.at(float(e), damping),
                 bounds=(v[i - 1], v[i + 1]),
@@ -114,7 +114,8 @@ def steepest_falls(scene: Scene, r: Requirement) -> np.ndarray:
 @alone(SYMBOLIC)
 def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarray], np.ndarray]]]:
     """Return the law of every contact, in numbers, and its slip in steady sliding as a function of the speed."""
-    given, found = scene.numbers(), []
+    given = scene.numbers()
+    found: list[tuple[Law, Callable[[np.ndarray], np.ndarray]]] = []
     symbol = scene.parameter(r.speed)
     still = dict.fromkeys(scene.system.u, 0)
     for contact in scene.contacts:

@@ -98,7 +98,8 @@ def _excess(problem: Problem, q, values) -> np.ndarray:
     parts = []
     for kind, limit in problem.limits.items():
         if kind == "acceleration":
-            parts.append([np.prod(problem.excitation(e)) * problem.excitation(e)[1] / limit - 1 for e in q])
+            products = [np.prod(problem.excitation(e)) * problem.excitation(e)[1] for e in q]
+            parts.append(np.array(products) / limit - 1)
         else:
             parts.append((1.0 if kind == "power" else -1.0) * (np.atleast_1d(values[kind]) / limit - 1))
     return np.max(parts, axis=0)

@@ -207,7 +207,7 @@ def _positive_pieces(function, grid: np.ndarray, y: np.ndarray) -> list[tuple[fl
 
     inner, beside = y[1:-1], (y[:-2], y[2:])
     peaks = np.flatnonzero((inner < 0) & (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside))) + 1
-    for k in peaks:
+    for k in peaks.tolist():
         best = minimize_scalar(lambda s: -function(s), bounds=(grid[k - 1], grid[k + 1]), method="bounded")
         grid, y = np.append(grid, best.x), np.append(y, -best.fun)
     order = np.argsort(grid)

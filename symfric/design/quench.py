@@ -141,9 +141,10 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
 def _unshaken(speeds: Range) -> tuple[float, float]:
     """Return the least damping without excitation, and its belt speed."""
     edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
-    parts = []
+    parts: list[np.ndarray] = []
     for a, b in itertools.pairwise(edges):
-        parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), [np.nextafter(b, a)]]  # the slope jumps at a break
+        inside = np.array([np.nextafter(b, a)])  # the slope jumps at a break
+        parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), inside]
     v = np.concatenate(parts)
     y = np.array(speeds.averaged.unshaken(v[None])).ravel()
     k = int(np.argmin(y))
@@ -201,9 +202,10 @@ def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], ma
     for v in (v for v in marks if v > 0):
         friction = float((averaged.inside if v < q else averaged.outside)(v, q)[2])
         found.append(corrected(belt, excitation, v, belt.normal * friction / belt.stiffness, problem.margin))
-    if not found or None in found:
+    amplitudes = [e for e in found if e is not None]
+    if not found or len(amplitudes) < len(found):
         return None
-    return {AMPLITUDE: max(found), FREQUENCY: Omega}
+    return {AMPLITUDE: max(amplitudes), FREQUENCY: Omega}
 
 
 def _on_limits(problem: Problem, found: Optimum) -> list[str]:
@@ -236,12 +238,12 @@ def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
 
 def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
     """Return the damping over the belt speeds, also those beside the range: they show what it costs."""
-    v, y = [], []
+    v, y, gap = [], [], np.array([np.nan])
     for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
         part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))
         part = part[part < q] if inside else part
-        v += [part, [np.nan]]
-        y += [problem.speeds.on(inside, part, np.full(part.shape, q))["damping"], [np.nan]]
+        v += [part, gap]
+        y += [problem.speeds.on(inside, part, np.full(part.shape, q))["damping"], gap]
     return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
 
 

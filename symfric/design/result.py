@@ -1,6 +1,7 @@
 """What every design returns."""
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -31,6 +32,21 @@ class Curve:
     xlabel: str
     ylabel: str
     marks: tuple[float, ...] = ()
+
+
+class Checked(Protocol):
+    """What the full model does at an optimum."""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the requirement holds on the full model."""
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What does not, each in one line; empty if `agrees`."""
+
+    def to_dict(self) -> dict:
+        """Return plain data."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,7 +85,7 @@ class Design:
     objective: float
     active: tuple[str, ...]
     scene: Scene
-    check: object
+    check: Checked
     status: str
     curve: Curve = field(repr=False)
     corrected: dict[str, float] | None = None

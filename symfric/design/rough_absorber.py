@@ -89,7 +89,7 @@ class Forced:
         y = np.array([self.amplitude(tuning, damping, e, FEW) for e in g])
         left, right = np.concatenate([[-np.inf], y[:-1]]), np.concatenate([y[1:], [-np.inf]])
         found = []
-        for k in np.flatnonzero((y >= left) & (y >= right) & (y >= CONTENDER * np.max(y))):
+        for k in np.flatnonzero((y >= left) & (y >= right) & (y >= CONTENDER * np.max(y))).tolist():
             ends = g[max(k - 1, 0)], g[min(k + 1, g.size - 1)]
             found.append(self._polished(tuning, damping, *ends))
         return sorted(found, key=lambda p: -p[1])
@@ -156,7 +156,7 @@ def _starts(forced: Forced, plain: theory.Tuned) -> list[np.ndarray]:
     places = [np.array([plain.tuning * f, plain.damping * z]) for f in TUNINGS for z in DAMPINGS]
     forced.left = FEW * GRID * len(places)
     g = np.linspace(*forced.band, GRID)[::2]
-    worst = [max(forced.amplitude(*p, e, FEW) for e in g) for p in places]
+    worst = [max(forced.amplitude(tuning, damping, e, FEW) for e in g) for tuning, damping in places]
     return [places[k] for k in np.argsort(worst)[:STARTS]]
 
 
@@ -189,13 +189,14 @@ def _bounded(forced: Forced, p: np.ndarray, places: list[float]) -> tuple[np.nda
     Linear programs within a region of trust: where two peaks are equally high, as they mostly are, the one direction
     that is left is curved, and the region shrinks towards its lowest point.
     """
-    points = [forced.near(*p, g) for g in places]
+    points = [forced.near(p[0], p[1], g) for g in places]
     size, slopes = REGION, None
     while size > SMALLEST:
         if slopes is None:
             slopes = np.array([_slopes(forced, p, g) for g, _ in points])
         step = _step(np.array([y for _, y in points]), slopes, p, size)
-        trial = [forced.near(*(p + step), g) for g, _ in points]
+        tuning, damping = p + step
+        trial = [forced.near(tuning, damping, g) for g, _ in points]
         gain = max(y for _, y in points) - max(y for _, y in trial)
         if gain > 0:
             p, points, slopes = p + step, trial, None
@@ -216,13 +217,12 @@ def _step(heights: np.ndarray, slopes: np.ndarray, p: np.ndarray, size: float) -
     return linprog([0.0, 0.0, 1.0], A_ub=above, b_ub=-heights, bounds=bounds).x[:2]
 
 
-def _slopes(forced: Forced, p: tuple[float, float], Omega: float) -> list[float]:
+def _slopes(forced: Forced, p: np.ndarray, Omega: float) -> list[float]:
     """Return the slopes of the amplitude with tuning and damping at a frequency."""
     found = []
     for d in np.eye(2) * STEP:
-        low = np.maximum(np.array(p) - d, [0.0, DAMPING[0]])
-        high = np.array(p) + d
-        rise = forced.amplitude(*high, Omega) - forced.amplitude(*low, Omega)
+        low, high = np.maximum(p - d, [0.0, DAMPING[0]]), p + d
+        rise = forced.amplitude(high[0], high[1], Omega) - forced.amplitude(low[0], low[1], Omega)
         found.append(float(rise / np.sum(high - low)))
     return found
 
@@ -238,7 +238,7 @@ def _design(forced: Forced, scene: Scene, peaks, p: np.ndarray, status: str) -> 
         active.append("damping at its lower bound")
     rows = [Compared(f"amplitude at Omega = {g:.6g}", highest, _in_time(scene, g), 1e-5) for g in worst]
     g = np.unique(np.concatenate([np.linspace(*forced.band, 2 * GRID - 1), worst]))
-    y = np.array([forced.amplitude(*p, e, FEW) for e in g])
+    y = np.array([forced.amplitude(p[0], p[1], e, FEW) for e in g])
     curve = Curve(g, y, highest, "frequency Omega/omega1", "amplitude |x1 k1/F|", tuple(worst))
     check, beside = Comparison(tuple(rows)), _beside(forced, p)
     return design(values, highest, active, scene, check, curve, claim=status, neighbours=beside)

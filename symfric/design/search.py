@@ -181,7 +181,7 @@ def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.n
     """Return a start for every local minimum of the objective on each feasible stretch of the grid."""
     cost = np.where(feasible, objective, np.inf)
     left, right = np.concatenate([[np.inf], cost[:-1]]), np.concatenate([cost[1:], [np.inf]])
-    lows = np.flatnonzero(feasible & (cost <= left) & (cost <= right))
+    lows = np.flatnonzero(feasible & (cost <= left) & (cost <= right)).tolist()
     ends = [(float(q[max(k - 1, 0)]), float(q[min(k + 1, q.size - 1)])) for k in lows]
     return [Start(regime, float(q[k]), *e, float(cost[k])) for k, e in zip(lows, ends, strict=True)]
 

@@ -8,7 +8,7 @@ jump; between the points of a survey the jumps are found by the number of events
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import sympy as sp
@@ -84,18 +84,18 @@ class Transient:
         numbers = self.scene.numbers()
         fixed = {s: numbers[s] for s, e in self.scene.initial.items() if not {self.name, self.speed} & _names(e)}
         scene = self.scene.starting(fixed).where(high)  # nothing is left out for being zero, and starts are numbers
-        make = {"tolerance": self.tolerance, "route": self.route}
+        make = partial(prepare, tolerance=self.tolerance, route=self.route)
         if not self.half_range:
             until = scene.until(max(scene.horizon, 2 * self.settle))
-            return (prepare(until.wanting({"rest": StopTime(), "events": Events()}), **make),)
+            return (make(until.wanting({"rest": StopTime(), "events": Events()})),)
         (x, *_), rest = scene.system.q, scene.horizon - self.settle
         first, then = scene.until(self.settle), scene.until(rest)
-        return tuple(prepare(s.wanting(o), **make) for s, o in ((first, {"end": End()}), (then, {"x": HalfRange(x)})))
+        return make(first.wanting({"end": End()})), make(then.wanting({"x": HalfRange(x)}))
 
     def __call__(self, damping: float) -> Seen:
         """Run, at the worst speed if there are several."""
         if damping not in self.known:
-            self.known[damping] = self._worst(damping) if self.speeds else self.at(damping, None)
+            self.known[damping] = self._worst(damping, self.speeds) if self.speeds else self.at(damping, None)
         return self.known[damping]
 
     def at(self, damping: float, speed: float | None) -> Seen:
@@ -109,8 +109,8 @@ class Transient:
         then = self.programs[1].run(values=values, initial=dict(zip(names, run.final.tolist(), strict=True))).checked()
         return Seen(float(then["x"]), 0, speed)
 
-    def _worst(self, damping: float) -> Seen:
-        speeds = np.unique(np.linspace(*self.speeds, SPEEDS))
+    def _worst(self, damping: float, between: tuple[float, float]) -> Seen:
+        speeds = np.unique(np.linspace(*between, SPEEDS))
         seen = [self.at(damping, float(v)) for v in speeds]
         k = max(range(len(seen)), key=lambda i: seen[i].value)
         if 0 < k < len(seen) - 1:
@@ -162,13 +162,17 @@ def _check(t: Transient) -> None:
         raise SceneError("the forces depend on time; settle with a half_range takes free motions")
 
 
+def _other_events(t: Transient, events: int, damping: float) -> bool:
+    return t(damping).events != events
+
+
 def _first(t: Transient, a: float, b: float) -> float | None:
     """Return the smallest damping between a, not enough, and b that is enough; None if there is none."""
     for _ in range(JUMPS):
         before = t(a).events
         if t(b).events == before:
             return _between(t.good, a, b)[1] if t.good(b) else None
-        short, beyond = _between(lambda d, n=before: t(d).events != n, a, b)
+        short, beyond = _between(partial(_other_events, t, before), a, b)
         if t.good(short):
             return _between(t.good, a, short)[1]
         if t.good(beyond):

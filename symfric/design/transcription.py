@@ -217,10 +217,10 @@ class Program:
         self._rule(sum(h), *time)
         for k, value in end.items():
             self._rule(x[k], value, value)
-        self.total = sum(h)
+        self.total = sum(h, ca.SX(0))
         self.spent = self.total if model.cost is None else self.cost
-        stack = {"x": ca.vertcat(*self.variables), "f": self.spent, "g": ca.vertcat(*self.rules), "p": self.relax}
-        self.nlp = stack
+        variables, rules = ca.vertcat(*self.variables), ca.vertcat(*self.rules)
+        self.nlp: dict[str, ca.SX] = {"x": variables, "f": self.spent, "g": rules, "p": self.relax}
 
     def _new(self, name: str, size: int, low: float | np.ndarray, high: float | np.ndarray) -> ca.SX:
         symbol = ca.SX.sym(f"{name}_{self.count}", size)

@@ -6,25 +6,12 @@ the designs beside it are worse or violate a condition. Whatever fails is said i
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Protocol
 
-from symfric.design.result import Curve, Design
+from symfric.design.result import Checked, Curve, Design
 from symfric.model.scene import Scene
 
 BETTER = 1e-7  # of the objective: gain below which a neighbour is no better
 UNVERIFIED, BEST_FOUND = "unverified", "best found"
-
-
-class Checked(Protocol):
-    """What the full model does at an optimum."""
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the requirement holds on the full model."""
-
-    @property
-    def disagreements(self) -> tuple[str, ...]:
-        """What does not, each in one line; empty if `agrees`."""
 
 
 @dataclass(frozen=True)

@@ -126,10 +126,10 @@ class Range:
         least = min((e.value for e in found), default=np.inf)
         points = []
         for e in found:
-            v, value = e.v, e.value
+            at, value = e.v, e.value
             if e.reach <= least and e.ends[1] > e.ends[0]:
-                v, value = self._polished(e, q, kind, sign)
-            points.append(Point(sign * value, v, e.inside))
+                at, value = self._polished(e, q, kind, sign)
+            points.append(Point(sign * value, at, e.inside))
         return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
 
     def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:
@@ -187,7 +187,7 @@ def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple]:
     """Return the local minima of values on a grid: v, y, the neighbours, the least there may be, and the rounding."""
     left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
     found = []
-    for k in np.flatnonzero((y <= left) & (y <= right)):
+    for k in np.flatnonzero((y <= left) & (y <= right)).tolist():
         a, b = max(k - 1, 0), min(k + 1, v.size - 1)
         highest = float(np.max(y[a : b + 1]))
         smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # no plateau

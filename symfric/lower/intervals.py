@@ -6,6 +6,7 @@ with tolerances, not proofs to the last digit.
 """
 
 from collections.abc import Callable
+from functools import reduce
 
 import numpy as np
 import sympy as sp
@@ -70,7 +71,7 @@ def _of(node: sp.Expr, of: Callable[[sp.Expr], Bounds], shape: tuple[int, ...]) 
         return value, value
     if node.is_Add:
         terms = [of(e) for e in node.args]
-        return sum(t[0] for t in terms), sum(t[1] for t in terms)
+        return reduce(np.add, (t[0] for t in terms)), reduce(np.add, (t[1] for t in terms))
     if node.is_Mul:
         product = of(node.args[0])
         for e in node.args[1:]:

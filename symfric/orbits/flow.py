@@ -125,7 +125,8 @@ class Flow:
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
         self._guards = _guard_rates(self._automaton)
         self._motions: dict[float, Program] = {}
-        self.period, self.period_by = (None, None)
+        self.period: Callable[[Mapping[str, float]], float] | None = None
+        self.period_by: Callable[[Mapping[str, float]], np.ndarray] | None = None
         if not self._automaton.autonomous:
             zero = vanishing(self.scene, frozenset(self.parameters))
             self.period, self.period_by = _period(self.scene, zero, self.parameters)
@@ -140,7 +141,7 @@ class Flow:
             program = self._motions[horizon]
         numbers = scene.numbers()
         initial = {s.name: numbers[s] for s in scene.system.states}
-        return program.run({s.name: v for s, v in scene.values.items()}, initial)
+        return program.run({s.name: v for s, v in scene.parameter_values().items()}, initial)
 
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""

@@ -99,8 +99,10 @@ class System:
         """Return start, period, and all values."""
         n = len(self.flow.states)
         values = {**self.values, **dict(zip(self.flow.parameters, z[n + self.free :].tolist(), strict=True))}
-        period = float(z[n]) if self.free else self.multiple * self.flow.period(values)
-        return z[:n], period, values
+        if self.free:
+            return z[:n], float(z[n]), values
+        assert self.flow.period is not None
+        return z[:n], self.multiple * self.flow.period(values), values
 
     def follow(self, z: np.ndarray) -> Passage:
         """Return the passage over the period."""
@@ -118,7 +120,7 @@ class System:
         y, _, values = self.unpack(z)
         n = y.size
         by_value = passage.by_value
-        if not self.free and self.flow.parameters:
+        if not self.free and self.flow.parameters and self.flow.period_by:
             by_value = by_value + self.multiple * np.outer(passage.rate, self.flow.period_by(values))
         columns = [passage.by_start - np.eye(n), *([passage.rate[:, None]] if self.free else []), by_value]
         rest, slopes = passage.end - y, np.hstack(columns)

@@ -1,6 +1,7 @@
 """What the compiled routes share: the numbers of a run, and programs that run again with others."""
 
 from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 import numpy as np
 import sympy as sp
@@ -9,6 +10,7 @@ from symfric.errors import SceneError
 from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
+from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.run import Run
 from symfric.solve.widened import widened
 
@@ -49,7 +51,7 @@ class Numbers:
             elif name not in self._built_in:
                 self._scene.parameter(key)  # raises, with the nearest known name
         if values and self._start_of:
-            y = self._moved({name_of(k): v for k, v in values.items()})
+            y = self._moved(self._start_of, {name_of(k): v for k, v in values.items()})
         for key, value in initial.items():
             name = name_of(key)
             if name not in self._states:
@@ -57,22 +59,27 @@ class Numbers:
             y[self._states.index(name)] = finite(value, "the initial value of ", name)
         return y, p
 
-    def _moved(self, values: dict[str, float]) -> np.ndarray:
+    def _moved(self, start_of: Callable, values: dict[str, float]) -> np.ndarray:
         """Return the start for other values; the scene checks those that its equations contain."""
         if not values.keys() <= self._starters:
             self._scene.where(values)
-        numbers = self._start_of(*(values.get(s.name, v) for s, v in self._scene.values.items()))
+        numbers = start_of(*(values.get(s.name, v) for s, v in self._scene.values.items()))
         return np.array([finite(float(v), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
 
 
 class Compiled:
     """What the compiled routes share: a prepared scene that `run` repeats with other numbers, from any thread.
 
-    A route sets `scene`, `tolerance`, `built_in`, `varied`, `wider`, `remade`, `_numbers` and `_model`; `_extra` joins
-    the counts.
+    A route sets what is declared here, and `widened` wants `built_in`, `varied`, `wider` and `remade` of it besides;
+    `_extra` joins the counts.
     """
 
-    route = ""
+    route: ClassVar[str] = ""
+    scene: Scene
+    tolerance: float
+    _numbers: Numbers
+    _model: CompiledModel
+    _extra: Mapping[str, float]
 
     def run(
         self,

@@ -1,6 +1,7 @@
 """Derivatives of a run, as its loop left them, and by name when they are asked for."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,7 +25,7 @@ class Columns:
         States of the motion.
     wanted : Wanted
         Of the motion.
-    outputs : dict of str to Output
+    outputs : mapping of str to Output
         Of the scene.
     """
 
@@ -32,7 +33,7 @@ class Columns:
     pairs: tuple[tuple[int, int], ...]
     n_x: int
     wanted: Wanted
-    outputs: dict[str, Output]
+    outputs: Mapping[str, Output]
 
 
 @dataclass(frozen=True, eq=False)

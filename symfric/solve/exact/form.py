@@ -13,6 +13,14 @@ from symfric.solve.wanted import RANGE, wanted_of
 
 
 @dataclass(frozen=True)
+class Modes:
+    """Equations that are linear in every mode, with their matrices."""
+
+    automaton: Automaton
+    matrices: Matrices
+
+
+@dataclass(frozen=True)
 class Form:
     """What a scene that is linear between events was found to be.
 
@@ -21,12 +29,8 @@ class Form:
     scene : Scene
         With states for the functions of time.
     parameters : tuple of Symbol
-    closed : Oscillator or None
-    record : Recorded or None
-        One mass under a sampled input.
-    automaton : Automaton or None
-    matrices : Matrices or None
-        For every mode.
+    problem : Oscillator, Recorded or Modes
+        One mass in closed form, one under a sampled input, or matrices for every mode.
     cheapest : bool
         Whether the other routes take longer. The matrices of ten masses are compiled in half the time of their series;
         a run by series is faster by a third, which some thousand runs pay back. Harmonics as states make every step
@@ -37,10 +41,7 @@ class Form:
 
     scene: Scene
     parameters: tuple[sp.Symbol, ...]
-    closed: Oscillator | None
-    record: Recorded | None
-    automaton: Automaton | None
-    matrices: Matrices | None
+    problem: Oscillator | Recorded | Modes
     cheapest: bool
     words: str
 
@@ -71,7 +72,7 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
     many = max(len(scene.system.q), len(scene.contacts)) > 1
     cheapest = many and timeless is scene
     words = f"linear between events, by powers of its matrices (no closed form: {why})"
-    return Form(timeless, automaton.parameters, None, None, automaton, slopes, cheapest, words)
+    return Form(timeless, automaton.parameters, Modes(automaton, slopes), cheapest, words)
 
 
 def _in_closed_form(scene: Scene, varied: frozenset[str]) -> Form:
@@ -79,10 +80,10 @@ def _in_closed_form(scene: Scene, varied: frozenset[str]) -> Form:
     if scene.inputs:
         recorded = recorded_in(scene, varied)
         words = "one mass on the floor under a sampled input, from sample to sample in closed form"
-        return Form(scene, recorded.problem.parameters, None, recorded, None, None, True, words)
+        return Form(scene, recorded.problem.parameters, recorded, True, words)
     closed = _closed(scene, varied)
     words = "one mass, linear between events, in closed form"
-    return Form(scene, closed.parameters, closed, None, None, None, True, words)
+    return Form(scene, closed.parameters, closed, True, words)
 
 
 def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:

@@ -1,16 +1,19 @@
 """The route `exact`: closed forms between events, for scenes that are linear there."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from types import MappingProxyType
 
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.automaton import constants
+from symfric.lower.linear import Oscillator
 from symfric.model.scene import Scene
 from symfric.solve.compiled import Compiled, Numbers, check_tolerance
 from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.door import open_door
-from symfric.solve.exact.form import Form, form_of
+from symfric.solve.exact.form import Form, Modes, form_of
 from symfric.solve.exact.record_program import record_model
+from symfric.solve.exact.record_rows import Recorded
 from symfric.solve.exact.room import FOLDERS, LEFT, SHARED, make_room
 from symfric.solve.taylor.jit import compile_functions
 from symfric.solve.taylor.linear_series import linear_series
@@ -44,7 +47,7 @@ class ExactProgram(Compiled):
     """A scene in closed form; `run` repeats it with other numbers, from any thread."""
 
     route = "exact"
-    _extra: ClassVar[dict[str, float]] = {}
+    _extra: Mapping[str, float] = MappingProxyType({})
 
     def __init__(
         self,
@@ -59,8 +62,7 @@ class ExactProgram(Compiled):
         self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
         self.wider: dict[frozenset[str], ExactProgram | TaylorProgram] = {}
         form = form_of(scene, varied) if form is None else form
-        build = _closed_model if form.closed else _record_model if form.record else _linear_model
-        self._model = build(form, settings, len(scene.system.states))
+        self._model = _model(form, settings, len(scene.system.states))
         self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 
     def __reduce__(self):
@@ -76,25 +78,26 @@ class ExactProgram(Compiled):
             return TaylorProgram(self.scene, self.tolerance, budgets, varied)
 
 
-def _closed_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
+def _model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
+    """Compile what a form needs."""
+    budgets = settings.max_steps, settings.max_events
+    match form.problem:
+        case Oscillator() as problem:
+            return _closed_model(form.scene, problem, budgets, n_x)
+        case Recorded() as problem:
+            return record_model(form.scene, problem, budgets, n_x)
+        case Modes(automaton, matrices):
+            variant, fine = linear_series(matrices, len(automaton.states), ORDER), (ROUNDED, LEFT)
+            return series_model(form.scene, automaton, [variant], wanted_of(form.scene), budgets, fine, n_x=n_x)
+
+
+def _closed_model(scene: Scene, problem: Oscillator, budgets: tuple[int, int], n_x: int) -> CompiledModel:
     """Compile what the closed forms need."""
-    problem, wanted, scene = form.closed, wanted_of(form.scene), form.scene
+    wanted = wanted_of(scene)
     code = compile_functions([problem.data])
     first = make_room(problem, code.addresses["data"])
     first.clock[T_END] = scene.horizon
-    limits = settings.max_steps, settings.max_events, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
+    limits = *budgets, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
     first.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
     launch = open_door("symfric.solve.exact.oscillator_loop", "the closed forms of an oscillator", *FOLDERS)
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
-
-
-def _record_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
-    """Compile what the march through a record needs."""
-    return record_model(form.scene, form.record, (settings.max_steps, settings.max_events), n_x)
-
-
-def _linear_model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
-    """Compile the matrices of every mode."""
-    variant = linear_series(form.matrices, len(form.automaton.states), ORDER)
-    budgets, fine = (settings.max_steps, settings.max_events), (ROUNDED, LEFT)
-    return series_model(form.scene, form.automaton, [variant], wanted_of(form.scene), budgets, fine, n_x=n_x)

@@ -184,7 +184,7 @@ class _Sweep:
     def __init__(self, nodes: list[Node], fixed: _Fixed):
         self._nodes, self._fixed = nodes, fixed
         self._moving = [i for i, node in enumerate(nodes) if node.moves]
-        self.jets: list[Jet | None] = [[] if node.moves else None for node in nodes]
+        self.jets: list[Jet] = [[] for _ in nodes]  # those that do not move stay empty
         self._partners: list[Jet] = [[] for _ in nodes]
 
     def at(self, i: int, k: int):

@@ -155,7 +155,7 @@ def _fixed(field: ca.Function, entry: int, number: float) -> ca.Function:
     arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
     mode = ca.SX(arguments[3])
     mode[entry] = number
-    return ca.Function("field", arguments, field(*arguments[:3], mode))
+    return ca.Function("field", arguments, list(field(*arguments[:3], mode)))
 
 
 def _joined_gauge(gauge: ca.Function) -> ca.Function:

@@ -45,14 +45,14 @@ def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
     if w.limits[LINEAR]:
-        gather(w.aux, w.pattern, w.y.size - 1, w.count, w.row, w.column, w.entry)
+        gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
 
 
 @compiled(inline=True)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
     if w.limits[LINEAR]:
-        powers(w.aux, w.count, w.row, w.column, w.entry, w.newest, w.y, w.c)
+        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
     else:
         call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
 
@@ -61,7 +61,7 @@ def expand(w):
 def probe(w):
     """Compute the first coefficients in the mode on trial."""
     if w.limits[LINEAR]:
-        powers(w.aux, w.count, w.row, w.column, w.entry, w.newest, w.y, w.probe)
+        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
     else:
         call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 

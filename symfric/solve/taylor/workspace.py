@@ -45,7 +45,7 @@ class Workspace(NamedTuple):
     aux: Reals  # what the prelude computes
     newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
     pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
-    count: Integers  # entries that are not zero in the present one: those of the rates, and all, (2,)
+    filled: Integers  # how many entries are not zero in the present one: those of the rates, and all, (2,)
     row: Integers  # theirs, (n,)
     column: Integers
     entry: Reals
@@ -132,7 +132,8 @@ def make_workspace(
     functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
     functions += [""] * (JUMP - len(functions)) + ["jump"]
     matrices = variants[0].matrices
-    pattern = np.array([matrices.rows, matrices.columns] if matrices else [[], []], dtype=np.int64).T.copy()
+    entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
+    pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
     gauged = COUPLING + n_c + n_q + -(-3 * len(automaton.at_edges) // max(n_c, 1))
     ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
@@ -147,7 +148,7 @@ def make_workspace(
         aux=room(max(v.prelude.nnz_out(0) for v in variants)),
         newest=room(2, n_x),
         pattern=pattern,
-        count=flags(2),
+        filled=flags(2),
         row=flags(len(pattern)),
         column=flags(len(pattern)),
         entry=room(len(pattern)),
