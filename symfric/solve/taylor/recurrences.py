@@ -166,7 +166,7 @@ def _log(k, out, args, partner):
 def _pow(k, out, args, partner):
     """``out a' e = a out'`` for a constant exponent e."""
     a, e = args[0], args[1][0]
-    total: ca.SX | None = None
+    total = None
     for j in (*_newest_last(k), 0):
         total = plus(total, times(times(at(a, k - j), at(out, j)), e * ((k - j) / k) - j / k))
     return times(total, partner[0])
