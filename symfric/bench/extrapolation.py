@@ -52,7 +52,7 @@ class _Stepper:
             if fell:
                 # a guard that starts at zero rises first: the root looked for is the last one
                 roots = {k: self._root(t, y, constants, h, k, fresh) for k in fell}
-                first = min(roots, key=roots.get)
+                first = min(roots, key=lambda k: roots[k])
                 return t + roots[first], self._step(t, y, constants, roots[first])[0], first
             t, y, fresh = t + h, new, False
             grown = (self._tolerance / error) ** (mp.mpf(1) / (2 * _COLUMNS - 1)) if error else mp.mpf(2)

@@ -88,7 +88,7 @@ def _contacts(route: str, number: int) -> float:
 def _per_step(scene: Scene, route: str) -> float:
     program = prepare(scene, _TOLERANCE, route)
     steps = program.run().checked().stats["steps"]
-    repeats = max(1, 2_000 // steps)
+    repeats = max(1, int(2_000 // steps))
 
     def repeated():
         for _ in range(repeats):

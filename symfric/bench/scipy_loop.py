@@ -85,7 +85,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
 
         def go(t, y, until, released):
             """Go on to a time, from `released` if the mass sticks until then."""
-            seen = []
+            seen: list[float] = []
             while True:
                 if released:
                     if released >= until:

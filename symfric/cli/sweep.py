@@ -106,7 +106,7 @@ def _rows(result):
             result["status"].attrs["flag_values"].tolist(), result["status"].attrs["flag_meanings"].split(), strict=True
         )
     )
-    columns = {}
+    columns: dict[str, list] = {}
     for name, data in result.data_vars.items():
         if name != "status":
             parts = (

@@ -23,7 +23,7 @@ def plot_basins(basins, ax=None):
     """Draw every start in the colour of its attractor, those without one white; return the Axes."""
     ax = new_axes() if ax is None else ax
     (name, row), *others = basins.axes.items()
-    colours = plt.get_cmap("tab10").colors
+    colours = plt.get_cmap("tab10")(np.arange(10))[:, :3]
     for k, attractor in enumerate(basins.attractors):
         ax.plot([], [], "s", color=colours[k % 10], label=repr(attractor))
     if others:

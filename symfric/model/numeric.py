@@ -69,16 +69,16 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> C
     depth = max((_depth(e) for e in entries), default=0)
 
     def evaluate(rule, *arguments):
-        arguments = [np.asarray(a, dtype=float) for a in arguments]
-        shape = _shape(arguments)
+        given = [np.asarray(a, dtype=float) for a in arguments]
+        shape = _shape(given)
         size, nodes = math.prod(shape), rule[0].size
         if size > 1 and size * nodes**depth > LARGEST:
             rows = max(1, LARGEST // nodes**depth)
-            flat = [np.broadcast_to(a, shape).ravel() for a in arguments]
+            flat = [np.broadcast_to(a, shape).ravel() for a in given]
             parts = [evaluate(rule, *(a[k : k + rows] for a in flat)) for k in range(0, size, rows)]
             return [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
         with np.errstate(all="ignore"):
-            values = plain(*arguments, *(s(rule, *arguments) for s in sums))
+            values = plain(*given, *(s(rule, *given) for s in sums))
         values = [np.asarray(v, dtype=float) for v in values]
         return [v if v.shape == shape else np.broadcast_to(v, shape) for v in values]
 

@@ -100,8 +100,8 @@ class _Model(models.PrimitiveModel):
 class _Fields(AttributeTemplate):
     key = Arrays
 
-    def generic_resolve(self, kind, name):
-        return kind.fields[name][1] if name in kind.fields else None
+    def generic_resolve(self, value, attr):  # type: ignore[override]  # numba: "not implemented" until a class does
+        return value.fields[attr][1] if attr in value.fields else None
 
 
 @lower_getattr_generic(Arrays)
@@ -131,7 +131,7 @@ def opener(record: type) -> Callable:
     """Return the compiled function that takes the address of the table of a NamedTuple and returns its arrays."""
     kind = Arrays(record)
 
-    @intrinsic
+    @_intrinsic
     def at_addresses(typing_context, address):
         def generate(context, builder, signature, args):
             return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
@@ -141,7 +141,12 @@ def opener(record: type) -> Callable:
     return at_addresses
 
 
-@intrinsic
+def _intrinsic(function: Callable) -> Callable:
+    """Make a function of types one of numbers, called in compiled code without the context of the typing."""
+    return intrinsic(function)
+
+
+@_intrinsic
 def call_code(typing_context, address, a, b, out):
     """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
 

@@ -85,7 +85,7 @@ def _residual(x, f, g, monomials, c, i, k):
 
 def _rate_of(series, f, g, i):
     """Return the time derivative ``A' d/dA + psi' d/dpsi`` of a series of waves."""
-    result = [{} for _ in series]
+    result: list[dict] = [{} for _ in series]
     for a, wave in enumerate(series):
         for n, v in wave.items():
             slope = v.diff(0)
@@ -101,7 +101,7 @@ def _sum(one, two):
 
 
 def _product(one, two):
-    result = [{} for _ in one]
+    result: list[dict] = [{} for _ in one]
     for a, left in enumerate(one):
         for b, right in enumerate(two[: len(one) - a]):
             target = result[a + b]

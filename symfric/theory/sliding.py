@@ -236,7 +236,7 @@ def curvature(field: Field) -> Callable:
 def _derivatives(rows, states, order):
     """Yield ((row, columns), derivative) of the nonzero derivatives, columns in increasing order."""
     for row, expr in enumerate(rows):
-        level = {(): expr}
+        level: dict[tuple[int, ...], sp.Expr] = {(): expr}
         for _ in range(order):
             level = {
                 (*columns, j): e.diff(states[j])

@@ -131,8 +131,8 @@ class Stability:
         import xarray as xr
 
         q = list(self.names[: len(self.M)])
-        data = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K", *PARTS)}
-        data["eigenvalues"] = ("mode", self.eigenvalues)
+        matrices = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K", *PARTS)}
+        data = {**matrices, "eigenvalues": ("mode", self.eigenvalues)}
         attributes = {"definiteness": self.definiteness, "reason": self.reason, "margin": self.margin}
         return xr.Dataset(data, {"row": q, "column": q}, attributes)
 
