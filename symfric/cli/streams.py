@@ -93,11 +93,6 @@ class Sink(io.BufferedIOBase):
         self._raw = getattr(buffer, "raw", buffer)  # what a buffer cannot write, it tries again when Python ends
         self.failure: OSError | None = None
 
-    @property
-    def name(self) -> object:
-        """That of the stream below, as every text stream shows it."""
-        return getattr(self._raw, "name", None)
-
     def writable(self) -> bool:
         return True
 

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -67,11 +67,11 @@ def corner_between(system: System, one: Point, other: Point, size: np.ndarray, s
     kind = _kind(untouched.passage, touched.passage)
     reach = _REACH * np.linalg.norm((other.z - one.z) / size)
 
-    def lies_there(corner: Corner | None) -> bool:
+    def lies_there(corner: Corner | None) -> TypeGuard[Corner]:
         """Whether it is one on this step."""
         if corner is None or not span[0] <= corner.value <= span[1]:
             return False
-        return max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach
+        return bool(max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach)
 
     for which in _turns_that_differ(untouched.passage, touched.passage, contact):
         for near in (untouched, touched):
@@ -119,14 +119,16 @@ def corner_ahead(
                 return corner._replace(beyond=beyond)
             ends += [corner] if corner.jump else []
         for other in (point, _without_sticking(system, point, contact)):
-            for k in [] if other is None or ends else _guards(other.passage, contact, system):
-                corner = _touch(system, other, Condition("grazing", k))
-                if corner is None or not near(corner, _CLOSE):
+            if other is None or ends:
+                continue
+            for k in _guards(other.passage, contact, system):
+                graze = _touch(system, other, Condition("grazing", k))
+                if graze is None or not near(graze, _CLOSE):
                     continue
-                beyond = _other_side(system, point, corner.point, size)
+                beyond = _other_side(system, point, graze.point, size)
                 if beyond is not None:
                     kind = _kind(*(p.passage for p in _in_order(point, beyond)))
-                    return corner._replace(condition=Condition(kind, k), beyond=beyond)
+                    return graze._replace(condition=Condition(kind, k), beyond=beyond)
     ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
     inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
     return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
@@ -199,7 +201,9 @@ def _grazes(system: System, point: Point) -> list[Corner]:
     for k in range(1, len(point.passage.events)):
         condition = Condition("grazing", event=k)
         try:
-            deep = -condition.system(system, 1.0).test.value(point.z, point.passage)
+            test = condition.system(system, 1.0).test
+            assert test is not None
+            deep = -test.value(point.z, point.passage)
             if deep < _GRAZES:
                 condition = replace(condition, deep=deep)
                 there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])

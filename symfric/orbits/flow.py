@@ -161,7 +161,8 @@ class Flow:
         found = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
         row = 2 * contact + (sticks and way < 0)
         size = float(np.sum(np.abs(found[0][2 * contact : 2 * contact + 2]))) if sticks else 1.0
-        return Guard(*(float(e[row] / max(size, 1e-300)) for e in found), size)
+        left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in found)
+        return Guard(left, rate, bend, size)
 
     @alone(SYMBOLIC)
     def peaked(self, contact: int, values: dict[str, float]) -> bool:

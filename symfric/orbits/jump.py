@@ -38,7 +38,8 @@ def settled_beyond(
             continue
         try:
             orbit = limit_cycle(scene.where({name: there}).starting(states), tolerance=system.flow.tolerance)
-            forcing = None if system.free else system.flow.period({**system.values, name: there})
+            period = None if system.free else system.flow.period
+            forcing = period({**system.values, name: there}) if period else None
             other = System(system.flow, system.values, read_guess(orbit, system.flow, forcing).multiple)
             found = solve(other, other.pack(orbit.start, orbit.period, {**system.values, name: there}), normal)
         except (NotFound, SceneError):

@@ -185,6 +185,7 @@ def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, wh
 
 def _turn(system: System, z: np.ndarray, passage: Passage, condition: Condition) -> float:
     """Return what is left of the static bound where a slip ends, relative to it, from the depth of the condition."""
+    assert condition.turn is not None
     return holding_at(system, z, passage, *condition.turn).left + condition.depth
 
 

@@ -61,10 +61,8 @@ class Comparison:
         try:
             return self._compared(number, draw)
         except Exception as error:  # of the package: the numbers of a family are valid
-            none = math.nan, math.nan, math.nan, math.nan
-            return self._verdict(
-                number, draw.kind, "silent failure", "", "raised", *none, f"{type(error).__name__}: {error}"
-            )
+            none, reason = (math.nan, math.nan, math.nan, math.nan), f"{type(error).__name__}: {error}"
+            return self._verdict(number, draw.kind, "silent failure", "", "raised", none, reason)
 
     def _compared(self, number: int, draw: Draw) -> Verdict:
         units = self.structure.units(self.seed, number)
@@ -76,7 +74,7 @@ class Comparison:
         second, energy, change = math.nan, math.nan, math.nan
         allowed = WRONG * self.tolerance
         note = ""
-        if run.status != Status.OK:
+        if states is None:
             verdict = "status" if ADVICE[run.status] and np.isfinite(run.t_final) else "silent failure"
             options = {"times": self.times, "sizes": np.ones(len(self.scene.system.states))}
             note = self.reference.run(draw.values, draw.initial, **options).reason or "the reference runs to the end"
@@ -91,13 +89,15 @@ class Comparison:
                 change = self.change(draw, sizes)
                 within = energy <= allowed and np.nanmax([finer, second, 0.0]) <= CHANGE * change  # not if it is NaN
                 verdict = "sensitive" if within else "silent failure"
-        status = run.status.name
-        return self._verdict(number, draw.kind, verdict, run.route, status, finer, second, energy, change, note)
+        found = finer, second, energy, change
+        return self._verdict(number, draw.kind, verdict, run.route, run.status.name, found, note)
 
-    def _verdict(self, number: int, *found) -> Verdict:
-        kind, verdict, route, status, *sizes, note = found
-        name = f"{self.family.name}/{self.seed}/{number}"
-        return Verdict(self.family.name, name, kind, verdict, route, status, self.tolerance, *sizes, note)
+    def _verdict(
+        self, number: int, kind: str, verdict: str, route: str, status: str, found: tuple[float, ...], note: str
+    ) -> Verdict:
+        name, (finer, second, energy, change) = f"{self.family.name}/{self.seed}/{number}", found
+        known = self.family.name, name, kind, verdict, route, status, self.tolerance
+        return Verdict(*known, finer, second, energy, change, note)
 
     def structure_draw(self, number: int) -> Draw:
         """Return the numbers of one run."""

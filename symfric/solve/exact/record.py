@@ -294,7 +294,7 @@ def march(w):
     u, v, s = _begin(w)
     dt, parts, n = w.dt[0], w.parts[0], w.samples.size - 1
     whole = dt / parts
-    last = np.int64(math.ceil(w.clock[T_END] / dt - 1e-9)) - 1
+    last = math.ceil(w.clock[T_END] / dt - 1e-9) - 1
     i, part, tau, stall = 0, 0, 0.0, 0  # sample, part of it, time since its beginning, events without time
     due = _next_due(w, -1, dt)
     while True:

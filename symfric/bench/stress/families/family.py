@@ -146,7 +146,8 @@ def oscillators(n: int):
     ranges : dict
     """
     q, u = (tuple(real(f"{name}{i + 1}") for i in range(n)) for name in "xu")
-    forces, ranges = [], {}
+    forces: list[sp.Expr] = []
+    ranges: Ranges = {}
     for i in range(n):
         k, d = parameter(f"k{i + 1}"), parameter(f"d{i + 1}")
         forces.append(-k * q[i] - d * u[i])

@@ -75,7 +75,7 @@ def sampled(rng: np.random.Generator) -> Structure:
     s, f = sp.Symbol("a_g", real=True), parameter("F")
     ranges |= {"F": (0.2, 2.0)}
     dt = float(rng.choice([0.05, 0.1, 0.125, 0.3]))
-    count = int(rng.integers(4, 5 / dt))
+    count = int(rng.integers(4, int(5 / dt)))
     noise, wave, blows = rng.normal(0, 1, count), np.sin(np.arange(count) * dt * 4), (rng.random(count) < 0.1) * 2.0
     samples = (noise, wave, blows)[rng.integers(3)]
     signal = Signal(np.round(samples, 3), dt, float(rng.choice([0.0, 0.0, 0.4, -0.3])))
@@ -106,5 +106,6 @@ def smooth(rng: np.random.Generator) -> Structure:
             sp.Integer(0),
         ][rng.integers(10)]
     z, rate = _with_state(rng, q, u, forces, ranges) if rng.random() < 0.4 else (None, None)
-    extra = {"z": [z], "z_rate": [rate]} if z is not None else {}
-    return structure_of(q, u, forces, [], ranges, **extra)
+    if z is None:
+        return structure_of(q, u, forces, [], ranges)
+    return structure_of(q, u, forces, [], ranges, z=[z], z_rate=[rate])
