@@ -143,7 +143,7 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
     r = requirement
     there = scene.where({r.speed: at})
     last = outermost(there.where({r.name: r.bounds[1]}), r)
-    if not r.meets(last):
+    if last is not None and not r.meets(last):
         raise NotFound(f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {at:.6g} {_left(r, last)}")
     try:
         found = _followed(there, r, at)

@@ -98,9 +98,10 @@ def run_on_threads(
 ) -> None:
     """Run what is left on threads, which share the program of a scene; `ready` holds programs that exist already."""
     plan, halt, failures = Plan(grid, board.left, jobs), threading.Event(), []
-    programs, preparing = OrderedDict(ready), threading.Lock()
+    programs: OrderedDict[int, Program | str] = OrderedDict(ready)
+    preparing = threading.Lock()
 
-    def program_of(scene: int, task: Task):
+    def program_of(scene: int, task: Task) -> Program | str:
         with preparing:
             if scene not in programs:
                 programs[scene] = program_or_reason(task)

@@ -84,9 +84,9 @@ def later(scene: Scene, time: float) -> Scene:
         force=[e.xreplace(shift) for e in scene.system.force],
         z_rate=[e.xreplace(shift) for e in scene.system.z_rate],
     )
-    contacts = [
+    contacts = tuple(
         replace(c, slip=c.slip.xreplace(shift), normal=c.normal.xreplace(shift), profile=c.profile.xreplace(shift))
         for c in scene.contacts
-    ]
+    )
     inputs = {s: replace(signal, t0=signal.t0 - time) for s, signal in scene.inputs.items()}
     return replace(scene, system=moved, contacts=contacts, inputs=inputs)

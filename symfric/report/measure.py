@@ -176,10 +176,11 @@ def settling(scene: Scene, settle: float | None, window: float | None) -> Plan:
     """Return the times to wait and to measure; the window holds enough periods of an excitation to see one repeat."""
     settle = SETTLE * scene.horizon if settle is None else settle
     window = WINDOW * scene.horizon if window is None else window
-    if not is_excited(scene):
-        return Plan(settle, window)
     try:
-        period = excitation(scene)({s.name: v for s, v in scene.values.items()})
+        period_of = excitation(scene) if is_excited(scene) else None
+        if period_of is None:
+            return Plan(settle, window)
+        period = period_of({s.name: v for s, v in scene.parameter_values().items()})
     except SceneError as reason:
         return Plan(settle, window, np.nan, str(reason))
     whole = max(round(window / period), LEAST)
