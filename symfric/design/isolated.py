@@ -11,7 +11,7 @@ from symfric.model.names import finite, name_of, nearest
 from symfric.model.outputs import ScalarOfExpression
 from symfric.model.scene import Scene
 from symfric.model.system import Signal
-from symfric.solve.choose import prepare
+from symfric.solve.choose import Program, prepare
 
 MEASURES = {
     "acceleration": "peak_acceleration",
@@ -40,7 +40,7 @@ class Isolated:
         self.measures = tuple(dict.fromkeys((minimise, *limits, "acceleration", "displacement")))
         self.scenes = _shaken(scene, motions, [MEASURES[name] for name in self.measures])
         self._programs = [prepare(s, 1e-10) for s in self.scenes]
-        self._sensitive = [None] * len(self.scenes)
+        self._sensitive: list[Program | None] = [None] * len(self.scenes)
         self._known: dict[bytes, np.ndarray] = {}
         self._slopes: dict[tuple[bytes, int], np.ndarray] = {}
 
@@ -77,9 +77,9 @@ class Isolated:
         return self._slopes[key]
 
     def _slopes_at(self, point: np.ndarray, motion: int) -> np.ndarray:
-        if self._sensitive[motion] is None:
-            self._sensitive[motion] = prepare(self.scenes[motion], 1e-10, sensitivities=self.names)
-        run = self._sensitive[motion].run(self.parameters(point))
+        program = self._sensitive[motion] or prepare(self.scenes[motion], 1e-10, sensitivities=self.names)
+        self._sensitive[motion] = program
+        run = program.run(self.parameters(point))
         rows = []
         for measure in self.measures:
             name = MEASURES[measure]
