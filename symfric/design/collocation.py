@@ -149,8 +149,9 @@ def collocation(
         raise NotFound(_missing(model, elements, ask, names, units))
     program, z = min(found, key=lambda f: f[0].objective(f[1]))
     best = _profile(scene, symbols, cost, program, z, ask, units)
+    degree, bounds, target, between = ask
     while not best.check.agrees and program.parts < PARTS:
-        finer = Program(model, program.elements, ask[0], *ask[1:], program.modes, 2 * program.parts)
+        finer = Program(model, program.elements, degree, bounds, target, between, program.modes, 2 * program.parts)
         finer.measure_by(program.objective(z))
         z, content = finer.solve(finer.solver(FINE), finer.restart(program, z, np.arange(program.elements)), 0.0)
         if not content:
