@@ -20,7 +20,10 @@ from symfric.solve.memory import Table
 from symfric.solve.objects import load, store
 
 # sources of all loops, beside those in their folders
-_SHARED = ("door.py", "memory.py", "native.py", "status.py", "wanted.py", "../lower/automaton.py", "../lower/edges.py")
+_SHARED = (
+    *("door.py", "memory.py", "native.py", "status.py", "wanted.py"),
+    *("../lower/automaton.py", "../lower/edges.py", "../lower/holding.py"),
+)
 _opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
