@@ -124,4 +124,4 @@ class OrbitComparison:
 
 
 def _values(orbit: Orbit) -> dict[str, float]:
-    return {s.name: float(v) for s, v in orbit.scene.values.items()}
+    return {s.name: v for s, v in orbit.scene.parameter_values().items()}

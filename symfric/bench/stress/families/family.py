@@ -78,7 +78,10 @@ class Structure:
         """Return values and start in the units of the package's run."""
         if self.dimensions is None:
             return draw.values, draw.initial
-        return tuple({k: v * self._unit(k, units) for k, v in part.items()} for part in (draw.values, draw.initial))
+        values, initial = (
+            {k: v * self._unit(k, units) for k, v in part.items()} for part in (draw.values, draw.initial)
+        )
+        return values, initial
 
     def state_units(self, units: tuple[float, float, float]) -> np.ndarray:
         """Return the unit of every state."""
@@ -88,6 +91,7 @@ class Structure:
         )
 
     def _unit(self, name: str, units: tuple[float, float, float]) -> float:
+        assert self.dimensions is not None
         return math.prod(unit**power for unit, power in zip(units, self.dimensions[name], strict=True))
 
 
