@@ -340,6 +340,8 @@ def test_values_to_be_given_later():
     belt = sf.scenes.mass_on_belt(sf.laws.coulomb(sp.Symbol("mu_s")), v_b=0.2)
     with pytest.raises(sf.SceneError, match=r"no value for mu_s; add it to Scene.values, or scene.where\(\{'mu_s'"):
         belt.numbers()
+    with pytest.raises(sf.SceneError, match="no value for mu_s"):
+        belt.parameter_values()
     assert belt.where({"mu_s": 0.3}).numbers()[sp.Symbol("mu_s")] == 0.3
 
 

@@ -232,6 +232,17 @@ def test_names_are_keys_wherever_symbols_are():
     assert by_name.initial == by_symbol.initial
 
 
+def test_a_scene_keeps_symbols_floats_and_tuples_whatever_it_is_given():
+    body = sf.System(q=[X], u=[U], mass=[[1]], force=[-sp.Symbol("k") * X])
+    belt = sf.Contact("belt", slip=U, normal=1, law=sf.laws.coulomb(0.1))
+    scene = sf.Scene(body, [belt], {"k": 2}, {"x": 1, U: sp.Rational(1, 2)}, 1, {"end": sf.End()})
+    assert scene.contacts == (belt,)
+    assert scene.values == scene.parameter_values() == {sp.Symbol("k"): 2.0}
+    assert scene.initial == {X: 1.0, U: 0.5}
+    assert scene.outputs == {"end": sf.End()}
+    assert all(type(v) is float for v in (*scene.values.values(), *scene.initial.values(), scene.horizon))
+
+
 def test_default_output_is_the_trajectory():
     body = sf.System(q=[X], u=[U], mass=[[1]], force=[-X])
     assert sf.Scene(system=body, initial={X: 1, U: 0}, horizon=1).outputs == {"path": sf.Trajectory()}
