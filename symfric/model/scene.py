@@ -39,6 +39,12 @@ class Scene:
     inputs : mapping of symbol to Signal
         Sampled inputs.
 
+    Attributes
+    ----------
+    system, contacts, values, initial, horizon, outputs, inputs
+        What was given, normalised: the contacts are a tuple, numbers are floats, and the keys of values, initial and
+        inputs are the symbols of the expressions. None as outputs has become the trajectory.
+
     Raises
     ------
     SceneError
