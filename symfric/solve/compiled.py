@@ -70,8 +70,8 @@ class Numbers:
 class Compiled:
     """What the compiled routes share: a prepared scene that `run` repeats with other numbers, from any thread.
 
-    A route sets what is declared here, and `widened` wants `built_in`, `varied`, `wider` and `remade` of it besides;
-    `_extra` joins the counts.
+    A route sets the attributes declared here, and `built_in`, `varied`, `wider` and `remade`, which `widened` uses. The
+    entries of `_extra` are added to the counts of a run.
     """
 
     route: ClassVar[str] = ""

@@ -142,7 +142,7 @@ def opener(record: type) -> Callable:
 
 
 def _intrinsic(function: Callable) -> Callable:
-    """Make a function of types one of numbers, called in compiled code without the context of the typing."""
+    """Return numba's `intrinsic`, with the type of what compiled functions call: without the typing context."""
     return intrinsic(function)
 
 
