@@ -330,7 +330,7 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX, edges: Edges) -> ca.Function:
     margin = ca.vertcat(*(stick[i] * (1 + 1e-12) - rest[i] for i in range(n_c))) if n_c else w
     spread = ca.ldl_solve(J.T, *ca.ldl(mass)) if n_c else ca.SX(u.numel(), 0)
     coupling = J @ spread
-    reach = ca.vertcat(*map(ca.fabs, bounds)) if n_c else w
+    reach = ca.vertcat(*map(edges.widest, bounds)) if n_c else w
     pull = ca.diag(coupling) * reach
     applied = [sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force]
     forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach

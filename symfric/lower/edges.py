@@ -9,7 +9,7 @@ so its friction in the direction d, and the largest that it carries before it sl
 side ``d sgn(rho)``. Where rho is zero the slip follows the edge, and the sign stays as it was.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import sympy as sp
@@ -18,6 +18,7 @@ from symfric.lower.holding import hold
 from symfric.model.checks import made_of_cells
 
 ON_EDGE = 2.0  # magnitude of the entry of a switch that has no sign
+_ROUNDING = 64 * 2.0**-52  # of a place that is on an edge
 _ALONG = 1e-12  # of the sum of its terms below which rho is zero
 
 
@@ -35,6 +36,8 @@ class Edges:
         For each of these, the sign that the switch takes where the contact slips forwards; 0 along the edge.
     switches : tuple of int
         All of them, increasing.
+    near : tuple of SX
+        Whether the state lies on their edges, to rounding.
     sizes : SX
         For each of `switches` the sum of the magnitudes of the terms of h, then those of h', then those of h'': the
         scales of zero tests.
@@ -44,6 +47,7 @@ class Edges:
     among: tuple[tuple[int, ...], ...]
     sides: tuple[tuple[ca.SX, ...], ...]
     switches: tuple[int, ...]
+    near: tuple[ca.SX, ...]
     sizes: ca.SX
 
     def towards(self, i: int, way: ca.SX, expr: ca.SX) -> ca.SX:
@@ -56,6 +60,17 @@ class Edges:
             crossed = ca.if_else(side == 0, sign, way * side)
             news.append(ca.if_else(ca.fabs(sign) == ON_EDGE, crossed, sign))
         return ca.substitute(expr, ca.vertcat(*olds), ca.vertcat(*news))
+
+    def widest(self, expr: ca.SX) -> ca.SX:
+        """Return the larger of the magnitudes that an expression of loads has on both sides of where the state lies."""
+        if not self.switches:
+            return ca.fabs(expr)
+        signs = ca.vertcat(*(self.signs[j] for j in self.switches))
+        sides = [
+            ca.vertcat(*(ca.if_else(n, s, sign) for n, sign in zip(self.near, ca.vertsplit(signs), strict=True)))
+            for s in (-1, 1)
+        ]
+        return ca.fmax(*(ca.fabs(ca.substitute(expr, signs, side)) for side in sides))
 
 
 def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
@@ -77,22 +92,24 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
         among.append(tuple(j for j, depends in enumerate(inside) if depends))
     switches = sorted({j for group in among for j in group})
     if not switches:
-        return Edges(signs, tuple(among), tuple(() for _ in among), (), ca.SX(0, 1))
+        return Edges(signs, tuple(among), tuple(() for _ in among), (), (), ca.SX(0, 1))
     n = len(low.scene.system.q)
     q, u = low.y[:n], low.y[n : 2 * n]
     h = ca.substitute(ca.vertcat(*low.switches.guards), ca.vertcat(*signs), ca.SX.ones(len(signs)))
     slopes, still = ca.jacobian(h, q), ca.substitute(h, q, ca.SX.zeros(n))
     J, factors = ca.jacobian(low.w, u), ca.ldl(mass)
     spread = ca.ldl_solve(J.T, *factors)
-    forces = ca.fabs(ca.ldl_solve(ca.SX.eye(n), *factors)) @ _applied(low) + ca.fabs(spread) @ _bounds(low)
-    steep = ca.fabs(slopes[switches, :])
-    sizes = [steep @ ca.fabs(q) + ca.fabs(still[switches]), steep @ ca.fabs(u), steep @ forces]
+    steep, still = ca.fabs(slopes[switches, :]), ca.fabs(still[switches])
+    place = steep @ ca.fabs(q) + still
+    near = ca.vertsplit(ca.fabs(h[switches]) <= _ROUNDING * (place + ca.mmax(still)))
     sides = tuple(
         tuple(_sides(low, i, J @ spread, spread, parallels, slopes, group)) if group else ()
         for i, group in enumerate(among)
     )
-    sizes = low.unswitched([ca.densify(ca.vertcat(*sizes))])[0]
-    return Edges(signs, tuple(among), sides, tuple(switches), sizes)
+    found = Edges(signs, tuple(among), sides, tuple(switches), tuple(near), ca.SX(0, 1))
+    forces = ca.fabs(ca.ldl_solve(ca.SX.eye(n), *factors)) @ _applied(low) + ca.fabs(spread) @ _bounds(low, found)
+    sizes = [ca.densify(ca.vertcat(place, steep @ ca.fabs(u), steep @ forces))]
+    return replace(found, sizes=low.unswitched(sizes)[0])
 
 
 def _sides(low, i, A, spread, parallels, slopes, among) -> list[ca.SX]:
@@ -114,6 +131,6 @@ def _applied(low) -> ca.SX:
     return ca.vertcat(*(sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force))
 
 
-def _bounds(low) -> ca.SX:
+def _bounds(low, edges: Edges) -> ca.SX:
     """Return the largest static friction of each contact."""
-    return ca.vertcat(*(ca.fabs(low.load[i] * low.sx(c.law.stick)) for i, c in enumerate(low.scene.contacts)))
+    return ca.vertcat(*(edges.widest(low.load[i] * low.sx(c.law.stick)) for i, c in enumerate(low.scene.contacts)))

@@ -37,7 +37,7 @@ def first_rest(u, w, c, f, slope, end, way):
     return brentq(speed, turn, end, xtol=1e-16, rtol=1e-15) if speed(turn) > 0.0 else turn
 
 
-def shaken(edges, values, record, dt, *, u=0.0, w=0.0, c=0.0, g=9.81, near=1e-13):
+def shaken(edges, values, record, dt, *, u=0.0, w=0.0, c=0.0, g=9.81, near=3e-16):
     """Return final u and w, the largest |u| at an event, and the events (t, before, after).
 
     Parameters

@@ -6,7 +6,7 @@ from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import compiled, part
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 from symfric.solve.taylor.defect import is_sound, reach
-from symfric.solve.taylor.edges import size_of
+from symfric.solve.taylor.edges import decisive, size_of
 from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.taylor.settle import expand, keep_scales, prelude, settle
@@ -43,7 +43,7 @@ from symfric.solve.taylor.workspace import (
     TOLERANCE,
     VARIED,
 )
-from symfric.solve.taylor.zero import EPS, TIE, TOUCH, natural_time, no_acceleration
+from symfric.solve.taylor.zero import EPS, TOUCH, no_acceleration
 from symfric.solve.wanted import FOLLOW, INTEGRAL, THEN, TURN
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
@@ -196,8 +196,8 @@ def _crossing(w, r, g, begin, total, h):
         slips = g < 2 * w.sticks.size and g % 2 == 0
         if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
             first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, g // 2, 2.0 * w.c[r, 2]) else 1
-        elif g >= 2 * w.sticks.size and abs(w.c[r, 1]) * natural_time(w) <= TIE * w.scale[r]:
-            first = 2
+        elif 2 * w.sticks.size <= g < w.m.size:  # as the next mode was decided, whatever the length of the step
+            first = decisive(w, w.c, r, g - 2 * w.sticks.size, w.sticks.size)
         if total == 0.0:
             return 2.0 * h
         power = h**first

@@ -2,6 +2,7 @@
 
 from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import compiled
+from symfric.solve.taylor.jets import PROBED
 from symfric.solve.taylor.workspace import COUPLING, EDGES, KINKS, N_Q
 from symfric.solve.taylor.zero import ROUNDING, TIE, natural_time
 
@@ -49,18 +50,34 @@ def _sign(w, row, g, j, n_c):
     """
     old = w.m[g]
     present = 1.0 if old > 0.0 else -1.0
-    value, slope = w.probe[row, 0] / old, w.probe[row, 1] / old
-    curve, third = 2.0 * w.probe[row, 2] / old, 6.0 * w.probe[row, 3] / old
-    time, force = natural_time(w), size_of(w, n_c, j, 2)
-    drift = TIE * force * time if w.rested[j] else 0.0
-    if w.hit[g] == 0 and abs(value) > max(ROUNDING * w.scale[row], drift * time):
+    limit = ROUNDING * w.scale[row]
+    if w.rested[j]:
+        limit = max(limit, TIE * size_of(w, n_c, j, 2) * natural_time(w) ** 2)
+    if w.hit[g] == 0 and abs(w.probe[row, 0] / old) > limit:
         return present
-    if abs(slope) > max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time, drift):
-        moved = slope
-    elif abs(curve) > TIE * force:
-        moved = curve
-    elif abs(third) * time > TIE * force:
-        moved = third
-    else:
+    order = decisive(w, w.probe, row, j, n_c)
+    if order > PROBED:
         return present * ON_EDGE
-    return 1.0 if moved > 0.0 else -1.0
+    return 1.0 if w.probe[row, order] / old > 0.0 else -1.0
+
+
+@compiled
+def decisive(w, c, row, j, n_c):
+    """Return the order of the first coefficient of switch j, which is at zero, that is not zero to rounding.
+
+    4 if the first three are. `c` holds the coefficients of all rows.
+    """
+    scale, time = abs(w.m[2 * n_c + j]), natural_time(w)
+    if w.edge[j] == 0:
+        if abs(c[row, 1]) * time > TIE * w.scale[row]:
+            return 1
+        return 2 if abs(c[row, 2]) > TIE * abs(c[row, 3]) * time else 3
+    force = size_of(w, n_c, j, 2)
+    little = max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time)
+    if w.rested[j]:
+        little = max(little, TIE * force * time)
+    if abs(c[row, 1]) > scale * little:
+        return 1
+    if 2.0 * abs(c[row, 2]) > scale * TIE * force:
+        return 2
+    return 3 if 6.0 * abs(c[row, 3]) * time > scale * TIE * force else 4

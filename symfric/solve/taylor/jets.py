@@ -148,16 +148,23 @@ class _Fixed:
         self._wanted: list[ca.SX] = []
 
     def _expression(self, i: int) -> ca.SX:
-        if i not in self._expr:
-            node = self._nodes[i]
-            if node.number is not None:
-                self._expr[i] = ca.SX(node.number)
-            elif node.place is not None:
-                self._expr[i] = self._sources[node.place[0]][node.place[1]]
-            else:
-                args = [self._expression(a) for a in node.args]
-                self._expr[i] = ca.SX.unary(node.op, *args) if len(args) == 1 else ca.SX.binary(node.op, *args)
+        waiting = [] if i in self._expr else [i]
+        while waiting:  # not by recursion: the cells of a floor are a chain of choices
+            node = self._nodes[waiting[-1]]
+            missing = [a for a in node.args if a not in self._expr]
+            if missing:
+                waiting += missing
+                continue
+            self._expr[waiting.pop()] = self._made(node)
         return self._expr[i]
+
+    def _made(self, node: Node) -> ca.SX:
+        if node.number is not None:
+            return ca.SX(node.number)
+        if node.place is not None:
+            return self._sources[node.place[0]][node.place[1]]
+        args = [self._expr[a] for a in node.args]
+        return ca.SX.unary(node.op, *args) if len(args) == 1 else ca.SX.binary(node.op, *args)
 
     def value(self, i: int) -> ca.SX | None:
         """Return node i as a number or an entry of aux; None if it is exactly zero."""

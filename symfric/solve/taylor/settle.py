@@ -11,7 +11,7 @@ import numpy as np
 from symfric.lower.holding import REDUNDANT
 from symfric.solve.native import call_code, compiled
 from symfric.solve.status import Status
-from symfric.solve.taylor.edges import find_edges
+from symfric.solve.taylor.edges import decisive, find_edges
 from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
@@ -27,7 +27,7 @@ from symfric.solve.taylor.workspace import (
     TERMS,
     TOLERANCE,
 )
-from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, natural_time, no_acceleration
+from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, no_acceleration
 
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
@@ -333,23 +333,16 @@ def _backing(w, row, i, horizon):
 @compiled(inline=True)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
-    time = natural_time(w)
     for j in range(n_s):
         g = 2 * n_c + j
         row = n_x + g
-        value, slope, curve = w.probe[row, 0], w.probe[row, 1], w.probe[row, 2]
+        value = w.probe[row, 0]
         if w.turns[n_c + j] >= 2:
             continue
         if w.hit[g] or abs(value) <= abs(w.m[g]) * ROUNDING * w.scale[row]:
             if w.edge[j]:
                 continue
-            third = w.probe[row, 3]
-            if abs(slope) * time > TIE * w.scale[row]:
-                wrong = slope < 0.0
-            elif abs(curve) > TIE * abs(third) * time:
-                wrong = curve < 0.0
-            else:
-                wrong = third < 0.0
+            wrong = w.probe[row, decisive(w, w.probe, row, j, n_c)] < 0.0
         else:
             wrong = value < 0.0
         if wrong:
