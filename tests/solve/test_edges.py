@@ -96,7 +96,7 @@ def test_a_mass_that_comes_to_rest_on_an_edge(way, route, values):
     motion = sf.motions.Motion(samples, 0.01)
     scene = sf.scenes.rolling_isolator(C=0.0, m=1.0, motion=motion, profile=profile, horizon=3.0)
     run = sf.simulate(scene.starting({"u": start, "w": speed}).wanting({"log": sf.Events()}), 1e-12, route=route)
-    u, w, _, events = shaken((0.0,), values, samples[:301], 0.01, u=start, w=speed)
+    u, w, _, events = shaken((0.0,), values, samples[:301], 0.01, u=start, w=speed, near=1e-13)
     assert [(e.before, e.after) for e in run.events] == [e[1:] for e in events]
     assert run.final == pytest.approx([u, w], abs=1e-11)
 

@@ -174,9 +174,9 @@ def _settle_at(w, u):
 def _drive(w, u, a):
     """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
     applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
-    if abs(applied) <= w.grip[AHEAD if applied > 0.0 else BEHIND] * (1.0 + 4.0 * EPS):
-        return 0.0
-    return math.copysign(1.0, applied)
+    if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):
+        return 1.0
+    return -1.0 if applied < -w.grip[BEHIND] * (1.0 + 4.0 * EPS) else 0.0
 
 
 @compiled

@@ -15,8 +15,6 @@ def find_edges(w, n_x, n_c, first):
 
     Return whether one was changed. `first` says that settling begins.
     """
-    if w.limits[EDGES] == 0:
-        return False
     changed = False
     for j in range(w.edge.size):
         if w.edge[j] == 0:

@@ -16,6 +16,7 @@ from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
     DROP,
+    EDGES,
     FORCES,
     KINKS,
     LINEAR,
@@ -99,20 +100,23 @@ def settle(w):
     horizon = w.clock[4]
     for i in range(w.turns.size):
         w.turns[i] = 0
+    edges = w.limits[EDGES] > 0
     rounds = 60 + 12 * (n_c + n_s)
     for turn in range(rounds):
         _share(w, n_c)
         prelude(w)
         probe(w)
-        if turn == 0 and find_edges(w, n_x, n_c, True):
+        if edges and turn == 0 and find_edges(w, n_x, n_c, True):
             continue
         least = turn > 20 + 4 * n_c
         if _change_contact(w, n_x, n_c, horizon, least):
             continue
-        if find_edges(w, n_x, n_c, False) or _change_switch(w, n_x, n_c, n_s, horizon):
+        if edges and find_edges(w, n_x, n_c, False):
+            continue
+        if _change_switch(w, n_x, n_c, n_s, horizon):
             continue
         _hold_more(w, n_x, n_c, horizon)
-        if find_edges(w, n_x, n_c, False):
+        if edges and find_edges(w, n_x, n_c, False):
             prelude(w)
             probe(w)
         _mark_fresh(w, n_x, n_c, n_s)
