@@ -43,7 +43,7 @@ from symfric.solve.taylor.workspace import (
     TOLERANCE,
     VARIED,
 )
-from symfric.solve.taylor.zero import EPS, TOUCH, no_acceleration
+from symfric.solve.taylor.zero import EPS, TOUCH, natural_time, no_acceleration
 from symfric.solve.wanted import FOLLOW, INTEGRAL, THEN, TURN
 
 _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
@@ -197,7 +197,7 @@ def _crossing(w, r, g, begin, total, h):
         if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
             first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, g // 2, 2.0 * w.c[r, 2]) else 1
         elif 2 * w.sticks.size <= g < w.m.size:  # as the next mode was decided, whatever the length of the step
-            first = decisive(w, w.c, r, g - 2 * w.sticks.size, w.sticks.size)
+            first = decisive(w, w.c, r, g - 2 * w.sticks.size, w.sticks.size, natural_time(w))
         if total == 0.0:
             return 2.0 * h
         power = h**first

@@ -48,29 +48,28 @@ def _sign(w, row, g, j, n_c):
     """
     old = w.m[g]
     present = 1.0 if old > 0.0 else -1.0
-    limit = ROUNDING * w.scale[row]
+    limit, time = ROUNDING * w.scale[row], natural_time(w)
     if w.rested[j]:
-        limit = max(limit, TIE * size_of(w, n_c, j, 2) * natural_time(w) ** 2)
+        limit = max(limit, TIE * size_of(w, n_c, j, 2) * time * time)
     if w.hit[g] == 0 and abs(w.probe[row, 0] / old) > limit:
         return present
-    order = decisive(w, w.probe, row, j, n_c)
+    order = decisive(w, w.probe, row, j, n_c, time)
     if order > PROBED:
         return present * ON_EDGE
     return 1.0 if w.probe[row, order] / old > 0.0 else -1.0
 
 
-@compiled
-def decisive(w, c, row, j, n_c):
+@compiled(inline=True)
+def decisive(w, c, row, j, n_c, time):
     """Return the order of the first coefficient of switch j, which is at zero, that is not zero to rounding.
 
-    4 if the first three are. `c` holds the coefficients of all rows.
+    4 if the first three are. `c` holds the coefficients of all rows, `time` is the natural one.
     """
-    scale, time = abs(w.m[2 * n_c + j]), natural_time(w)
     if w.edge[j] == 0:
         if abs(c[row, 1]) * time > TIE * w.scale[row]:
             return 1
         return 2 if abs(c[row, 2]) > TIE * abs(c[row, 3]) * time else 3
-    force = size_of(w, n_c, j, 2)
+    scale, force = abs(w.m[2 * n_c + j]), size_of(w, n_c, j, 2)
     little = max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time)
     if w.rested[j]:
         little = max(little, TIE * force * time)

@@ -28,7 +28,7 @@ from symfric.solve.taylor.workspace import (
     TERMS,
     TOLERANCE,
 )
-from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, no_acceleration
+from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, natural_time, no_acceleration
 
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
@@ -337,6 +337,7 @@ def _backing(w, row, i, horizon):
 @compiled(inline=True)
 def _change_switch(w, n_x, n_c, n_s, horizon):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    time = natural_time(w)
     for j in range(n_s):
         g = 2 * n_c + j
         row = n_x + g
@@ -346,7 +347,7 @@ def _change_switch(w, n_x, n_c, n_s, horizon):
         if w.hit[g] or abs(value) <= abs(w.m[g]) * ROUNDING * w.scale[row]:
             if w.edge[j]:
                 continue
-            wrong = w.probe[row, decisive(w, w.probe, row, j, n_c)] < 0.0
+            wrong = w.probe[row, decisive(w, w.probe, row, j, n_c, time)] < 0.0
         else:
             wrong = value < 0.0
         if wrong:
