@@ -106,19 +106,14 @@ def settle(w):
         _share(w, n_c)
         prelude(w)
         probe(w)
-        if edges and turn == 0 and find_edges(w, n_x, n_c, True):
+        if turn == 0 and edges and find_edges(w, n_x, n_c, True):
             continue
         least = turn > 20 + 4 * n_c
         if _change_contact(w, n_x, n_c, horizon, least):
             continue
-        if edges and find_edges(w, n_x, n_c, False):
+        if n_s > 0 and _change_switch(w, n_x, n_c, n_s, edges):
             continue
-        if _change_switch(w, n_x, n_c, n_s, horizon):
-            continue
-        _hold_more(w, n_x, n_c, horizon)
-        if edges and find_edges(w, n_x, n_c, False):
-            prelude(w)
-            probe(w)
+        _hold_more(w, n_x, n_c, horizon, edges)
         _mark_fresh(w, n_x, n_c, n_s)
         return _OK
     return _UNDECIDED
@@ -264,7 +259,7 @@ def _contradiction(w, n_x, i, horizon):
 
 
 @compiled
-def _hold_more(w, n_x, n_c, horizon):
+def _hold_more(w, n_x, n_c, horizon, edges):
     """Stick where static friction holds what was released on the way to the mode found.
 
     Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
@@ -286,6 +281,9 @@ def _hold_more(w, n_x, n_c, horizon):
             _share(w, n_c)
             prelude(w)
             probe(w)
+    if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
+        prelude(w)
+        probe(w)
 
 
 @compiled(inline=True)
@@ -334,9 +332,11 @@ def _backing(w, row, i, horizon):
     return 0.0
 
 
-@compiled(inline=True)
-def _change_switch(w, n_x, n_c, n_s, horizon):
+@compiled
+def _change_switch(w, n_x, n_c, n_s, edges):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    if edges and find_edges(w, n_x, n_c, False):
+        return True
     time = natural_time(w)
     for j in range(n_s):
         g = 2 * n_c + j
