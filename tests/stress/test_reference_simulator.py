@@ -208,3 +208,11 @@ def test_it_agrees_with_the_package_where_that_is_known_right(seed):
         found = reference.run(draw.values, draw.initial, times=[1.0, 2.5, 4.0], tolerance=1e-11)
         assert found.reason == ""
         assert found.x == pytest.approx(run([1.0, 2.5, 4.0]), abs=1e-6)
+
+
+def test_a_kink_that_is_left_slowly_is_met_again():
+    # from rest at x = 0 the force begins with no value; x = t^3/6 - t^4/6 is positive until t = 1, and meets a spring
+    scene = one_mass(T - 2 * T**2 + 50 * sp.Max(-X, 0), horizon=1.5)
+    rate = lambda t, y: [y[1], t - 2 * t**2 - 50 * min(y[0], 0)]  # noqa: E731
+    expected = solve_ivp(rate, (1.0, 1.5), [0.0, 0.5 - 2 / 3], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    assert final(scene) == pytest.approx(expected, abs=1e-8)

@@ -246,8 +246,10 @@ class Choice:
                 size = abs(slopes[k, 0]) + np.abs(slopes[k, 1:]) @ np.abs(y_rate) + scales[e.n + e.n_c + k]
                 second = float(slopes[k, 1 : 1 + e.n] @ a)
                 reach = float(np.abs(slopes[k, 1 : 1 + e.n]) @ np.abs(inverse) @ np.full(e.n, forces))
-                resting[k] = abs(first) <= 1e-9 * size and abs(second) <= TIE * reach
-                side = 0.0 if resting[k] else first if abs(first) > 1e-9 * size else second
+                side = first if abs(first) > 1e-9 * size else second if abs(second) > TIE * reach else 0.0
+                if side == 0.0:
+                    side = self._side_later(t, y, mode, int(k), reach)
+                    resting[k] = side == 0.0
                 if side * mode.signs[k] < 0:
                     return None
         if any(resting):
@@ -260,6 +262,15 @@ class Choice:
         if tied and not self._holds(t, y, mode, rest, scales):
             return None
         return mode
+
+    def _side_later(self, t: float, y, mode: Mode, k: int, reach: float) -> float:
+        """Return the sign of a guard that begins at zero with no slope and no curvature; zero if it stays there."""
+        for lead in LEADS[1:]:
+            later = self._later(t, y, mode, lead)
+            guard = float(self.m.e.watched(*self.m.arguments(*later, mode))[self.m.e.n_c + k])
+            if abs(guard) > 1e-9 * reach * (lead * self.m.time_scale) ** 2:
+                return float(np.sign(guard))
+        return 0.0
 
     def _pushes(self, t: float, y, mode: Mode, forces: float) -> list[float]:
         """Return the signs of the friction of sticking contacts, a moment later where it is zero."""
