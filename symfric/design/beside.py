@@ -66,8 +66,8 @@ def beside(belt: Belt, problem: Problem, found: Optimum, check: Check) -> list[N
             miss = -problem.slack(regime, share * q)
             neighbours.append(Neighbour(change, problem.objective(regime, share * q), miss))
     least = (1 - check.step) * q
-    if low <= least and problem.margin == 0:
-        (p,) = check.below
+    (p,) = check.below
+    if low <= least and problem.margin == 0 and p.status == "OK":
         change = f"a*Omega smaller by {100 * check.step:.3g} %, on the full model at v_b = {p.v_b:.6g}"
         cost = problem.objective(problem.speeds.regime_of(least), least)
         limited = max((-c.slack(_worst(problem, least, c.kind)) for c in problem.conditions[1:]), default=-1.0)

@@ -19,6 +19,12 @@ EXPECTED = {
 }
 
 
+@pytest.mark.parametrize("ratio", [0.01, 3.99, 4.0, 4.01, 9.0])
+def test_coinciding_eigenvalues_are_no_disagreement(ratio):
+    found = absorber(ratio, "decay")
+    assert found.status == "optimal", found.doubts
+
+
 @pytest.mark.parametrize("criterion", EXPECTED)
 def test_objectives(criterion):
     found = absorber(MU, criterion)
