@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.bends import bends
 from symfric.lower.edges import Edges, edges_of
 from symfric.lower.holding import hold
 from symfric.lower.means import without_integrals
@@ -183,8 +182,6 @@ class Lowering:
         load = self.sx(c.normal * c.profile)
         inside = {**self.symbols, SPEED: self.d[i] * w}
         law = Printer(inside, {*self.moving, SPEED}, self.switches, scope=c.name)
-        for speed in bends(c.law, self.scene.values):
-            self.switches.of(self.d[i] * w - self.sx(speed), (c.name, speed))
         return w, load, -self.d[i] * load * law(_bridged(c.law.where(self.constants)))
 
 

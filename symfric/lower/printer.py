@@ -4,6 +4,7 @@ Kinks (Abs, Max, Min, conditions of a Piecewise) of quantities that move become 
 guard that stays positive as long as the sign is right. Every printed expression is therefore smooth.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -34,6 +35,14 @@ _UNARY: dict[type, Callable] = {
     sp.erf: ca.erf,
 }
 _RELATIONS = {sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge}
+_LITTLE, _LARGE = 1e-30, 1e30  # factors of an exponential that join its argument, beyond these
+
+
+def _double(e: sp.Expr) -> float:
+    number = float(e)
+    if math.isinf(number) and e.is_finite:
+        raise SceneError(f"the number {e.evalf(3)} is beyond double precision; use other units, or divide it out")
+    return number
 
 
 @dataclass
@@ -95,7 +104,7 @@ class Printer:
                 raise SceneError(f"no value for {e}; add it to Scene.values")
             return self.symbols[e]
         if e.is_Number or isinstance(e, sp.NumberSymbol):
-            return ca.SX(float(e))
+            return ca.SX(_double(e))
         if e.is_Add:
             return _sum([self._print(a) for a in e.args])
         if e.is_Mul:
@@ -119,6 +128,13 @@ class Printer:
         raise SceneError(f"{type(e).__name__} in {e} has no translation to CasADi; rewrite it with known functions")
 
     def _product(self, e) -> ca.SX:
+        factor, rest = e.as_coeff_Mul()
+        if not _LITTLE < abs(factor) < _LARGE and rest.has(sp.exp):  # SymPy writes exp(900 - t/w) as a product
+            factors = list(sp.Mul.make_args(rest))
+            k = next((k for k, a in enumerate(factors) if isinstance(a, sp.exp)), None)
+            if k is not None:
+                inside = self._print(factors.pop(k).args[0]) + float(sp.log(abs(factor)))
+                return self._print(sp.Mul(sp.sign(factor), *factors)) * ca.exp(inside)
         over, under = [], []
         for a in e.args:
             if a.is_Pow and a.exp.is_Number and a.exp.is_negative:

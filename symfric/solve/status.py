@@ -25,8 +25,8 @@ ADVICE = {
     Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
     Status.STEP_BUDGET: "more steps than the budget, or than a trajectory has room for; shorten the horizon, want "
     "scalar outputs instead of a trajectory, or raise max_steps",
-    Status.STEP_COLLAPSE: "the step shrank to the rounding of time: the motion is singular here, or stiff beyond this "
-    "route; look at the final state, or try route='integrators'",
+    Status.STEP_COLLAPSE: "the steps became so short that the run would never end: the motion is singular here, or "
+    "stiff beyond this route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
     "that static friction is not smaller than kinetic friction",
     Status.NOT_FINITE: "the motion or a force left the finite numbers; look at the final state, and at divisions and "

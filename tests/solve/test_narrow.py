@@ -5,7 +5,6 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.lower.bends import bends
 
 V = sf.SPEED
 WIDTH, CENTRE = sp.symbols("width centre", positive=True)
@@ -45,25 +44,8 @@ def test_a_slip_that_turns_after_it_rose_shows_a_law_narrow_about_rest():
     assert distance(scene, 1e-10, order=12, finest=1e-13) < 1e-9
 
 
-def test_bends_follow_the_parameters():
+def test_a_feature_moves_with_the_parameters_of_a_law():
     law = sf.laws.custom(0.3 + SHAPES["bump"] / 10, 0.6)
-    assert bends(law, {CENTRE: 1.0, WIDTH: 0.1}) == [CENTRE]
-    assert bends(law, {CENTRE: None, WIDTH: None}) == []
     scene = excited(law).where({"width": 0.01, "centre": 0.9})
     moved = sf.prepare(scene, 1e-9).run({"centre": 1.1}).final
     assert moved == pytest.approx(sf.simulate(scene.where({"centre": 1.1}), 1e-9).final, abs=1e-8)
-
-
-@pytest.mark.parametrize(
-    "law",
-    [
-        sf.laws.gauss(0.3, 0.5, mu_s=0.4, b=0.05),
-        sf.laws.lorentz(0.3, 0.5),
-        sf.laws.stribeck(0.4, 0.25, 0.2),
-        sf.laws.exponential(0.4, 0.8),
-        sf.laws.square_root(0.4, -0.1),
-        sf.laws.cubic(0.4, 0.25, 0.5),
-    ],
-)
-def test_laws_of_the_handbook_bend_only_about_rest(law):
-    assert bends(law, {}) == []

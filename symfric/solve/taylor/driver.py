@@ -5,11 +5,12 @@ import numpy as np
 from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import compiled, part
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
-from symfric.solve.taylor.defect import is_sound, reach
+from symfric.solve.taylor.calls import expand, prelude
+from symfric.solve.taylor.defect import proven, reach
 from symfric.solve.taylor.edges import decisive, size_of
 from symfric.solve.taylor.polynomials import extend_range, first_crossing, value
 from symfric.solve.taylor.saltation import follow, jump, note_places, remember, turn_lowest
-from symfric.solve.taylor.settle import expand, keep_scales, prelude, settle
+from symfric.solve.taylor.settle import keep_scales, settle
 from symfric.solve.taylor.singular import start_singular
 from symfric.solve.taylor.steps import step_rule, step_size
 from symfric.solve.taylor.workspace import (
@@ -28,6 +29,8 @@ from symfric.solve.taylor.workspace import (
     KEPT_EVENTS,
     KEPT_STEPS,
     MARK_EVENTS,
+    MARK_STEPS,
+    MARK_STEPS_T,
     MARK_T,
     MAX_EVENTS,
     MAX_STEPS,
@@ -50,6 +53,8 @@ _OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP
 _COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
 _LOST = int(Status.LOST_CONTACT)
 _STALLED = 200  # events without time advancing
+_MANY_STEPS, _LEAST_PROGRESS = 20_000, 1e-9  # steps that together advance less than this part of the run stand still
+_LEAST_STEP = 1e-24  # part of the run
 # by how much a step may be longer if an event or the end follows: at an order of 20 its error grows threefold, which is
 # still below the tolerance, see MARGIN in `symfric.solve.taylor.program`
 _STRETCH = 1.05
@@ -67,7 +72,8 @@ def reset(w):
     for k in range(w.m.size):
         w.m[k] = 0.0 if k < n_c else 1.0
     w.counts[:] = 0
-    w.clock[T_LOW], w.clock[H_LAST], w.clock[REST], w.clock[MARK_T] = 0.0, 0.0, np.nan, 0.0
+    w.clock[T_LOW], w.clock[H_LAST], w.clock[REST] = 0.0, 0.0, np.nan
+    w.clock[MARK_T], w.clock[MARK_STEPS_T] = 0.0, -np.inf
     w.scale[:] = 0.0
     w.other[:] = 0.0
     w.carries[:] = 0
@@ -94,6 +100,10 @@ def drive(w):
             return _OK
         if w.counts[STEPS] >= w.limits[MAX_STEPS]:
             return _STEPS
+        if w.counts[STEPS] >= w.counts[MARK_STEPS]:
+            if w.y[n_x] - w.clock[MARK_STEPS_T] < _LEAST_PROGRESS * w.clock[T_END]:
+                return _COLLAPSE
+            w.counts[MARK_STEPS], w.clock[MARK_STEPS_T] = w.counts[STEPS] + _MANY_STEPS, w.y[n_x]
         if w.counts[STEPS] >= pause:
             return PAUSED
         if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
@@ -119,10 +129,13 @@ def drive(w):
         if last:
             h = left
         tau = _first_event(w, n_x, n_c, h, h if last else h * _STRETCH)
-        while tau > 0.0 and not is_sound(w, n_x, tau):
-            if tau <= 16.0 * EPS * w.y[n_x]:
+        while tau > 0.0:
+            holds = proven(w, n_x, tau)
+            if holds == tau:
+                break
+            if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock[T_END]):
                 return _COLLAPSE
-            last, h = False, 0.25 * tau
+            last, h = False, holds
             tau = _first_event(w, n_x, n_c, h, h)
         if tau < h:
             last = False

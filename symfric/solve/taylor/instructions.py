@@ -30,6 +30,9 @@ ENTIRE = {
     ca.OP_SIN,
     ca.OP_COS,
 }
+# what grows beyond all numbers at moderate arguments
+_GROWING = {ca.OP_EXP, ca.OP_EXPM1, ca.OP_SINH, ca.OP_COSH}
+_SATURATING = {ca.OP_EXP, ca.OP_INV, ca.OP_DIV}
 
 
 @dataclass
@@ -41,6 +44,8 @@ class Node:
     number: float | None = None
     moves: bool = False
     place: tuple[int, int] | None = None  # (argument, element) of an input
+    grows: bool = False  # may overflow at moderate arguments of what moves
+    saturates: bool = False  # has a limit where its argument, or its denominator, overflows
 
 
 def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
@@ -60,7 +65,11 @@ def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
             node = Node(op, (), number=field.instruction_constant(k))
         else:
             sources = tuple(slot[a] for a in args)
-            node = Node(op, sources, moves=any(nodes[a].moves for a in sources))
+            moves = any(nodes[a].moves for a in sources)
+            grows = moves and (op in _GROWING or any(nodes[a].grows for a in sources))
+            quotient = op == ca.OP_DIV and nodes[sources[0]].grows
+            saturates = op in _SATURATING and nodes[sources[-1]].grows and not quotient
+            node = Node(op, sources, None, moves, None, grows, saturates)
         nodes.append(node)
         slot[into[0]] = len(nodes) - 1
     return nodes, outputs

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symfric.lower.linear import Matrices
+from symfric.solve.taylor.enclosure import hiding, unseen
 from symfric.solve.taylor.forms import gathered
-from symfric.solve.taylor.instructions import BRANCHING, ENTIRE, Node, read
+from symfric.solve.taylor.instructions import BRANCHING, Node, read
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
 
 
@@ -28,9 +29,14 @@ class Series:
     probe : casadi.Function
         The same up to order `PROBED`.
     order : int
-    entire : bool
-        Whether only sums, products, sines and cosines of moving quantities occur. Such right-hand sides hide nothing
-        from the last coefficients; an exponential or a quotient can be flat here and steep within the step.
+    unseen : casadi.Function, optional
+        ``([middles; radii] of y and t, aux) -> bounds``: what a step within that box may do that its coefficients do
+        not show, for every row; see `symfric.solve.taylor.enclosure`. Without it there is nothing: only sums, products,
+        sines and cosines of moving quantities occur.
+    terms : casadi.Function, optional
+        Of the same arguments: how large the terms of every row are.
+    exposed : tuple of int
+        Rows with a bound that is not zero.
     matrices : Matrices, optional
         Of linear equations that need neither series nor probe: the prelude computes the entries.
     """
@@ -39,7 +45,9 @@ class Series:
     series: ca.Function | None
     probe: ca.Function | None
     order: int
-    entire: bool
+    unseen: ca.Function | None = None
+    terms: ca.Function | None = None
+    exposed: tuple[int, ...] = ()
     matrices: Matrices | None = None
 
 
@@ -98,13 +106,25 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         for row, rate in zip(x, rates, strict=True):
             row.append(rate)
     jets = sweep.jets
+    wanted = [*outputs[0], *outputs[1], *outputs[2]]
+    hidden = hiding(nodes, order)
+    exposed = tuple(r for r, node in enumerate(wanted) if hidden[node])
     rows = x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
+    bounds = terms = None
+    if exposed:
+        box, *out = unseen(nodes, wanted, n_x, order, fixed.value)
+        bounds, terms = (
+            ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
+            for name, e in zip(("unseen", "terms"), out, strict=True)
+        )
     return Series(
         prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
         series=_flat("series" + suffix, state, fixed, rows, order),
         probe=_flat("probe" + suffix, state, fixed, rows, PROBED),
         order=order,
-        entire=all(node.op in ENTIRE for node in nodes if node.moves),
+        unseen=bounds,
+        terms=terms,
+        exposed=exposed,
     )
 
 
@@ -206,7 +226,7 @@ class _Sweep:
                 jet.append(newest[node.place[1]] if node.place[0] == 0 else clock)
                 continue
             args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
-            jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i]))
+            jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates))
 
     def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
         """Return coefficients k of the nodes `wanted` if the newest ones of states and time, up to k, were others."""
@@ -223,7 +243,7 @@ class _Sweep:
                     jet.append(newest[j][node.place[1]] if node.place[0] == 0 else clock[j])
                     continue
                 args = [tried[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
-                jet.append(coefficient(node.op, order, jet, args, partners[i]))
+                jet.append(coefficient(node.op, order, jet, args, partners[i], node.saturates))
         return [tried[o][k] if self._nodes[o].moves else None for o in wanted]
 
 

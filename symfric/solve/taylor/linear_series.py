@@ -12,7 +12,7 @@ def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
     """Return the series of linear equations of n_x states; large ones are left to `powers`."""
     n_r, count = matrices.n_r, len(matrices.rows)
     if count > MOST:
-        return Series(matrices.data, None, None, order, True, matrices)
+        return Series(matrices.data, None, None, order, matrices=matrices)
     numbers = matrices.data(*(ca.SX.sym(name, matrices.data.nnz_in(i)) for i, name in enumerate("pm")))
     aux, state = ca.SX.sym("aux", numbers.numel()), ca.SX.sym("y", n_x + 1)
     known = ca.vertcat(*(ca.SX(0) if numbers[i].is_zero() else aux[i] for i in range(numbers.numel())))
@@ -30,4 +30,4 @@ def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
             now = [e * (1 / (k + 1)) for e in new[:n_x]]
         return ca.Function(name, [state, aux], [ca.densify(ca.vertcat(*(c for row in rows for c in row)))])
 
-    return Series(matrices.data, flat("series", order), flat("probe", PROBED), order, True)
+    return Series(matrices.data, flat("series", order), flat("probe", PROBED), order)

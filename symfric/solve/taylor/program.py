@@ -118,7 +118,7 @@ def series_model(
         States that results have; those of the scene unless given.
     """
     linear = variants[0].matrices is not None
-    functions = [f for v in variants for f in (v.prelude, v.series, v.probe) if f]
+    functions = [f for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms) if f]
     if not linear:
         functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
     jump = variations.jump if variations else None
@@ -128,8 +128,7 @@ def series_model(
     first = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
     first.clock[T_END:] = scene.horizon, *tolerances
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
-    smooth = all(v.entire for v in variants)
-    limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, not smooth
+    limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, first.exposed.size > 0
     derivatives = (variations.columns, variations.followed) if variations else (0, 0)
     first.limits[:] = (*limits, sticker, linear, *derivatives, len(automaton.at_edges))
     launch = open_door("symfric.solve.taylor.loop", "the event loop", Path(__file__).parent)

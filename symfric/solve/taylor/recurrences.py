@@ -8,6 +8,7 @@ import casadi as ca
 from symfric.errors import SceneError
 
 Jet = list  # of SX or None (structural zero), by order
+_NO_EXPONENTIAL, _NO_RECIPROCAL = 1e-290, 1e-150  # below them, a value that saturates is constant
 
 
 def at(jet: Jet, k: int):
@@ -87,10 +88,12 @@ def _moment(a: Jet, b: Jet, k: int, last: int = 0):
     return rest if last else plus(rest, times(at(a, k), at(b, 0)))
 
 
-def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet):
+def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, saturates: bool = False):
     """Return coefficient k of an operation, given its coefficients below k and those of its arguments up to k.
 
-    `partner` holds the coefficients of a second quantity that some operations carry along; it is appended to.
+    `partner` holds the coefficients of a second quantity that some operations carry along; it is appended to. Where an
+    operation that `saturates` has reached its limit to all digits, as 1/cosh(1000), later coefficients are zero: those
+    of its argument may be infinite.
 
     Raises
     ------
@@ -122,7 +125,11 @@ def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet):
     rule = _RULES.get(op)
     if rule is None:
         raise SceneError(f"the operation {_name(op)} has no Taylor recurrence; use route='integrators'")
-    return rule(k, out, args, partner)
+    found = rule(k, out, args, partner)
+    if found is None or not saturates:
+        return found
+    value, least = (out[0], _NO_EXPONENTIAL) if op == ca.OP_EXP else (ca.fabs(partner[0]), _NO_RECIPROCAL)
+    return ca.if_else(value < least, 0, found)
 
 
 def _first(op: int, args: list[Jet], partner: Jet):

@@ -9,22 +9,21 @@ time, the worst first and, if that runs long, the one of least index: Murty's ru
 import numpy as np
 
 from symfric.lower.holding import REDUNDANT
-from symfric.solve.native import call_code, compiled
+from symfric.solve.native import compiled
 from symfric.solve.status import Status
+from symfric.solve.taylor.calls import measure, prelude, probe
 from symfric.solve.taylor.edges import decisive, find_edges
-from symfric.solve.taylor.powers import gather, powers
 from symfric.solve.taylor.workspace import (
     COUPLING,
     DROP,
     EDGES,
     FORCES,
     KINKS,
-    LINEAR,
     LOAD,
     N_Q,
     PULL,
     SLIP,
-    STICKER,
+    T_END,
     TERMS,
     TOLERANCE,
 )
@@ -33,50 +32,6 @@ from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, natural_ti
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
-
-
-@compiled(inline=True)
-def _variant(w):
-    """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
-    return 5 if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
-
-
-@compiled(inline=True)
-def prelude(w):
-    """Recompute what depends on parameters and mode alone."""
-    call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
-    if w.limits[LINEAR]:
-        gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
-
-
-@compiled(inline=True)
-def expand(w):
-    """Compute all Taylor coefficients at the present state."""
-    if w.limits[LINEAR]:
-        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
-    else:
-        call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
-
-
-@compiled(inline=True)
-def probe(w):
-    """Compute the first coefficients in the mode on trial."""
-    if w.limits[LINEAR]:
-        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
-    else:
-        call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
-
-
-@compiled(inline=True)
-def probe_trial(w):
-    """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
-    call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
-
-
-@compiled(inline=True)
-def _measure(w, y, gauge):
-    """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
-    call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)
 
 
 @compiled
@@ -97,7 +52,7 @@ def settle(w):
             return _LOST
         if w.gauge[DROP, i] < 0.0:
             return _UNDECIDED
-    horizon = w.clock[4]
+    horizon = w.clock[T_END]
     for i in range(w.turns.size):
         w.turns[i] = 0
     edges = w.limits[EDGES] > 0
@@ -122,17 +77,17 @@ def settle(w):
 @compiled(inline=True)
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
-    _measure(w, w.y, w.gauge)
+    measure(w, w.y, w.gauge)
     n_q = w.limits[N_Q]
     for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
-    _measure(w, w.trial, w.span)
+    measure(w, w.trial, w.span)
     for i in range(n_c):
         w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
         w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0
     _find_zeros(w, n_c)
     if _project(w, n_c):  # then contacts that follow from these have no slip either
-        _measure(w, w.y, w.gauge)
+        measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):
         if w.m[i] == 0.0:

@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.solve.native import compiled
 from symfric.solve.status import Status
-from symfric.solve.taylor.settle import expand
+from symfric.solve.taylor.calls import expand
 from symfric.solve.taylor.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
 from symfric.solve.taylor.zero import TIE, natural_time
 

@@ -14,28 +14,30 @@ from symfric.solve.wanted import Row
 
 # entries of `counts`
 STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
+MARK_STEPS = 12
 # entries of `clock`
-T_LOW, H_LAST, REST, MARK_T, T_END, TOLERANCE, DOUBT = range(7)
+T_LOW, H_LAST, REST, MARK_T, MARK_STEPS_T, T_END, TOLERANCE, DOUBT = range(8)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
 MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED, EDGES = range(12)
-JUMP = 8  # entry of `code`
+FUNCTIONS = 5  # entries of `code` for one variant, after two
+JUMP = 2 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 
 # arrays that no run changes
 SHARED = frozenset({"code", "pattern", "sticks", "anchor", "factor", "parallel", "kind", "table", "limits", "then"})
-SHARED |= {"segment_t", "segment_p"}
+SHARED |= {"segment_t", "segment_p", "exposed"}
 
 
 class Workspace(NamedTuple):
     """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients."""
 
-    # addresses of gauge and reach, then of prelude, series and probe; if one contact alone can stick (named by the
-    # limit STICKER) these are for its slipping, and three more are for its sticking; with the limit LINEAR, the prelude
-    # computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as many
-    # directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
+    # addresses of gauge and reach, then of prelude, series, probe, unseen and terms; if one contact alone can stick
+    # (named by the limit STICKER) these are for its slipping, and five more are for its sticking; with LINEAR, the
+    # prelude computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as
+    # many directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
     code: Integers
     given_y: Reals  # state and parameters at the start of a run
     given_p: Reals
@@ -61,6 +63,13 @@ class Workspace(NamedTuple):
     other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
     carries: Integers  # contacts whose guards are forces, (n_c,)
     trial: Reals  # state and time at the end of the step on trial, (n_x + 1,)
+    exposed: Integers  # rows of which something may be unseen in their coefficients, (n_h,)
+    unseen: (
+        Reals  # bounds of that in a part of the step, and how large the terms of the rows are; (n_r,) if any is exposed
+    )
+    terms: Reals
+    box: Reals  # middles and radii of states and time there, (2 n_x + 2,)
+    bend: Reals  # largest second derivative of the states over the step, (n_x,)
     base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
     start: Reals  # first value of every row, (n_r,)
     sticks: Integers  # whether a contact can stick, (n_c,)
@@ -129,8 +138,10 @@ def make_workspace(
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
     n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
     n_r = n_x + n_g + n_e
-    functions = ["gauge", "reach", *(f.name() for v in variants for f in (v.prelude, v.series, v.probe) if f)]
+    functions = ["gauge", "reach"]
+    functions += [f.name() if f else "" for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms)]
     functions += [""] * (JUMP - len(functions)) + ["jump"]
+    exposed = sorted({r for v in variants for r in v.exposed})
     matrices = variants[0].matrices
     entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
     pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
@@ -162,6 +173,11 @@ def make_workspace(
         other=room(2 * n_c),
         carries=flags(n_c),
         trial=room(n_x + 1),
+        exposed=np.array(exposed, dtype=np.int64),
+        unseen=room(n_r if exposed else 0),
+        terms=room(n_r if exposed else 0),
+        box=room(2 * n_x + 2),
+        bend=room(n_x),
         base=room(3, n_x),
         start=room(n_r),
         sticks=np.array(automaton.sticks, dtype=np.int64),
@@ -187,8 +203,8 @@ def make_workspace(
         table=bernstein_table(order),
         segment_t=segments[0],
         segment_p=segments[1],
-        counts=np.zeros(12, dtype=np.int64),
-        clock=room(7),
+        counts=np.zeros(13, dtype=np.int64),
+        clock=room(8),
         limits=np.zeros(12, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
