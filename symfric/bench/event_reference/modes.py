@@ -266,8 +266,8 @@ class Choice:
     def _side_later(self, t: float, y, mode: Mode, k: int, reach: float) -> float:
         """Return the sign of a guard that begins at zero with no slope and no curvature; zero if it stays there."""
         for lead in LEADS[1:]:
-            later = self._later(t, y, mode, lead)
-            guard = float(self.m.e.watched(*self.m.arguments(*later, mode))[self.m.e.n_c + k])
+            after, state = self._later(t, y, mode, lead)
+            guard = float(self.m.e.watched(*self.m.arguments(after, state, mode))[self.m.e.n_c + k])
             if abs(guard) > 1e-9 * reach * (lead * self.m.time_scale) ** 2:
                 return float(np.sign(guard))
         return 0.0
