@@ -170,9 +170,15 @@ class Lowering:
 
     def unswitched(self, out: list[ca.SX]) -> list[ca.SX]:
         """Return expressions in which the signs of the kinks are those of their quantities, no longer data."""
-        for sign, guard in reversed(list(zip(self.switches.signs, self.switches.guards, strict=True))):
-            quantity = ca.substitute(guard, sign, ca.SX(1))
-            out = ca.substitute(out, [sign], [ca.if_else(quantity < 0, -1, 1)])
+        if not self.switches.signs:
+            return out
+        signs, quantities = ca.vertcat(*self.switches.signs), ca.vertcat(*self.switches.quantities)
+        nested = ca.which_depends(quantities, signs, 1, True)
+        for k in (k for k in reversed(range(len(nested))) if nested[k]):
+            out = ca.substitute(out, [signs[k]], [ca.if_else(quantities[k] < 0, -1, 1)])
+        plain = [k for k, depends in enumerate(nested) if not depends]
+        if plain:
+            out = ca.substitute(out, [signs[plain]], [ca.if_else(quantities[plain] < 0, -1, 1)])
         return out
 
     def _contact(self, i: int) -> tuple[ca.SX, ca.SX, ca.SX]:

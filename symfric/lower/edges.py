@@ -95,7 +95,7 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
         return Edges(signs, tuple(among), tuple(() for _ in among), (), (), ca.SX(0, 1))
     n = len(low.scene.system.q)
     q, u = low.y[:n], low.y[n : 2 * n]
-    h = ca.substitute(ca.vertcat(*low.switches.guards), ca.vertcat(*signs), ca.SX.ones(len(signs)))
+    h = ca.vertcat(*low.switches.quantities)
     slopes, still = ca.jacobian(h, q), ca.substitute(h, q, ca.SX.zeros(n))
     J, factors = ca.jacobian(low.w, u), ca.ldl(mass)
     spread = ca.ldl_solve(J.T, *factors)

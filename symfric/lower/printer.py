@@ -50,6 +50,7 @@ class Switches:
     """Signs of the kinks met while printing, each an SX symbol of value -1 or +1, and their guards."""
 
     signs: list[ca.SX] = field(default_factory=list)
+    quantities: list[ca.SX] = field(default_factory=list)
     guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
     _known: dict = field(default_factory=dict)
 
@@ -58,6 +59,7 @@ class Switches:
         if key not in self._known:
             sign = ca.SX.sym(f"sigma_{len(self.signs)}")
             self.signs.append(sign)
+            self.quantities.append(quantity)
             self.guards.append(sign * quantity)
             self._known[key] = sign
         return self._known[key]

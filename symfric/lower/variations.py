@@ -37,7 +37,7 @@ class Variations:
         guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of the
         integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how much
         (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c, n_s),
-        row by row.
+        row by row; how far (relative) a direction moves the state off the edge of each switch at which a load jumps.
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
@@ -156,7 +156,10 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     n_w = W.shape[1]  # zeros where second derivatives have nothing to say
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
-    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips))
+    edges = [2 * n_c + j for j in automaton.at_edges]
+    most = ca.fabs(ca.jacobian(guards[edges], y)) @ ca.fabs(V) if edges else ca.SX(0, V.shape[1])
+    off = [ca.mmax(ca.fabs(gain[g, :])) / (ca.mmax(most[k, :]) + 1e-300) for k, g in enumerate(edges)]
+    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
 
 

@@ -221,3 +221,42 @@ def test_at_a_corner_of_contacts_the_routes_agree_with_small_steps(seed):
     if len(scene.contacts) < 3:  # of redundant ones it does not find every mode
         other = sf.simulate(scene, 1e-9, route="integrators")
         assert run.final == pytest.approx(other.final, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_floor_of_eighty_cells_has_an_edge_where_the_mass_starts(seed):
+    edges, values = sf.patched_floor(0.4, 80, 0.005, 0.002355, 0.004, seed=seed)
+    motion = sf.motions.Motion(record(seed), 0.01)
+    scene = sf.scenes.rolling_isolator(C=0.3, m=1.0, motion=motion, profile=(edges, values), horizon=1.2)
+    u, w, peak, _ = shaken(edges[1:-1], values, record(seed), 0.01, c=0.3)
+    run = sf.simulate(scene, route="exact")
+    assert run["peak_displacement"] == pytest.approx(peak, rel=1e-9)
+    assert run.final == pytest.approx([u, w], abs=1e-11)
+
+
+def test_four_hundred_cells_are_no_deeper_than_ten():
+    floor_of = sf.patched_floor(0.4, 400, 0.005, 0.002355, 0.004, seed=1)
+    motion = sf.motions.Motion(record(2)[:41], 0.01)
+    scene = sf.scenes.rolling_isolator(C=0.3, m=1.0, motion=motion, profile=floor_of, horizon=0.4)
+    exact, series = (sf.simulate(scene, 1e-6, route=route) for route in ("exact", "taylor"))
+    assert series["peak_displacement"] == pytest.approx(exact["peak_displacement"], rel=1e-5)
+
+
+def test_derivatives_at_an_edge_are_those_of_the_side_of_the_slip_or_none():
+    """Held until .2 t = .1 x + mu1, then slipping forwards; a start moved off the edge has another motion either way."""
+    k, start, mu = sp.Symbol("k"), sp.Symbol("x_0"), sp.symbols("mu:2", positive=True)
+    scene = sf.Scene(
+        system=sf.System(q=[X], u=[U], mass=[[1]], force=[sf.TIME / 5 - k * X]),
+        contacts=[sf.Contact("floor", U, 1, sf.laws.coulomb(1), cells(X, [0.3], mu))],
+        values={mu[0]: 0.5, mu[1]: 0.2, k: 0.1, start: 0.3},
+        initial={X: start, U: 0},
+        horizon=4.0,
+        outputs={"path": sf.Trajectory()},
+    )
+    run = sf.simulate(scene, 1e-12, sensitivities=("mu0", "mu1", "k"))
+    assert run.sensitivities["mu0"] == pytest.approx([0, 0], abs=1e-12)
+    for name in ("mu1", "k"):
+        value = scene.values[scene.parameter(name)]
+        up, down = (sf.simulate(scene.where({name: value + h}), 1e-12).final for h in (1e-4, -1e-4))
+        assert run.sensitivities[name] == pytest.approx((up - down) / 2e-4, rel=1e-6)
+    assert np.all(np.isnan(sf.simulate(scene, 1e-12, sensitivities=("x_0",)).sensitivities["x_0"]))

@@ -12,6 +12,7 @@ import casadi as ca
 
 from symfric.solve.taylor.instructions import ENTIRE, Node, read
 
+_ONE = ca.SX(1)
 _MOST = 4  # terms of a sum that is written out wherever it is used; a longer one is computed once
 
 
@@ -83,7 +84,7 @@ class _Gathering:
             return self._new(symbol, entire=True) if node.moves else _fixed(symbol)
         parts = [self._forms[i] for i in node.args]
         if not node.moves:
-            return _fixed(_apply(node.op, [f.spread()[1] for f in parts]))
+            return _fixed(_apply(node.op, [f.rest for f in parts]))  # of fixed nodes the factor is 1
         if node.op in (ca.OP_ADD, ca.OP_SUB):
             left, right = (self._short(i) for i in node.args)
             return left.plus(right if node.op == ca.OP_ADD else right.times(ca.SX(-1)))
@@ -144,7 +145,7 @@ class _Gathering:
 
 
 def _fixed(value: ca.SX) -> _Form:
-    return _Form({}, value, ca.SX(1))
+    return _Form({}, value, _ONE)
 
 
 def _apply(op: int, values: list[ca.SX]) -> ca.SX:

@@ -6,9 +6,10 @@ The functions do nothing to runs without derivatives, and are not called by them
 
 import numpy as np
 
+from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import call_code, compiled
 from symfric.solve.taylor.polynomials import roots, value
-from symfric.solve.taylor.workspace import DOUBTS, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
+from symfric.solve.taylor.workspace import DOUBTS, EDGES, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
 from symfric.solve.taylor.zero import natural_time
 from symfric.solve.wanted import INTEGRAL, RANGE
 
@@ -44,6 +45,8 @@ def jump(w, n_x, n_c, starting):
     else:
         _doubt(w, n_x, n_c, slopes)
     void = np.nan if w.counts[DOUBTS] else 1.0
+    if w.limits[EDGES]:
+        _doubt_edges(w, n_c, slips + n_c * n_s)
     for k in range(n_s * n_y):
         w.y[n_y + k] = w.after[k]
     for s in range(n_s):
@@ -87,6 +90,14 @@ def _doubt_start(w, n_c, n_s, slips):
         if w.zero[i] and w.m[i] < 0.5:
             for s in range(n_s):
                 w.counts[DOUBTS] += w.after[slips + i * n_s + s] != 0.0
+
+
+@compiled
+def _doubt_edges(w, n_c, off):
+    """Count the contacts at rest on the edge of a cell that a direction moves off it."""
+    for j in range(w.edge.size):
+        if w.edge[j] and abs(w.m[2 * n_c + j]) == ON_EDGE:
+            w.counts[DOUBTS] += w.after[off + w.edge[j] - 1] > APART
 
 
 @compiled
