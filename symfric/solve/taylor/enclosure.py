@@ -64,7 +64,7 @@ def _at_least(e: ca.SX, least: float) -> ca.SX:
     return ca.if_else(e < least, least, e)
 
 
-def _at_most(e: ca.SX, most: float) -> ca.SX:
+def _at_most(e: ca.SX, most: ca.SX | float) -> ca.SX:
     return ca.if_else(e > most, most, e)
 
 
@@ -179,7 +179,7 @@ def _operation(op: int, a: list[_Range]) -> _Range:
         return a[0]
     if op == ca.OP_IF_ELSE_ZERO:
         chosen = lambda e: None if e is None else ca.if_else(a[0].middle, e, 0)  # noqa: E731
-        return _Range(chosen(a[1].middle), chosen(a[1].radius), chosen(a[1].unseen))
+        return _Range(ca.if_else(a[0].middle, a[1].middle, 0), chosen(a[1].radius), chosen(a[1].unseen))
     if op == ca.OP_MUL:
         return _product(*a)
     if op == ca.OP_SQ:
