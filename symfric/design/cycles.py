@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from symfric.errors import NotFound
-from symfric.model.outputs import End
+from symfric.model.outputs import End, Events, HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.branch import Branch, Special, continue_cycle
 from symfric.orbits.curve import Curve, continue_special
@@ -21,6 +21,8 @@ _NEIGHBOUR = 0.25  # of the range of speeds: distance within which runs look for
 _TRIES = 10  # speeds of that search
 _SURVEY = 13  # dampings from which a bisection on runs begins
 _CLOSE = 1e-6  # of the damping: where it ends
+_ALIKE = 1e-4  # of a half range, and of a damping: so near to it the limit is followed
+_WAIT, _SHRINKS = 40, 0.995  # horizons between two looks at a motion; what one that shrinks has left at the second
 _SMALL = 1e-7  # of the same: disturbances whose growth is that of the linear motion, also beside narrow features
 _TOLERANCE = 1e-13  # of the runs whose differences show growth
 
@@ -52,12 +54,20 @@ class Requirement:
         """Whether no vibration is allowed."""
         return self.half_range == 0 and self.sticking
 
-    def meets(self, orbit: Orbit | None) -> bool:
+    def meets(self, orbit: "Orbit | Left | None") -> bool:
         """Whether the system may move like that; None is steady sliding."""
         if orbit is None:
             return True
         small = orbit.half_range[0] <= self.half_range or (self.half_range == 0 and not self.sticking)
         return small and (self.sticking or orbit.stick_fraction == 0)
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a long run leaves where no periodic motion is found: half ranges of the coordinates, time that it sticks."""
+
+    half_range: np.ndarray
+    stick_fraction: float
 
 
 @dataclass(frozen=True)
@@ -70,7 +80,7 @@ class Summit:
     line: np.ndarray
 
 
-def outermost(scene: Scene, r: Requirement) -> Orbit | None:
+def outermost(scene: Scene, r: Requirement) -> Orbit | Left | None:
     """Return the limit cycle to which motions from far out settle; None if they settle to steady sliding.
 
     Every coordinate is displaced in turn; of several cycles one that does not meet the requirement comes first, the
@@ -81,12 +91,43 @@ def outermost(scene: Scene, r: Requirement) -> Orbit | None:
     start = dict(zip(states, rest.x.tolist(), strict=True))
     found = []
     for coordinate, far in zip(q, _FAR * _sizes(scene, rest)[: len(q)], strict=True):
+        there = scene.starting({**start, coordinate: start[coordinate] + float(far)})
         try:
-            found.append(limit_cycle(scene.starting({**start, coordinate: start[coordinate] + float(far)})))
+            found.append(limit_cycle(there))
         except NotFound as failure:
-            if "settles" not in str(failure):
-                raise
+            left = None if "settles" in str(failure) else _by_run(there)
+            found += [] if left is None else [left]
     return max(found, key=lambda o: (not r.meets(o), o.half_range[0]), default=None)
+
+
+def _by_run(scene: Scene) -> Left | None:
+    """Return what a long run leaves; None if it still shrinks.
+
+    Beside the onset of a vibration motions shrink so slowly that they look like a cycle, and are none.
+    """
+    states, horizon = scene.system.states, scene.horizon
+    outputs = {f"x{k}": HalfRange(q) for k, q in enumerate(scene.system.q)} | {"events": Events()}
+    wait, watch = prepare(scene.until(_WAIT * horizon).wanting({"end": End()})), prepare(scene.wanting(outputs))
+    start, seen = {}, []
+    for _ in range(2):
+        end = wait.run(initial=start).checked().final
+        start = dict(zip(states, end.tolist(), strict=True))
+        seen.append(watch.run(initial=start).checked())
+    first, last = ([float(run[f"x{k}"]) for k in range(len(scene.system.q))] for run in seen)
+    if all(b < _SHRINKS * a for a, b in zip(first, last, strict=True)):
+        return None
+    return Left(np.array(last), _stick_fraction(seen[-1].events, horizon))
+
+
+def _stick_fraction(events, horizon: float) -> float:
+    """Return the part of a time during which a contact sticks, the first and last half stick apart."""
+    since, time = {}, 0.0
+    for e in events:
+        if e.after == 0:
+            since[e.contact] = e.t
+        elif e.contact in since:
+            time += e.t - since.pop(e.contact)
+    return time / horizon
 
 
 def grows(scene: Scene) -> float:
@@ -152,7 +193,7 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
     return found or _bracketed(scene, r, at)
 
 
-def _left(r: Requirement, orbit: Orbit) -> str:
+def _left(r: Requirement, orbit: Orbit | Left) -> str:
     """Say what a cycle leaves beyond what is allowed."""
     size, stick = orbit.half_range[0], 100 * orbit.stick_fraction
     words = [f"the system still vibrates with half range {size:.6g} and sticks {stick:.3g} % of the time"]
@@ -165,7 +206,10 @@ def _left(r: Requirement, orbit: Orbit) -> str:
 
 def _followed(there: Scene, r: Requirement, at: float) -> Summit | None:
     """Return the condition on the cycles from their branch; None if it is not seen on it."""
-    branch = continue_cycle(there, r.name, r.bounds, start=outermost(there, r))
+    start = outermost(there, r)
+    if not isinstance(start, Orbit):
+        return None
+    branch = continue_cycle(there, r.name, r.bounds, start=start)
     special = _need(branch, r)
     if special is None:
         return None
@@ -204,8 +248,22 @@ def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
             lambda v: -need(float(v)), bounds=ends, method="bounded", options={"xatol": 1e-3 * high, "maxiter": _TRIES}
         )
     speed = max(seen, key=seen.__getitem__)
+    sharper = _on_limit(scene.where({r.speed: speed}), r, seen[speed])
+    if sharper is not None and sharper.damping >= seen[speed] * (1 - _ALIKE):
+        return sharper
     speeds = np.array(sorted(seen))
     return Summit(seen[speed], speed, _reason(r), np.array([speeds, [seen[v] for v in speeds]]))
+
+
+def _on_limit(scene: Scene, r: Requirement, damping: float) -> Summit | None:
+    """Return the limit on the half range over the speeds, from a cycle that just meets it; None if none does."""
+    orbit = outermost(scene.where({r.name: damping}), r)
+    if not isinstance(orbit, Orbit) or not abs(orbit.half_range[0] - r.half_range) < _ALIKE * r.half_range:
+        return None
+    try:
+        return _over_speeds(Special("half-range", damping, orbit, Condition("half-range", level=r.half_range)), r)
+    except NotFound:
+        return None
 
 
 def _reason(r: Requirement) -> str:

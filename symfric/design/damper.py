@@ -224,7 +224,7 @@ def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None
         bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping}), r))), None)
         if bad is None:
             return best
-        found = summit(scene.where({r.name: r.bounds[0] if best is None else best.damping}), r, float(bad))
+        found = summit(scene.where({r.name: damping}), r, float(bad))
         best = _largest([best, found])
     raise NotFound("the conditions on the cycles change too often over the speeds; give a smaller range of them")
 

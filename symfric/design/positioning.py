@@ -224,12 +224,16 @@ def _positive_pieces(function, grid: np.ndarray, y: np.ndarray) -> list[tuple[fl
 
 
 def _inner(brentq, function, outside: float, inside: float) -> float:
-    """Return the place next to a zero at which the function is not negative."""
+    """Return the place next to a zero, or to a jump, at which the function is not negative."""
     root = brentq(function, outside, inside, xtol=1e-15, rtol=1e-14)
-    for _ in range(50):
-        if function(root) >= 0:
-            return root
-        root = np.nextafter(root, inside)
+    if function(root) >= 0:
+        return root
+    step = np.spacing(abs(root))
+    while step < abs(inside - root):
+        then = root + np.copysign(step, inside - root)
+        if function(then) >= 0:
+            return float(then)
+        step *= 2
     return inside
 
 
