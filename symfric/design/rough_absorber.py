@@ -120,7 +120,8 @@ def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Desi
     -------
     Design
         Its status is "best found" if a search ended with its budget of runs: so with friction so large that the
-        contact sticks for whole periods, where the amplitude jumps and may not repeat.
+        contact sticks for whole periods, where the amplitude jumps and may not repeat; or if a design beside it is
+        better. "optimal" is local: another pair of worst frequencies may have a lower peak.
 
     Notes
     -----
