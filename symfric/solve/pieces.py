@@ -15,6 +15,7 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.hermite import first_fall, middle_errors
 from symfric.solve.one_mode import ONE_STEP, Integrators, mode_integrator, node_function
+from symfric.solve.taylor.enclosure import unseen_by
 
 FINEST = 1e-14  # tolerance
 _SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # of the local tolerance: errors of steps add up,
@@ -23,6 +24,8 @@ NODES = 8  # outputs of a piece; few, since what lies beyond an event is compute
 _PIECE_STEPS = 1000  # of the integrator in one piece, before it is made shorter
 _MOST_NODES = 2**15  # between two changes of an input, of the plugins that have no pieces
 _DENSE = 50  # tolerances allowed between half the nodes, which leaves about one between all of them
+_DEGREES = 18  # powers of more than half of this may hide something from a check at a few points
+_SHORTEST = 1e-9  # part of the horizon
 _GROWTH = 10  # of a state in one piece, which sets the scale of its errors
 _NEWTON = 4  # corrections of the time of an event
 
@@ -83,6 +86,7 @@ class Flow:
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
         self._nodes = node_function(field, n_integrals)
         self._compiled: dict[tuple[int, int], ca.Function] = {}
+        self._unseen = unseen_by(field, _DEGREES) if self.in_pieces else None
         self.begin()
 
     def begin(self) -> None:
@@ -165,7 +169,7 @@ class Flow:
                 factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
                 if excess <= 1:
                     cut = self._cut(start, piece, below)
-                    if cut is not None:
+                    if cut is not None and not self._hides_something(start, cut):
                         return replace(cut, reach=max(reach, min(4.0, factor) * span))
                     factor = 0.2
             except RuntimeError:
@@ -173,6 +177,20 @@ class Flow:
             reach = span * min(0.7, max(0.1, factor))
             if reach < 4 * np.spacing(end):
                 return None
+
+    def _hides_something(self, start: Start, piece: Piece) -> bool:
+        """Return whether a function may have a feature between the nodes that no step of the integrator met."""
+        t, y = piece.t, piece.state[: self.n_x]
+        span = t[-1] - t[0]
+        if self._unseen is None or span < _SHORTEST * self._horizon:
+            return False
+        low, high = y.min(axis=1), y.max(axis=1)
+        between = 0.25 * np.max(np.diff(t)) * np.max(np.abs(piece.first), axis=1)
+        middle, radius = 0.5 * (low + high), 0.5 * (high - low) + between
+        box = np.concatenate([middle, [0.5 * (t[0] + t[-1])], radius, [0.5 * span]])
+        unseen = np.array(self._unseen(box, start.p, start.m)).ravel()
+        sizes = np.concatenate([(1 + np.max(np.abs(y), axis=1)) / span, np.ones(unseen.size - self.n_x)])
+        return not np.all(unseen <= self.tolerance * sizes)
 
     def _between(self, start: Start, stop: float, found: np.ndarray) -> tuple[Piece, float, np.ndarray]:
         """Return the piece through nodes, the error between them over what is allowed, and what of a guard is noise."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symfric.errors import SceneError
-from symfric.solve.taylor.instructions import ENTIRE, Node
+from symfric.solve.taylor.instructions import ENTIRE, Node, read
 
 _EXPONENT = 4.0  # an exponent may change by so much over a tame interval
 _RATIO = 16.0  # and what a quotient, root or logarithm is taken of by this factor
@@ -154,6 +154,34 @@ def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, _Range])
         else:
             found[i] = 2 * found[a[0]] if op == ca.OP_TWICE else found[a[0]]
     return found
+
+
+def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
+    """Return ``(box, p, m) -> bounds`` for every row of a field, None if nothing can be unseen in any.
+
+    Parameters
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``.
+    order : int
+        Of the method that follows the motion.
+    """
+    nodes, outputs = read(field)
+    wanted = [i for row in outputs for i in row]
+    if not any(hiding(nodes, order)[i] for i in wanted):
+        return None
+    given = {k: ca.SX.sym(field.name_in(k), field.nnz_in(k)) for k in (2, 3)}
+    values: dict[int, ca.SX] = {}
+    for i, node in enumerate(nodes):
+        if node.number is not None:
+            values[i] = ca.SX(node.number)
+        elif node.place is not None and not node.moves:
+            values[i] = given[node.place[0]][node.place[1]]
+        elif not node.moves:
+            a = [values[j] for j in node.args]
+            values[i] = ca.SX.unary(node.op, *a) if len(a) == 1 else ca.SX.binary(node.op, *a)
+    box, bounds, _ = unseen(nodes, wanted, field.nnz_in(0), order, values.__getitem__)
+    return ca.Function("unseen", [box, given[2], given[3]], [ca.densify(bounds)], {"cse": True})
 
 
 def _ancestors(nodes: list[Node], wanted: list[int]) -> set[int]:

@@ -31,7 +31,7 @@ ENTIRE = {
     ca.OP_COS,
 }
 # what grows beyond all numbers at moderate arguments
-_GROWING = {ca.OP_EXP, ca.OP_EXPM1, ca.OP_SINH, ca.OP_COSH}
+GROWING = {ca.OP_EXP, ca.OP_EXPM1, ca.OP_SINH, ca.OP_COSH}
 _SATURATING = {ca.OP_EXP, ca.OP_INV, ca.OP_DIV}
 
 
@@ -46,6 +46,22 @@ class Node:
     place: tuple[int, int] | None = None  # (argument, element) of an input
     grows: bool = False  # may overflow at moderate arguments of what moves
     saturates: bool = False  # has a limit where its argument, or its denominator, overflows
+    sign: int = 0  # 1: never negative, -1: never positive, 0: not known
+
+
+def _sign(op: int, signs: list[int]) -> int:
+    """Return what the signs of the arguments say of that of an operation; zero says nothing."""
+    if op in (ca.OP_SQ, ca.OP_EXP, ca.OP_COSH, ca.OP_SQRT, ca.OP_FABS):
+        return 1
+    if op in (ca.OP_MUL, ca.OP_DIV):
+        return signs[0] * signs[1]
+    if op == ca.OP_SUB:
+        signs = [signs[0], -signs[1]]
+    if op in (ca.OP_ADD, ca.OP_SUB):
+        return signs[0] if signs[0] == signs[1] else 0
+    if op == ca.OP_NEG:
+        return -signs[0]
+    return signs[0] if op in (ca.OP_TWICE, ca.OP_INV, ca.OP_ASSIGN, ca.OP_LIFT) else 0
 
 
 def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
@@ -62,14 +78,16 @@ def read(field: ca.Function) -> tuple[list[Node], list[list[int]]]:
         if op == ca.OP_INPUT:
             node = Node(op, (), moves=args[0] < 2, place=(args[0], args[1]))
         elif op == ca.OP_CONST:
-            node = Node(op, (), number=field.instruction_constant(k))
+            number = field.instruction_constant(k)
+            node = Node(op, (), number=number, sign=(number > 0) - (number < 0))
         else:
             sources = tuple(slot[a] for a in args)
             moves = any(nodes[a].moves for a in sources)
-            grows = moves and (op in _GROWING or any(nodes[a].grows for a in sources))
+            bounded = op in (ca.OP_EXP, ca.OP_EXPM1) and nodes[sources[0]].sign < 0
+            grows = moves and ((op in GROWING and not bounded) or any(nodes[a].grows for a in sources))
             quotient = op == ca.OP_DIV and nodes[sources[0]].grows
             saturates = op in _SATURATING and nodes[sources[-1]].grows and not quotient
-            node = Node(op, sources, None, moves, None, grows, saturates)
+            node = Node(op, sources, None, moves, None, grows, saturates, _sign(op, [nodes[a].sign for a in sources]))
         nodes.append(node)
         slot[into[0]] = len(nodes) - 1
     return nodes, outputs

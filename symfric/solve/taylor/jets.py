@@ -226,7 +226,7 @@ class _Sweep:
                 jet.append(newest[node.place[1]] if node.place[0] == 0 else clock)
                 continue
             args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
-            jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates))
+            jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates, node.grows))
 
     def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
         """Return coefficients k of the nodes `wanted` if the newest ones of states and time, up to k, were others."""
@@ -243,7 +243,7 @@ class _Sweep:
                     jet.append(newest[j][node.place[1]] if node.place[0] == 0 else clock[j])
                     continue
                 args = [tried[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
-                jet.append(coefficient(node.op, order, jet, args, partners[i], node.saturates))
+                jet.append(coefficient(node.op, order, jet, args, partners[i], node.saturates, node.grows))
         return [tried[o][k] if self._nodes[o].moves else None for o in wanted]
 
 

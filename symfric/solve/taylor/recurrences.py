@@ -6,9 +6,11 @@ The recurrences are those of Moore and of Griewank and Walther, Evaluating Deriv
 import casadi as ca
 
 from symfric.errors import SceneError
+from symfric.solve.taylor.instructions import GROWING
 
 Jet = list  # of SX or None (structural zero), by order
-_NO_EXPONENTIAL, _NO_RECIPROCAL = 1e-290, 1e-150  # below them, a value that saturates is constant
+_MOST = 1e150  # of exponentials; products of two are finite
+_NO_EXPONENTIAL, _NO_RECIPROCAL = 1e-290, 2e-150  # below them, a value that saturates is constant
 
 
 def at(jet: Jet, k: int):
@@ -88,12 +90,13 @@ def _moment(a: Jet, b: Jet, k: int, last: int = 0):
     return rest if last else plus(rest, times(at(a, k), at(b, 0)))
 
 
-def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, saturates: bool = False):
+def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, saturates: bool = False, grows: bool = False):
     """Return coefficient k of an operation, given its coefficients below k and those of its arguments up to k.
 
     `partner` holds the coefficients of a second quantity that some operations carry along; it is appended to. Where an
     operation that `saturates` has reached its limit to all digits, as 1/cosh(1000), later coefficients are zero: those
-    of its argument may be infinite.
+    of its argument may be infinite. One that `grows` beyond all numbers is kept finite, so that it may be multiplied by
+    what vanishes as fast.
 
     Raises
     ------
@@ -121,7 +124,7 @@ def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, satura
     if op in (ca.OP_ASSIGN, ca.OP_LIFT):
         return at(a, k)
     if k == 0:
-        return _first(op, args, partner)
+        return _first(op, args, partner, grows and op in GROWING)
     rule = _RULES.get(op)
     if rule is None:
         raise SceneError(f"the operation {_name(op)} has no Taylor recurrence; use route='integrators'")
@@ -132,12 +135,20 @@ def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, satura
     return ca.if_else(value < least, 0, found)
 
 
-def _first(op: int, args: list[Jet], partner: Jet):
+def _first(op: int, args: list[Jet], partner: Jet, grows: bool):
     values = [ca.SX(0) if j[0] is None else j[0] for j in args]
     out = ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)
     if op in _PARTNERS:
         partner.append(_PARTNERS[op](values, out))
-    return out
+    if not grows:
+        return out
+    if partner:
+        partner[0] = _capped(partner[0])
+    return _capped(out)
+
+
+def _capped(e: ca.SX) -> ca.SX:
+    return ca.if_else(e > _MOST, _MOST, ca.if_else(e < -_MOST, -_MOST, e))
 
 
 def _name(op: int) -> str:
