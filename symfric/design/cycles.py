@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from symfric.errors import NotFound
+from symfric.model.names import Key
 from symfric.model.outputs import End, Events, HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.branch import Branch, Special, continue_cycle
@@ -89,7 +90,7 @@ def outermost(scene: Scene, r: Requirement) -> Orbit | Left | None:
     rest = equilibrium(scene)
     states, q = scene.system.states, scene.system.q
     start = dict(zip(states, rest.x.tolist(), strict=True))
-    found = []
+    found: list[Orbit | Left] = []
     for coordinate, far in zip(q, _FAR * _sizes(scene, rest)[: len(q)], strict=True):
         there = scene.starting({**start, coordinate: start[coordinate] + float(far)})
         try:
@@ -108,7 +109,8 @@ def _by_run(scene: Scene) -> Left | None:
     states, horizon = scene.system.states, scene.horizon
     outputs = {f"x{k}": HalfRange(q) for k, q in enumerate(scene.system.q)} | {"events": Events()}
     wait, watch = prepare(scene.until(_WAIT * horizon).wanting({"end": End()})), prepare(scene.wanting(outputs))
-    start, seen = {}, []
+    start: dict[Key, float] = {}
+    seen = []
     for _ in range(2):
         end = wait.run(initial=start).checked().final
         start = dict(zip(states, end.tolist(), strict=True))
