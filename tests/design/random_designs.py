@@ -105,7 +105,7 @@ def damper_case(draw):
 
     def worth(values):
         worst = -1.0
-        for v in np.linspace(*speeds, 5):
+        for v in [*np.linspace(*speeds, 5), values.get("v_b", speeds[0])]:  # and the one that is said to decide
             scene = belt_in((1, 1, 1), law).where({"v_b": v, "c": values["c"]})
             rest = sf.equilibrium(scene).x[0]
             for start in (rest + 8.0, rest + 1e-3):
@@ -301,6 +301,7 @@ def examine(kind: str, seed: int, row: Row) -> None:
 
 def _neighbours(kind, seed, case, found, draw, row) -> None:
     best, steps = found.objective, [k for k in found.values if k in case.bounds]
+    told = {"v_b": found.scene.numbers()[found.scene.parameter("v_b")]} if kind == "damper" else {}
     if found.status in ("optimal", "best found") and kind not in EDGES:
         _, violation = case.worth(found.values)
         row.violated += violation > 1e-6
@@ -308,13 +309,13 @@ def _neighbours(kind, seed, case, found, draw, row) -> None:
             row.words.append(f"{kind} {seed}: violates its requirement by {violation:.3g}")
     if kind in EDGES:  # on the edge of what is allowed: a little more must do
         key, more = EDGES[kind]
-        _, violation = case.worth({**found.values, key: found.values[key] * (1 + more)})
+        _, violation = case.worth({**found.values, **told, key: found.values[key] * (1 + more)})
         row.violated += violation > 0
         if violation > 0:
             row.words.append(f"{kind} {seed}: violates its requirement by {violation:.3g}")
     for _ in range(case.draws):
         reach = 10 ** draw.uniform(-4, -0.7) if kind not in ("damper", "quench") else 10 ** draw.uniform(-1.5, -0.3)
-        values = dict(found.values)
+        values = {**found.values, **told}
         for k in steps:
             low, high = case.bounds[k]
             values[k] = float(np.clip(values[k] + reach * draw.normal() * (high - low), low, high))
