@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-MOST = 12  # numbers shown of a list; longer ones are counted
+MOST = 12  # numbers shown of a list; longer ones, and lists of results, are counted
 
 
 def html_table(name: str, values: Mapping[str, object]) -> str:
@@ -37,7 +37,7 @@ def _shown(value) -> str:
     if isinstance(value, list | tuple):
         flat = [_shown(v) for v in value]
         nested = any(isinstance(v, list | tuple) for v in value)
-        if len(flat) > MOST:
+        if len(flat) > MOST or any(isinstance(v, Mapping) for v in value):
             return f"{len(flat)} values"
         return ("; " if nested else ", ").join(flat) or "none"
     return str(value) or "none"

@@ -72,8 +72,11 @@ def operation(op: int, a: list[Range]) -> Range:
     if op in (ca.OP_ASSIGN, ca.OP_LIFT):
         return a[0]
     if op == ca.OP_IF_ELSE_ZERO:
-        chosen = lambda e: None if e is None else ca.if_else(a[0].middle, e, 0)  # noqa: E731
-        return Range(ca.if_else(a[0].middle, a[1].middle, 0), chosen(a[1].radius), chosen(a[1].unseen))
+        return _chosen(*a)
+    if op in (ca.OP_LT, ca.OP_LE):
+        return _decided(a[0].high < a[1].low, a[0].low > a[1].high)
+    if op == ca.OP_NOT:
+        return Range(1 - a[0].middle, a[0].radius, a[0].unseen)
     if op == ca.OP_MUL:
         return _product(*a)
     if op == ca.OP_SQ:
@@ -87,6 +90,29 @@ def operation(op: int, a: list[Range]) -> Range:
     if op not in _FUNCTIONS:
         raise SceneError(f"CasADi operation number {op} has no bound over an interval; use route='integrators'")
     return _FUNCTIONS[op](a[0])
+
+
+def _decided(true: ca.SX, false: ca.SX) -> Range:
+    """Return a condition, 1 or 0; one that the interval leaves open may change unseen."""
+    undecided = ca.logic_not(ca.logic_or(true, false))
+    return Range(ca.if_else(undecided, 0.5, true), 0.5 * undecided, undecided)
+
+
+def _chosen(condition: Range, values: Range) -> Range:
+    """Return the values where a condition holds, zero elsewhere."""
+    if condition.radius is None:
+        chosen = lambda e: None if e is None else ca.if_else(condition.middle, e, 0)  # noqa: E731
+        return Range(ca.if_else(condition.middle, values.middle, 0), chosen(values.radius), chosen(values.unseen))
+    either = _product(condition, values)
+    holds, fails = condition.low > 0, condition.high < 1
+
+    def pick(known: ca.SX | None, otherwise: ca.SX | None) -> ca.SX:
+        known, otherwise = (ca.SX(0) if e is None else e for e in (known, otherwise))
+        return ca.if_else(fails, 0, ca.if_else(holds, known, otherwise))
+
+    return Range(
+        pick(values.middle, either.middle), pick(values.radius, either.radius), pick(values.unseen, either.unseen)
+    )
 
 
 def _plus(a: ca.SX | None, b: ca.SX | None) -> ca.SX | None:
