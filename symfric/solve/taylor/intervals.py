@@ -75,9 +75,16 @@ def operation(op: int, a: list[Range]) -> Range:
         return _chosen(*a)
     if op in (ca.OP_LT, ca.OP_LE):
         return _decided(a[0].high < a[1].low, a[0].low > a[1].high)
+    if op in (ca.OP_EQ, ca.OP_NE):
+        known = a[0].spread + a[1].spread == 0
+        apart = ca.logic_or(a[0].high < a[1].low, a[0].low > a[1].high)
+        same = _decided(ca.logic_and(known, ca.logic_not(apart)), apart)
+        return same if op == ca.OP_EQ else _opposite(same)
     if op == ca.OP_NOT:
-        return Range(1 - a[0].middle, a[0].radius, a[0].unseen)
-    if op == ca.OP_MUL:
+        return _opposite(a[0])
+    if op == ca.OP_OR:
+        return _opposite(_product(_opposite(a[0]), _opposite(a[1])))
+    if op in (ca.OP_MUL, ca.OP_AND):
         return _product(*a)
     if op == ca.OP_SQ:
         return _between(a[0].smallest ** 2, a[0].largest ** 2, _times(2 * a[0].largest, a[0].unseen))
@@ -90,6 +97,10 @@ def operation(op: int, a: list[Range]) -> Range:
     if op not in _FUNCTIONS:
         raise SceneError(f"CasADi operation number {op} has no bound over an interval; use route='integrators'")
     return _FUNCTIONS[op](a[0])
+
+
+def _opposite(condition: Range) -> Range:
+    return Range(1 - condition.middle, condition.radius, condition.unseen)
 
 
 def _decided(true: ca.SX, false: ca.SX) -> Range:
