@@ -9,9 +9,9 @@ A contact that cannot slip while the ones before it stick has no constraint of i
 nothing, or 3 if it is parallel to one of those (two on the same body), and they share the force in proportion to their
 bounds. The motion is the same for every distribution of the forces, the end of the sticking is not.
 
-The sticking forces follow from ``(I - S + S A S) lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
-``A = J M^-1 J^T`` and ``S = diag(s == 1)``: one graph serves every mode, and for a constant mass matrix everything that
-depends on the mode alone is computed once per mode, not once per step.
+The sticking forces follow from ``S A S lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
+``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.holding`: one graph serves every mode, and for a
+constant mass matrix everything that depends on the mode alone is computed once per mode, not once per step.
 """
 
 from collections.abc import Sequence
@@ -44,16 +44,16 @@ class Automaton:
         ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
         Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
         ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force; then one row for each switch;
-        then one for each load that varies.
+        then one for each of `loads`.
     gauge : casadi.Function
         ``(y, t, p) -> (w, scale, pull, load, margin, forces, coupling, spread)``. The first six are (n_c,): slips, the
         sum of the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the
         scales of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest,
         neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
-        rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row; last the sizes of
-        `symfric.lower.edges.Edges`.
+        rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row, and ``J^T`` likewise
+        unless no two slips have a mass in common; last the sizes of `symfric.lower.edges.Edges`.
     states, contacts, loads : tuples of str
-        Names; `loads` lists the contacts whose normal load varies.
+        Names; `loads` lists the contacts whose normal load varies and may become negative.
     sticks : tuple of bool
         Whether each contact can stick; a smooth law cannot.
     parameters : tuple of Symbol
@@ -90,6 +90,11 @@ class Automaton:
     def n_mode(self) -> int:
         """Length of the mode vector ``m = [s; d; sigma]``."""
         return 2 * len(self.contacts) + self.n_switches
+
+    @property
+    def coupled(self) -> bool:
+        """Whether two slips have a mass in common."""
+        return self.gauge.nnz_out("slopes") > 0
 
     @property
     def n_guards(self) -> int:
@@ -262,9 +267,7 @@ def lower(
         low.moving |= {friction_force(c.name), slip(c.name)}
     wanted = low.vector(list(rows))
     z_rate = low.vector(system.z_rate)
-    loads = tuple(
-        c.name for c in scene.contacts if (c.normal * c.profile).xreplace(low.constants).free_symbols & low.moving
-    )
+    loads = tuple(c.name for c in scene.contacts if _may_lift((c.normal * c.profile).xreplace(low.constants), low))
     guards += low.switches.guards
     guards += [load[i] for i, c in enumerate(scene.contacts) if c.name in loads]
     out = [ca.vertcat(u, rate, z_rate), ca.vertcat(*guards) if guards else ca.SX(0, 1), wanted]
@@ -308,12 +311,9 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
         return free, slipping
     Jk, s = J[sticking, :], low.s[sticking] == 1
     pull = solve(Jk.T)
-    A = Jk @ pull
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
-    S = ca.diag(s)
-    system = ca.sparsify(ca.SX.eye(len(sticking)) - S + S @ A @ S)
-    held = hold(system, -S @ (Jk @ free + drift), tested)
-    friction, rate = ca.SX(slipping), ca.densify(free + pull @ held)
+    held, gain = hold(Jk, pull, free, drift, s, tested)
+    friction, rate = ca.SX(slipping), ca.densify(free + gain)
     for k, i in enumerate(sticking):
         friction[i] = slipping[i] + held[k]
         index, factor = _anchor(low.scene, low.scene.contacts[i])
@@ -337,10 +337,17 @@ def _gauge(low: Lowering, u: ca.SX, mass: ca.SX, edges: Edges) -> ca.Function:
     pull = ca.diag(coupling) * reach
     applied = [sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force]
     forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach
-    out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T), edges.sizes)
-    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "edges"]
+    coupled = ca.sparsify(coupling).nnz() > n_c
+    slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
+    out = (w, terms, pull, load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)
+    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges"]
     shown = low.unswitched([ca.densify(e) for e in out])
     return ca.Function("gauge", [low.y, low.t, low.p], shown, ["y", "t", "p"], names)
+
+
+def _may_lift(load: sp.Expr, low: Lowering) -> bool:
+    """Whether a load varies and may become negative; one like Max(..., 0) only touches zero, to rounding."""
+    return bool(load.free_symbols & low.moving) and not load.is_nonnegative
 
 
 def _anchor(scene: Scene, contact) -> tuple[int, float]:

@@ -103,8 +103,7 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
     place = steep @ ca.fabs(q) + still
     near = ca.vertsplit(ca.fabs(h[switches]) <= _ROUNDING * (place + ca.mmax(still)))
     sides = tuple(
-        tuple(_sides(low, i, J @ spread, spread, parallels, slopes, group)) if group else ()
-        for i, group in enumerate(among)
+        tuple(_sides(low, i, J, spread, parallels, slopes, group)) if group else () for i, group in enumerate(among)
     )
     found = Edges(signs, tuple(among), sides, tuple(switches), tuple(near), ca.SX(0, 1))
     forces = ca.fabs(ca.ldl_solve(ca.SX.eye(n), *factors)) @ _applied(low) + ca.fabs(spread) @ _bounds(low, found)
@@ -112,14 +111,14 @@ def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
     return replace(found, sizes=low.unswitched(sizes)[0])
 
 
-def _sides(low, i, A, spread, parallels, slopes, among) -> list[ca.SX]:
+def _sides(low, i, J, spread, parallels, slopes, among) -> list[ca.SX]:
     """Return sgn(rho) for the switches `among` and contact i."""
     contacts = low.scene.contacts
     others = [k for k in range(len(contacts)) if parallels[k] != parallels[i] and not contacts[k].law.smooth]
     order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
-    S = ca.diag(ca.vertcat(1, *(low.s[k] == 1 for k in others)))
-    system = ca.sparsify(ca.SX.eye(len(order)) - S + S @ A[order, order] @ S)
-    v = spread[:, order] @ (S @ hold(system, ca.SX([1.0, *(0.0 for _ in others)]), tested=True))
+    sticks = ca.vertcat(1, *(low.s[k] == 1 for k in others))
+    pushed = ca.SX([-1.0, *(0.0 for _ in others)])
+    _, v = hold(J[order, :], spread[:, order], ca.SX.zeros(J.shape[1]), pushed, sticks, tested=True)
     rows = slopes[list(among), :]
     rho, size = ca.densify(rows @ v), ca.densify(ca.fabs(rows) @ ca.fabs(v))
     way = ca.if_else(rho < 0, -1, 1)

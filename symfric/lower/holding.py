@@ -1,24 +1,57 @@
-"""The forces of sticking contacts: a symmetric system of equations in which the mode is data."""
+"""The forces of sticking contacts: a symmetric system of equations in which the mode is data.
+
+The forces ``lambda`` of the contacts that stick make ``J (a + M^-1 J^T lambda) + d = 0``. The rows of J are made
+orthogonal to each other in the sense of ``J M^-1 J^T``, by Gram and Schmidt's method, instead of factorising this
+matrix: where two rows nearly agree, it holds only the square of their difference, which rounding destroys, and the
+difference of ``J a`` has to be that of the rows times a.
+"""
 
 import casadi as ca
 
-REDUNDANT = 1e-11  # part of its diagonal below which a pivot of the coupling vanishes
+DISTINCT = (
+    64 * 2.0**-52
+)  # of a row: what it must differ from those before it, lest its slip differs from theirs by rounding
+REDUNDANT = DISTINCT**2  # part of its diagonal below which a pivot of the coupling vanishes
 
 
-def hold(A: ca.SX, b: ca.SX, tested: bool) -> ca.SX:
-    """Solve A x = b by Cholesky's method without roots; if `tested`, a pivot that vanishes makes its unknown zero."""
-    n = b.numel()
-    rows = [[A[i, j] for j in range(i + 1)] for i in range(n)]  # becomes L times D below the diagonal
+def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX]:
+    """Return the forces that hold the contacts that stick, zero for the others, and the accelerations by them.
+
+    Parameters
+    ----------
+    J, spread : SX, shape (n_c, n_u) and (n_u, n_c)
+        Slopes of the slips, and ``M^-1 J^T``.
+    a : SX, shape (n_u,)
+        The accelerations without these forces.
+    d : SX, shape (n_c,)
+        The slip accelerations if all velocities stay as they are.
+    sticks : SX, shape (n_c,)
+    tested : bool
+        Whether a contact whose row depends on those before it gets no force; otherwise there is none such.
+    """
+    n = d.numel()
+    J, spread = ca.sparsify(J), ca.sparsify(spread)
+    rows, columns = [J[i, :] for i in range(n)], [spread[:, i] for i in range(n)]
+    drift = [d[i] for i in range(n)]
+    factor = [[ca.SX(0)] * n for _ in range(n)]
+    x: list[ca.SX] = []
     reciprocal: list[ca.SX] = []
-    for j in range(n):
-        pivot = rows[j][j] - sum((rows[j][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
-        reciprocal.append(ca.if_else(pivot > REDUNDANT * rows[j][j], 1 / pivot, 0) if tested else 1 / pivot)
-        for i in range(j + 1, n):
-            rows[i][j] -= sum((rows[i][k] * rows[j][k] * reciprocal[k] for k in range(j)), ca.SX(0))
-    x = [b[i] for i in range(n)]
     for i in range(n):
-        x[i] -= sum((rows[i][k] * reciprocal[k] * x[k] for k in range(i)), ca.SX(0))
-    x = [x[i] * reciprocal[i] for i in range(n)]
+        size = rows[i] @ columns[i]
+        for _ in range(2):  # once leaves a part of the rows before that is as large as rounding over the difference
+            for j in range(i):
+                part = ca.sparsify(rows[j] @ columns[i])
+                if part.nnz() == 0:
+                    continue
+                part = part * reciprocal[j]
+                rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
+                drift[i], factor[j][i] = drift[i] - part * drift[j], factor[j][i] + part
+        pivot, own = rows[i] @ columns[i], sticks[i]
+        if tested:
+            own = ca.logic_and(own, pivot > REDUNDANT * size)
+        reciprocal.append(own / (1 - own + own * pivot))  # a choice would part the sums that it enters
+        x.append(-(rows[i] @ a + drift[i]) * reciprocal[i])
+    gain = sum((columns[i] * x[i] for i in range(n)), ca.SX(J.shape[1], 1))  # forces may be large that cancel
     for i in reversed(range(n)):
-        x[i] -= sum((rows[k][i] * reciprocal[i] * x[k] for k in range(i + 1, n)), ca.SX(0))
-    return ca.vertcat(*x)
+        x[i] -= sum((factor[i][j] * x[j] for j in range(i + 1, n) if not factor[i][j].is_zero()), ca.SX(0))
+    return ca.vertcat(*x), gain

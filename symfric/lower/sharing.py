@@ -4,9 +4,11 @@ import math
 from typing import TYPE_CHECKING
 
 import casadi as ca
+import numpy as np
 import sympy as sp
 
 from symfric.lower.edges import Edges
+from symfric.lower.holding import DISTINCT
 from symfric.model.scene import Scene
 
 if TYPE_CHECKING:
@@ -15,12 +17,32 @@ if TYPE_CHECKING:
 
 def parallels(scene: Scene) -> list[tuple[int, float]]:
     """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone."""
+    rows = [_row(scene, c.slip) for c in scene.contacts]
     found = []
     for i, c in enumerate(scene.contacts):
-        ratios = ((k, sp.cancel(c.slip / other.slip)) for k, other in enumerate(scene.contacts[:i]))
-        alike = ((k, float(r)) for k, r in ratios if r.is_number and not scene.contacts[k].law.smooth)
+        before = [k for k in range(i) if not scene.contacts[k].law.smooth]
+        ratios = ((k, _ratio(rows[i], rows[k], c.slip, scene.contacts[k].slip)) for k in before)
+        alike = ((k, r) for k, r in ratios if r is not None)
         found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return found
+
+
+def _row(scene: Scene, slip: sp.Expr) -> np.ndarray | None:
+    """Return the slopes of a slip and its value at rest if they are numbers."""
+    u = scene.system.u
+    row = [*(slip.diff(e) for e in u), slip.xreplace(dict.fromkeys(u, sp.Integer(0)))]
+    return np.array(row, dtype=float) if all(e.is_number for e in row) else None
+
+
+def _ratio(row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr) -> float | None:
+    """Return what a slip is over another, None unless that is the same for all velocities; numbers to rounding."""
+    if row is None or other is None:
+        ratio = sp.cancel(slip / other_slip) if row is other else sp.nan
+        return float(ratio) if ratio.is_number and ratio.is_finite else None
+    k = int(np.argmax(np.abs(other[:-1])))
+    ratio = row[k] / other[k]
+    alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))
+    return float(ratio) if alike else None
 
 
 def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:

@@ -140,17 +140,15 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     both = slope @ tau
     apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
     mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
-    w, *_, coupling, spread, _ = automaton.gauge(y, t, p)
-    slips = ca.substitute(ca.densify(along(w)), V, moved) if n_c else ca.SX(0, V.shape[1])
+    gauge = dict(zip(automaton.gauge.name_out(), automaton.gauge(y, t, p), strict=True))
+    slips = ca.substitute(ca.densify(along(gauge["w"])), V, moved) if n_c else ca.SX(0, V.shape[1])
     if n_c:
-        S = ca.diag(after[:n_c] == 1)
-        A = ca.reshape(coupling, n_c, n_c).T
-        system = ca.sparsify(ca.SX.eye(n_c) - S + S @ A @ S)
-        n_u = spread.numel() // n_c
-        back = ca.reshape(spread, n_c, n_u).T
-        held = ca.horzcat(*(hold(system, S @ slips[:, k], tested=False) for k in range(V.shape[1])))
+        n_u = automaton.n_q
         u = slice(automaton.n_q, automaton.n_q + n_u)
-        moved[u, :] -= back @ held
+        J, back = ca.jacobian(gauge["w"], y)[:, u], ca.reshape(gauge["spread"], n_c, n_u).T
+        rest, stick = ca.SX.zeros(n_u), after[:n_c] == 1
+        for k in range(V.shape[1]):
+            moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
     data = ca.vertcat(p, before, after, hit)
     n_w = W.shape[1]  # zeros where second derivatives have nothing to say

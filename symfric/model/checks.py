@@ -115,6 +115,12 @@ def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:
     return float(numeric_function(symbols, expr)(*(numbers[s] for s in symbols)))
 
 
+def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
+    """Return what terms that cancel may leave of zero."""
+    terms = [_number(term, numbers) for term in sp.Add.make_args(sp.expand(expr))]
+    return 1e-14 * sum(abs(term) for term in terms if term is not None) if len(terms) > 1 else 0.0
+
+
 def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float]) -> None:
     """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
     entries = [_number(e, numbers) for e in system.mass]
@@ -130,7 +136,7 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
             raise SceneError(f"force[{i}] is {value} at the start; it must be finite")
     for contact in contacts:
         normal = _number(contact.normal, numbers)
-        if normal is not None and not normal >= 0:
+        if normal is not None and not normal >= -_rounding(contact.normal, numbers):
             raise SceneError(
                 f"normal of contact {contact.name!r} is {normal:.6g} at the start; it must not be negative"
             )

@@ -23,7 +23,7 @@ def random_scene(n, n_c, seed, varying_mass=False):
     for i in range(n_c):
         along = sum(float(c) * e for c, e in zip(rng.normal(size=n).round(3), u, strict=True))
         slip = along * (1 + q[0] ** 2 / 4 if i % 2 else 1) - sp.sin((i + 1) * sf.TIME) / 3
-        contacts.append(sf.Contact(f"c{i}", slip, 1 + q[0] ** 2, LAW, profile=1 + sp.sin(q[0]) ** 2 / 2))
+        contacts.append(sf.Contact(f"c{i}", slip, 9 + q[0], LAW, profile=1 + sp.sin(q[0]) ** 2 / 2))
     system = sf.System(q=q, u=u, mass=mass, force=force)
     return sf.Scene(system=system, contacts=contacts, initial=dict.fromkeys([*q, *u], 0.1), horizon=1.0)
 

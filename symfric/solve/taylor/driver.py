@@ -168,10 +168,9 @@ def _first_event(w, n_x, n_c, h, far):
         r = n_x + g
         total = w.reach[r]
         begin = w.c[r, 0]
-        if g < w.m.size:
-            begin += w.slack[g]
-        else:
-            begin += TOUCH * w.clock[TOLERANCE] * w.scale[r]
+        begin += w.slack[g]
+        if g >= w.m.size:
+            begin += TOUCH * w.clock[TOLERANCE] * max(w.scale[r], total)  # it may have been zero until now
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]

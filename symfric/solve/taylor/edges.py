@@ -3,7 +3,7 @@
 from symfric.lower.edges import ON_EDGE
 from symfric.solve.native import compiled
 from symfric.solve.taylor.jets import PROBED
-from symfric.solve.taylor.workspace import COUPLING, EDGES, KINKS, N_Q
+from symfric.solve.taylor.workspace import COUPLED, COUPLING, EDGES, KINKS, N_Q
 from symfric.solve.taylor.zero import ROUNDING, TIE, natural_time
 
 _MOST = 6  # changes of one switch while settling
@@ -35,7 +35,7 @@ def find_edges(w, n_x, n_c, first):
 @compiled(inline=True)
 def size_of(w, n_c, j, derivative):
     """Return the size of the terms of the quantity of switch j, at which a load jumps, or of one of its derivatives."""
-    at = (COUPLING + n_c + w.limits[N_Q]) * n_c + derivative * w.limits[EDGES] + w.edge[j] - 1
+    at = (COUPLING + n_c + w.limits[N_Q] + w.limits[COUPLED]) * n_c + derivative * w.limits[EDGES] + w.edge[j] - 1
     return w.gauge[at // n_c, at % n_c]
 
 

@@ -130,7 +130,14 @@ def series_model(
     sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, first.exposed.size > 0
     derivatives = (variations.columns, variations.followed) if variations else (0, 0)
-    first.limits[:] = (*limits, sticker, linear, *derivatives, len(automaton.at_edges))
+    first.limits[:] = (
+        *limits,
+        sticker,
+        linear,
+        *derivatives,
+        len(automaton.at_edges),
+        automaton.n_q * automaton.coupled,
+    )
     launch = open_door("symfric.solve.taylor.loop", "the event loop", Path(__file__).parent)
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)

@@ -12,12 +12,12 @@ from symfric.lower.holding import REDUNDANT
 from symfric.solve.native import compiled
 from symfric.solve.status import Status
 from symfric.solve.taylor.calls import measure, prelude, probe
+from symfric.solve.taylor.contradiction import contradiction, idles, stick_scale
 from symfric.solve.taylor.edges import decisive, find_edges
 from symfric.solve.taylor.workspace import (
     COUPLING,
     DROP,
     EDGES,
-    FORCES,
     KINKS,
     LOAD,
     N_Q,
@@ -27,8 +27,9 @@ from symfric.solve.taylor.workspace import (
     TERMS,
     TOLERANCE,
 )
-from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, doubt_of, natural_time, no_acceleration
+from symfric.solve.taylor.zero import ROUNDING, TIE, TOUCH, natural_time, no_load
 
+CLOSE = 1e-4  # part of its diagonal below which a pivot of the coupling is not what is left of the rows, to rounding
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -44,10 +45,11 @@ def settle(w):
     n_x, n_c = w.y.size - 1, w.sticks.size
     n_s = w.m.size - 2 * n_c
     _try_sticking(w, n_x, n_c)
-    lost = 0.0
-    for g in range(w.m.size, w.hit.size):
-        lost = min(lost, -TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g])
     for i in range(n_c):
+        g, lost = w.loads[i], 0.0
+        if g >= 0:
+            w.slack[g] = no_load(w, i)
+            lost = -w.slack[g] - TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g]
         if w.gauge[LOAD, i] < lost:
             return _LOST
         if w.gauge[DROP, i] < 0.0:
@@ -121,7 +123,7 @@ def _project(w, n_c):
         coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
     if not coupled:  # exact without, where every slip has a velocity of its own
         return False
-    _share(w, n_c)
+    close = _share(w, n_c)
     n_q = w.limits[N_Q]
     for i in range(n_c):
         w.impulse[i] = -w.gauge[SLIP, i]
@@ -133,16 +135,19 @@ def _project(w, n_c):
             continue
         w.impulse[i] /= w.share[i, i]
         for j in range(i + 1, n_c):
-            if w.m[j] == 1.0:
+            if w.m[j] == 1.0 and not close:
                 w.impulse[i] -= w.share[j, i] * w.impulse[j]
         for r in range(n_q):
-            w.y[n_q + r] += w.gauge[COUPLING + n_c + r, i] * w.impulse[i]
+            w.y[n_q + r] += (w.response[i, r] if close else w.gauge[COUPLING + n_c + r, i]) * w.impulse[i]
     return True
 
 
 @compiled
 def _share(w, n_c):
-    """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one."""
+    """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one.
+
+    Return whether some nearly follow from others.
+    """
     for i in range(n_c):
         if w.m[i] < 0.5:
             continue
@@ -156,13 +161,55 @@ def _share(w, n_c):
                     rest -= w.share[i, k] * w.share[j, k] * w.share[k, k]
             w.share[i, j] = rest / w.share[j, j]
             pivot -= rest * w.share[i, j]
+        if pivot <= CLOSE * w.gauge[COUPLING + i, i]:
+            return _share_closely(w, n_c)
         w.share[i, i] = pivot
         w.m[i] = 1.0
-        if pivot <= REDUNDANT * w.gauge[COUPLING + i, i]:
+    return False
+
+
+@compiled
+def _share_closely(w, n_c):
+    """Do so where a slip nearly follows from those before it: by the rows themselves, see `symfric.lower.holding`."""
+    n_q = w.limits[N_Q]
+    spread = COUPLING + n_c
+    for i in range(n_c):
+        if w.m[i] < 0.5:
+            continue
+        for r in range(n_q):
+            w.slopes[i, r], w.response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
+        for j in range(i):
+            w.share[i, j] = 0.0
+        for _ in range(2):
+            for j in range(i):
+                if w.m[j] == 1.0:
+                    _part(w, i, j, n_q)
+        w.share[i, i] = _product(w, i, i, n_q)
+        w.m[i] = 1.0
+        if w.share[i, i] <= REDUNDANT * w.gauge[COUPLING + i, i]:
             w.m[i] = 2.0
             for j in range(i):
                 if w.parallel[j] == w.parallel[i] and w.m[j] == 1.0:
                     w.m[i] = 3.0
+    return True
+
+
+@compiled(inline=True)
+def _product(w, i, j, n_q):
+    total = 0.0
+    for r in range(n_q):
+        total += w.slopes[i, r] * w.response[j, r]
+    return total
+
+
+@compiled(inline=True)
+def _part(w, i, j, n_q):
+    """Take the part of row j out of row i."""
+    part = _product(w, j, i, n_q) / w.share[j, j]
+    w.share[i, j] += part
+    for r in range(n_q):
+        w.slopes[i, r] -= part * w.slopes[j, r]
+        w.response[i, r] -= part * w.response[j, r]
 
 
 @compiled(inline=True)
@@ -170,7 +217,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
     worst, measure, side = -1, 0.0, 0
     for i in range(n_c):
-        size, where = _contradiction(w, n_x, i, horizon)
+        size, where = contradiction(w, n_x, i, horizon)
         if size > measure:
             worst, measure, side = i, size, where
             if least:
@@ -189,40 +236,18 @@ def _change_contact(w, n_x, n_c, horizon, least):
 
 
 @compiled
-def _contradiction(w, n_x, i, horizon):
-    """Return by how much the mode of contact i contradicts its forces, and the way it would slip.
-
-    Where sticking and slipping contradict them both, to rounding, they have been tried in turn: then sticking wins if
-    its force falls below its bound again, slipping otherwise.
-    """
-    size, where, tie, turns = 0.0, 0, TIE, 3
-    if w.zero[i]:
-        if w.m[i] == 2.0:
-            size, where = _drift(w, n_x + 2 * i, i)
-        elif w.m[i] > 0.5:
-            doubt = doubt_of(w, i)
-            size, where = _excess(w, n_x + 2 * i, horizon, doubt)
-            turns = 4
-            if size > 0.0 and w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:
-                # it falls below its bound again: no slip would last
-                tie, turns = max(TIE, 16.0 * doubt / _stick_scale(w, n_x + 2 * i)), 2
-        else:
-            size = _backing(w, n_x + 2 * i, i, horizon)
-    if size <= tie and w.turns[i] >= turns:
-        return 0.0, 0  # a tie to rounding: either mode is right
-    return size, where
-
-
-@compiled
 def _hold_more(w, n_x, n_c, horizon, edges):
     """Stick where static friction holds what was released on the way to the mode found.
 
     Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
+    Nothing has to where nothing pulls: a load that vanishes leaves it at rest.
     """
     for i in range(n_c - 1, -1, -1):
+        if not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0:
+            continue
         reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
         drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
-        if not w.zero[i] or w.m[i] > 0.5 or reached or w.sticks[i] == 0 or drop <= NO_DROP * w.gauge[PULL, i]:
+        if not idles(w, n_x + 2 * i) and (reached or drop <= NO_DROP * w.gauge[PULL, i]):
             continue
         w.m[i] = 1.0
         _share(w, n_c)
@@ -230,7 +255,7 @@ def _hold_more(w, n_x, n_c, horizon, edges):
         probe(w)
         consistent = w.m[i] == 1.0
         for j in range(n_c):
-            consistent = consistent and _contradiction(w, n_x, j, horizon)[0] == 0.0
+            consistent = consistent and contradiction(w, n_x, j, horizon)[0] == 0.0
         if not consistent:
             w.m[i] = 0.0
             _share(w, n_c)
@@ -242,52 +267,6 @@ def _hold_more(w, n_x, n_c, horizon, edges):
 
 
 @compiled(inline=True)
-def _stick_scale(w, row):
-    """Return the bound of a sticking contact plus the magnitude of its force, from its guards."""
-    over, under = w.probe[row, 0], w.probe[row + 1, 0]
-    return 0.5 * abs(over + under) + 0.5 * abs(over - under)
-
-
-@compiled(inline=True)
-def _excess(w, row, horizon, doubt):
-    """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip.
-
-    Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
-    """
-    scale = _stick_scale(w, row)
-    side = 0 if w.probe[row, 0] < w.probe[row + 1, 0] else 1
-    if w.probe[row + side, 0] < -doubt:
-        return -w.probe[row + side, 0] / scale, 2 * side - 1
-    for _ in range(2):
-        g, slope = w.probe[row + side, 0], w.probe[row + side, 1]
-        if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
-            return 0.5 * TIE, 2 * side - 1
-        side = 1 - side
-    return 0.0, 0
-
-
-@compiled(inline=True)
-def _drift(w, row, i):
-    """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
-    rate, pull = w.probe[row, 1], w.gauge[PULL, i]
-    if abs(rate) <= max(REDUNDANT * pull, ROUNDING * w.gauge[FORCES, i]):
-        return 0.0, 0
-    return abs(rate) / (abs(rate) + pull), 1 if rate > 0.0 else -1
-
-
-@compiled(inline=True)
-def _backing(w, row, i, horizon):
-    """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
-    first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
-    little = no_acceleration(w, i, second)
-    if first < -little:
-        return -first / (pull - first)
-    if first <= little and second * horizon < -no_acceleration(w, i, 0.0):
-        return 0.5 * TIE
-    return 0.0
-
-
-@compiled
 def _change_switch(w, n_x, n_c, n_s, edges):
     """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
     if edges and find_edges(w, n_x, n_c, False):
@@ -316,19 +295,22 @@ def _change_switch(w, n_x, n_c, n_s, edges):
 @compiled(inline=True)
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
-    w.slack[:] = 0.0
     for i in range(n_c):
         a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
         if w.m[i] == 2.0:
             w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
+            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
         elif w.m[i] > 0.5:
-            scale = _stick_scale(w, n_x + 2 * i)
-            w.fresh[2 * i] = a <= ROUNDING * scale
-            w.fresh[2 * i + 1] = b <= ROUNDING * scale
-            w.slack[2 * i], w.slack[2 * i + 1] = max(0.0, -a), max(0.0, -b)
+            scale = stick_scale(w, n_x + 2 * i)
+            for g, room in ((2 * i, a), (2 * i + 1, b)):
+                largest = w.scale[n_x + g] if w.carries[i] else w.other[g]
+                w.fresh[g], w.slack[g] = room <= ROUNDING * scale, max(0.0, -room)
+                if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero, to the rounding of what has been
+                    w.fresh[g], w.slack[g] = 0, max(0.0, ROUNDING * max(scale, largest) - room)
         else:
             w.fresh[2 * i] = w.zero[i]
             w.fresh[2 * i + 1] = 0
+            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
     for j in range(n_s):
         g = 2 * n_c + j
         w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= abs(w.m[g]) * ROUNDING * w.scale[n_x + g]

@@ -104,13 +104,18 @@ def _comes_late(w, r):
 
 @compiled(fused=True)
 def _first_step(w):
-    """Return the first step, when no scale is known: the last terms are compared with the largest of their row."""
+    """Return the first step, when no scale is known: the last terms are compared with the largest of their row.
+
+    Of a row that has only every third or fourth term, the last that there are.
+    """
     order = w.c.shape[1] - 1
     tolerance = w.clock[TOLERANCE]
     h, late = np.inf, np.inf
     for r in range(w.c.shape[0]):
-        own = np.inf
-        for last in range(order - 1, order + 1):
+        own, end = np.inf, order
+        while end > order // 2 and w.c[r, end] == 0.0 and w.c[r, end - 1] == 0.0:
+            end -= 1
+        for last in range(end - 1, end + 1):
             a = abs(w.c[r, last])
             if not a < np.inf:
                 return np.nan

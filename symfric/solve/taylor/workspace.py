@@ -20,7 +20,21 @@ T_LOW, H_LAST, REST, MARK_T, MARK_STEPS_T, T_END, TOLERANCE, DOUBT = range(8)
 # values of counts[PHASE]
 SETTLE, EXPAND, GO = range(3)
 # entries of `limits`
-MAX_STEPS, MAX_EVENTS, CHUNK, KEEP_PATH, KEEP_EVENTS, N_Q, CHECKED, STICKER, LINEAR, VARIED, FOLLOWED, EDGES = range(12)
+(
+    MAX_STEPS,
+    MAX_EVENTS,
+    CHUNK,
+    KEEP_PATH,
+    KEEP_EVENTS,
+    N_Q,
+    CHECKED,
+    STICKER,
+    LINEAR,
+    VARIED,
+    FOLLOWED,
+    EDGES,
+    COUPLED,
+) = range(13)
 FUNCTIONS = 5  # entries of `code` for one variant, after two
 JUMP = 2 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
@@ -54,10 +68,13 @@ class Workspace(NamedTuple):
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # the first of them, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
-    # then the coupling J M^-1 J^T and the response M^-1 J^T of the velocities, (COUPLING + n_c + n_q, n_c), and the
-    # sizes at the edges, one after the other, see `symfric.lower.edges.Edges`
+    # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit COUPLED = n_q, the
+    # slopes J^T, (COUPLING + n_c + n_q + COUPLED, n_c), and the sizes at the edges, one after the other, see
+    # `symfric.lower.edges.Edges`
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    slopes: Matrix  # of the slips of the sticking contacts, without those of the ones before them, (n_c, n_q)
+    response: Matrix  # of the velocities to them, (n_c, n_q)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
     scale: Reals  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
     other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
@@ -76,6 +93,7 @@ class Workspace(NamedTuple):
     anchor: Integers  # index of the one velocity in a contact's slip, or -1, (n_c,)
     factor: Reals  # and its factor, (n_c,)
     parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
+    loads: Integers  # guard that a contact's load is, or -1, (n_c,)
     old: Integers  # modes before an event, (n_c,)
     zero: Integers  # contacts whose slip is zero now, (n_c,)
     edge: Integers  # for the switches at which a load jumps 1, 2, ...; 0 for the others, (n_s,)
@@ -83,7 +101,7 @@ class Workspace(NamedTuple):
     turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
     hit: Integers  # guards that have just reached zero, (n_g,)
     fresh: Integers  # guards that start their mode at zero, (n_g,)
-    slack: Reals  # what is added to a guard so that it starts its mode at zero, (n_g,)
+    slack: Reals  # what is added to a guard so that it starts its mode at zero, and to a load for its rounding, (n_g,)
     kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
     total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
     step: Reals  # length of the step on trial, and how far guards are followed, (2,)
@@ -137,7 +155,7 @@ def make_workspace(
     """
     n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
     n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
-    n_r = n_x + n_g + n_e
+    n_r, lifts = n_x + n_g + n_e, [automaton.contacts.index(name) for name in automaton.loads]
     functions = ["gauge", "reach"]
     functions += [f.name() if f else "" for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms)]
     functions += [""] * (JUMP - len(functions)) + ["jump"]
@@ -145,7 +163,7 @@ def make_workspace(
     matrices = variants[0].matrices
     entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
     pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
-    gauged = COUPLING + n_c + n_q + -(-3 * len(automaton.at_edges) // max(n_c, 1))
+    gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
     ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
@@ -168,6 +186,8 @@ def make_workspace(
         gauge=room(gauged, n_c),
         span=room(gauged, n_c),
         share=room(n_c, n_c),
+        slopes=room(n_c, n_q),
+        response=room(n_c, n_q),
         impulse=room(n_c),
         scale=room(n_r),
         other=room(2 * n_c),
@@ -184,6 +204,7 @@ def make_workspace(
         anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
         factor=np.array([f for _, f in automaton.anchors], dtype=float),
         parallel=np.array(automaton.parallels, dtype=np.int64),
+        loads=np.array([lifts.index(i) + n_g - len(lifts) if i in lifts else -1 for i in range(n_c)], dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
         edge=np.array([ranks.get(j, 0) for j in range(automaton.n_switches)], dtype=np.int64),
@@ -205,7 +226,7 @@ def make_workspace(
         segment_p=segments[1],
         counts=np.zeros(13, dtype=np.int64),
         clock=room(8),
-        limits=np.zeros(12, dtype=np.int64),
+        limits=np.zeros(13, dtype=np.int64),
         event_t=room(64),
         event_i=np.zeros((64, 3), dtype=np.int64),
         path_t=room(64, 2),

@@ -31,6 +31,19 @@ def natural_time(w):
     return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
 
 
+@compiled
+def instant(w):
+    """Return the rounding of time, and of what takes about a radian of the vibration."""
+    return 4.0 * EPS * max(abs(w.y[w.y.size - 1]), natural_time(w))
+
+
+@compiled
+def no_load(w, i):
+    """Return what terms that cancel may leave of a load of zero: rounding of the forces on the bodies of contact i."""
+    coupling = w.gauge[COUPLING + i, i]
+    return ROUNDING * w.gauge[FORCES, i] / coupling if coupling > 0.0 else 0.0
+
+
 @compiled(inline=True)
 def doubt_of(w, i):
     """Return the force by which the stick force of contact i may be wrong: by rounding, and by the error of the run.

@@ -1,0 +1,111 @@
+"""References for linear systems with Coulomb friction under constant loads, with nothing of the package's solvers.
+
+`stepped` makes small steps and tries all combinations of sticking and slipping in each, until one agrees with the law.
+`failures` looks whether a motion obeys the equations of its modes, and these the law, to the last digits. Velocities
+are reduced to those that the sticking rows leave free, by a basis of their null space: rows that nearly agree are held
+as exactly as any others.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import integrate, linalg, optimize
+
+
+@dataclass(frozen=True)
+class Friction:
+    """``m u' = f(q, u, t) + J^T lambda`` with the slips ``J u - belts`` and the bounds of lambda, at rest and in slip."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    constant: np.ndarray
+    drive: np.ndarray
+    Omega: float
+    J: np.ndarray
+    belts: np.ndarray
+    static: np.ndarray
+    kinetic: np.ndarray
+
+    def applied(self, q, u, t):
+        """Return the forces without friction."""
+        return self.constant + self.drive * np.sin(self.Omega * t) - self.stiffness @ q - self.damping @ u
+
+
+def held(friction, mode, force):
+    """Return whether the sticking contacts can hold each other, and the accelerations then."""
+    stick, root = mode == 0, np.sqrt(friction.mass)
+    force = force - friction.J[~stick].T @ (mode * friction.kinetic)[~stick]
+    if not np.any(stick):
+        return True, force / friction.mass
+    left, size, right = linalg.svd(friction.J[stick] / root)
+    rank = int(np.sum(size > 1e-14 * size[0]))
+    part = right[:rank] @ (force / root)
+    acceleration = right[rank:].T @ (right[rank:] @ (force / root)) / root
+    carried = -left[:, :rank] @ (part / size[:rank])
+    bounds = friction.static[stick]
+    if np.all(np.abs(carried) <= bounds * (1 + 1e-7)) or rank == len(bounds):
+        return bool(np.all(np.abs(carried) <= bounds * (1 + 1e-7))), acceleration
+    spare = left[:, rank:]  # forces that hold each other
+    rows = np.vstack([spare, -spare])
+    limits = np.concatenate([bounds - carried, bounds + carried]) + 1e-7 * np.tile(bounds, 2)
+    found = optimize.linprog(np.zeros(spare.shape[1]), A_ub=rows, b_ub=limits, bounds=(None, None))
+    return found.status == 0, acceleration
+
+
+def stepped(friction, q, u, horizon, steps):
+    """Return the state at the end, from implicit steps in each of which the combinations of modes are tried.
+
+    The slips at the end of a step agree with the law: zero with an impulse within the static bound, or in the direction
+    against which kinetic friction acted.
+    """
+    n_c, h = len(friction.belts), horizon / steps
+    q, u, mode = q.copy(), u.copy(), np.sign(friction.J @ u - friction.belts).astype(int)
+    every = sorted(itertools.product((0, -1, 1), repeat=n_c), key=np.count_nonzero)
+    for k in range(steps):
+        t = (k + 0.5) * h
+        for trial in (mode, *map(np.array, every)):
+            force = friction.applied(q + 0.5 * h * u, u, t) - friction.J.T @ (trial * friction.kinetic)
+            new = u + h * force / friction.mass
+            stick, holds = trial == 0, True
+            if np.any(stick):
+                root = np.sqrt(friction.mass)
+                left, size, right = linalg.svd(friction.J[stick] / root, full_matrices=False)
+                rank = int(np.sum(size > 1e-14 * size[0]))
+                gap = left[:, :rank].T @ (friction.belts - friction.J @ new)[stick]
+                new = new + right[:rank].T @ (gap / size[:rank]) / root
+                impulse = left[:, :rank] @ (gap / size[:rank] ** 2)
+                holds = np.all(np.abs(impulse) <= h * friction.static[stick] * (1 + 1e-9))
+            slip = friction.J @ new - friction.belts
+            if holds and np.all((trial * slip)[~stick] >= 0):
+                break
+        else:
+            raise AssertionError("no combination of modes agrees with the law")
+        q, u, mode = q + 0.5 * h * (u + new), new, trial
+    return np.concatenate([q, u])
+
+
+def failures(friction, run, tolerance):
+    """Return what in a run contradicts the equations of motion or the law of friction."""
+    n, found = friction.mass.size, []
+    for k in range(run.t.size - 1):
+        begin, end = run.t[k], run.t[k + 1]
+        if end - begin < 1e-9:
+            continue
+        start, mode = run(begin), run.mode[:, k]
+        middle = run(0.5 * (begin + end))
+        force = friction.applied(middle[:n], middle[n:], 0.5 * (begin + end))
+        slip = friction.J @ middle[n:] - friction.belts
+        if np.any(np.abs(slip[mode == 0]) > tolerance) or np.any((mode * slip)[mode != 0] < -tolerance):
+            found.append((begin, "slip", mode, slip))
+        if not held(friction, mode, force)[0]:
+            found.append((begin, "bound", mode))
+
+        def rate(t, y, mode=mode):
+            return np.concatenate([y[n:], held(friction, mode, friction.applied(y[:n], y[n:], t))[1]])
+
+        there = integrate.solve_ivp(rate, (begin, end), start, rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
+        if np.max(np.abs(there - run(end))) > tolerance:
+            found.append((begin, "motion", mode, there - run(end)))
+    return found
