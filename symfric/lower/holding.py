@@ -8,9 +8,7 @@ difference of ``J a`` has to be that of the rows times a.
 
 import casadi as ca
 
-DISTINCT = (
-    64 * 2.0**-52
-)  # of a row: what it must differ from those before it, lest its slip differs from theirs by rounding
+DISTINCT = 64 * 2.0**-52  # of a row: by less than this its slip differs from that of another only by rounding
 REDUNDANT = DISTINCT**2  # part of its diagonal below which a pivot of the coupling vanishes
 
 

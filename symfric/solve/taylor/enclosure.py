@@ -39,6 +39,23 @@ def degrees(nodes: list[Node]) -> list[int]:
     return found
 
 
+def _moderate(a: Range) -> ca.SX:
+    """Return whether what moves keeps its sign and changes by no more than a moderate factor."""
+    return within(a.smallest, a.largest)
+
+
+def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> ca.SX:
+    """Return the degree of a node over the intervals: what changes little is one factor, what does not change is none."""
+    if not node.moves:
+        return ca.SX(0)
+    if node.op in (ca.OP_MUL, ca.OP_SQ):
+        factors = (ca.if_else(_moderate(ranges[a]), ranges[a].spread > 0, degree[a]) for a in node.args)
+        return (2 if node.op == ca.OP_SQ else 1) * sum(factors, ca.SX(0))
+    if node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
+        return ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
+    return ca.SX(1)
+
+
 def hiding(nodes: list[Node], order: int) -> list[bool]:
     """Return for every node whether something later in a step may be unseen in its coefficients up to `order`.
 
@@ -72,8 +89,9 @@ def unseen(
     """
     box = ca.SX.sym("box", 2 * (n_x + 1))
     needed = _ancestors(nodes, wanted)
-    degree = degrees(nodes)
+    high = [n > order // 2 for n in degrees(nodes)]
     ranges: dict[int, Range] = {}
+    degree: dict[int, ca.SX] = {}
     for i in sorted(needed):
         node = nodes[i]
         if not node.moves:
@@ -84,8 +102,10 @@ def unseen(
             ranges[i] = Range(box[k], box[n_x + 1 + k])
         else:
             ranges[i] = operation(node.op, [ranges[a] for a in node.args])
-            if node.op in (ca.OP_MUL, ca.OP_SQ) and degree[i] > order // 2:
-                ranges[i] = judged(ranges[i], within(ranges[i].smallest, ranges[i].largest), ranges[i].unseen)
+        degree[i] = _degree(node, degree, ranges)
+        if high[i] and node.op in (ca.OP_MUL, ca.OP_SQ):
+            tame = ca.logic_or(degree[i] <= order // 2, _moderate(ranges[i]))
+            ranges[i] = judged(ranges[i], tame, ranges[i].unseen)
     bounds = [ranges[i].unseen for i in wanted]
     sizes = _magnitudes(nodes, sorted(needed), ranges)
     return box, ca.vertcat(*(ca.SX(0) if e is None else e for e in bounds)), ca.vertcat(*(sizes[i] for i in wanted))
