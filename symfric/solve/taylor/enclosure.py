@@ -45,7 +45,7 @@ def _moderate(a: Range) -> ca.SX:
 
 
 def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> ca.SX:
-    """Return the degree of a node over the intervals: what changes little is one factor, what does not change is none."""
+    """Return the degree over the intervals: what changes little is one factor, what does not change is none."""
     if not node.moves:
         return ca.SX(0)
     if node.op in (ca.OP_MUL, ca.OP_SQ):
