@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import casadi as ca
 import numpy as np
@@ -24,6 +25,7 @@ EMPTY = 1e-7  # of the time: elements shorter than that are left out
 PARTS = 16  # polynomials in an element, at most: doubled until the event-driven model agrees
 LESS, MISS = 1e-3, 1e-6  # part of the objective by which a neighbour is cheaper; miss of the end that counts as none
 BUMPS = (1.0, 0.2)  # of the guessed velocity: where the homotopies start
+MORE_BUMPS = (0.5, 2.0, 0.05, 0.0)  # where they start one after the other if all of these fail
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -144,7 +146,8 @@ def collocation(
     physical = dynamics(scene, symbols, cost)
     sizes = sizes_of(physical, *ask[1:])
     model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
-    found = [f for bump in BUMPS if (f := _homotopy(model, elements, ask, bump)) is not None]
+    ways = (_homotopy(model, elements, ask, bump) for bump in BUMPS + MORE_BUMPS)
+    found = [f for f in islice(ways, len(BUMPS)) if f is not None] or list(islice((f for f in ways if f), 1))
     if not found:
         raise NotFound(_missing(model, elements, ask, names, units))
     program, z = min(found, key=lambda f: f[0].objective(f[1]))
@@ -260,14 +263,15 @@ def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, 
     n, size = program.elements, program.degree + 1
     h = program.values(z, "h").ravel() * units.time
     knots = program.values(z, "w").reshape(n, size, -1) * units.w
-    ends = program.values(z, "x").reshape(n, len(program.grid), -1)[:, -1]
-    x = np.vstack([program.model.start, ends]).T * units.x[:, None]
+    nodes = program.values(z, "x").reshape(n, len(program.grid), -1)
+    sizes = np.max(np.abs(np.vstack([program.model.start, *nodes])), axis=0) * units.x
+    x = np.vstack([program.model.start, nodes[:, -1]]).T * units.x[:, None]
     controls = {s.name: knots[:, :, k] for k, s in enumerate(symbols)}
     t = np.concatenate([[0.0], np.cumsum(h)])
     unit = units.time if cost is None else units.cost
     objective = float(t[-1]) if cost is None else program.objective(z) * unit
     target = {k: v * units.x[k] for k, v in ask[2].items()}
-    check = _replayed(scene, symbols, cost, h, knots, objective, target, np.max(np.abs(x), axis=1))
+    check = _replayed(scene, symbols, cost, h, knots, objective, target, sizes)
     status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit), objective)
     return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
 

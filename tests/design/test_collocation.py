@@ -1,6 +1,7 @@
 """Optimal control of a block on a rough floor, whose times and energies have closed forms."""
 
 import json
+from itertools import product
 from math import sqrt
 
 import numpy as np
@@ -71,6 +72,29 @@ def test_least_energy(duration):
     assert found.time == pytest.approx(duration, rel=1e-12)
     assert (0 in found.mode) == (moving < duration)
     assert found.check.agrees, str(found.check)
+
+
+PAUSES = [*product((1.0, 3e-3, 410.0), repeat=3), (410.0, 79.0, 1e-3), (410.0, 1.0, 1.0)]
+
+
+@pytest.mark.parametrize("units", longer(PAUSES, PAUSES[:-2]))
+def test_a_move_with_a_pause_in_other_units(units):
+    """The body rests at both ends of the element in which it moves: its speed counts there, not at the ends."""
+    mass, length, time = units
+    friction = 0.3 * mass * length / time**2
+    scene = sf.Scene(
+        system=sf.System(q=[x], u=[u], mass=[[mass]], force=[w]),
+        contacts=[sf.Contact("floor", slip=u, normal=friction, law=sf.laws.coulomb(1))],
+        values={w: 0.0},
+        initial={x: 0.0, u: 0.0},
+        horizon=1.0,
+    )
+    bounds, ends = {"w": (-60 * friction, 60 * friction)}, (10 * time, 10 * time)
+    found = collocation(scene, bounds, {"x": length, "u": 0.0}, time=ends, minimise=w**2, degree=1)
+    moving = sqrt(6 * mass * length / friction)
+    least = friction**2 * moving + 12 * (mass * length) ** 2 / moving**3
+    assert found.objective == pytest.approx(least, rel=1e-8)
+    assert found.status == "optimal", found.doubts
 
 
 def test_friction_that_falls_with_the_speed():
