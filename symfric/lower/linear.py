@@ -213,6 +213,9 @@ def without_harmonics(scene: Scene) -> Scene:
     return replace(scene, system=system, contacts=contacts, outputs=outputs, initial=initial)
 
 
+_MOST = 40  # functions of time; matrices of more states are slower than the series by far
+
+
 class _Clock:
     """States that stand for functions of time, with their start and rate."""
 
@@ -237,6 +240,8 @@ class _Clock:
         Omega, phase = sp.diff(angle, TIME), angle.subs(TIME, 0)
         if TIME in Omega.free_symbols or (Omega.free_symbols | phase.free_symbols) & self._moving:
             raise NoRoute(f"{wave} is no harmonic of time")
+        if len(self.states) >= _MOST:
+            raise NoRoute(f"more than {_MOST} functions of time, each of which would be a state")
         c, s = (sp.Symbol(f"{name}({Omega}*t)", real=True) for name in ("cos", "sin"))
         self.states[c], self.states[s] = (1.0, -Omega * s), (0.0, Omega * c)
         if wave.func == sp.sin:

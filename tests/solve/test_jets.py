@@ -44,6 +44,8 @@ OPERATIONS = {
     "squares": x * x * u * u,
     "twice": 2 * x,
     "time": ca.sin(3 * t) * x,
+    "line in time": 2 * t - p[0],
+    "products of lines in time": t * (2 * t - p[0]) * x + t / p[0],
 }
 POINT = ([0.7, 0.4], 0.3, [1.3, 0.2], 1)
 

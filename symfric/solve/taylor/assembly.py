@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import llvmlite.binding as llvm
@@ -49,7 +50,23 @@ _BINARY_CALLS = {"pow", "atan2", "hypot"}
 _INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.OP_FMAX: "maxnum"}
 
 
-def assembly(functions: Sequence[ca.Function]) -> str:
+@dataclass(frozen=True)
+class Written:
+    """A function that is LLVM assembly already, with the methods of CasADi's that its compiler calls."""
+
+    label: str
+    text: str
+
+    def name(self) -> str:
+        """Return its name."""
+        return self.label
+
+    def serialize(self) -> str:
+        """Return what it is."""
+        return self.text
+
+
+def assembly(functions: Sequence[ca.Function | Written]) -> str:
     """Return LLVM assembly for the functions, one instruction for each of CasADi's.
 
     Raises
@@ -62,16 +79,21 @@ def assembly(functions: Sequence[ca.Function]) -> str:
     header += [f"declare double @{n}(double{', double' if n in _BINARY_CALLS else ''})" for n in names]
     header += [f"declare double @llvm.{n}.f64(double)" for n in ("sqrt", "fabs")]
     header += [f"declare double @llvm.{n}.f64(double, double)" for n in ("minnum", "maxnum")]
-    return "\n".join([*header, *(_Function(f).text() for f in functions)])
+    return "\n".join([*header, *(f.text if isinstance(f, Written) else _Function(f).text() for f in functions)])
+
+
+def body(f: ca.Function) -> list[str]:
+    """Return the instructions of a short function, between pointers named %i0, %i1, ... and %o0, %o1, ..."""
+    return _Function(f, cut=False).lines(0)
 
 
 class _Function:
     """One function while it is written; the value of an instruction is named by its number."""
 
-    def __init__(self, f: ca.Function):
+    def __init__(self, f: ca.Function, cut: bool = True):
         self._f = f
         self._ops = [f.instruction_id(k) for k in range(f.n_instructions())]
-        self._part = PART if len(self._ops) > WHOLE else max(len(self._ops), 1)
+        self._part = PART if cut and len(self._ops) > WHOLE else max(len(self._ops), 1)
         self._sources = self._read()
         self._slots, self._room = self._place()
 
@@ -117,16 +139,16 @@ class _Function:
         declared = ", ".join(f"double* noalias nocapture {n}" for n in names)
         parts = range((len(self._ops) - 1) // self._part + 1)
         if len(parts) == 1:
-            return _define(f"@{f.name()}({declared})", self._lines(0))
+            return _define(f"@{f.name()}({declared})", self.lines(0))
         given = ", ".join(f"double* {n}" for n in [*names, "%slots"])
         kept = f"[{self._room} x double]"
         body = [f"%kept = alloca {kept}", f"%slots = getelementptr {kept}, {kept}* %kept, i64 0, i64 0"]
         body += [f"call void @{f.name()}.{part}({given})" for part in parts]
         slots = declared + ", double* noalias nocapture %slots"
-        texts = [_define(f"internal @{f.name()}.{part}({slots})", self._lines(part)) for part in parts]
+        texts = [_define(f"internal @{f.name()}.{part}({slots})", self.lines(part)) for part in parts]
         return "\n".join([*texts, _define(f"@{f.name()}({declared})", body)])
 
-    def _lines(self, part: int) -> list[str]:
+    def lines(self, part: int) -> list[str]:
         """Return the instructions of one part."""
         lines: list[str] = []
         known: dict[int, str] = {}

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symfric.lower.linear import Matrices
+from symfric.solve.taylor.assembly import Written
 from symfric.solve.taylor.enclosure import hiding, unseen
+from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.forms import gathered
 from symfric.solve.taylor.instructions import BRANCHING, Node, read
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
+from symfric.solve.taylor.table import LONG, Table, length
 
 
 @dataclass(frozen=True)
@@ -39,16 +42,19 @@ class Series:
         Rows with a bound that is not zero.
     matrices : Matrices, optional
         Of linear equations that need neither series nor probe: the prelude computes the entries.
+    room : int
+        Length of what series and probe need behind the fixed values in aux.
     """
 
     prelude: ca.Function
-    series: ca.Function | None
-    probe: ca.Function | None
+    series: ca.Function | Written | None
+    probe: ca.Function | Written | None
     order: int
     unseen: ca.Function | None = None
     terms: ca.Function | None = None
     exposed: tuple[int, ...] = ()
     matrices: Matrices | None = None
+    room: int = 0
 
 
 PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
@@ -62,6 +68,11 @@ def is_branching(field: ca.Function) -> bool:
     """Whether a root, a power that is no integer, or an inverse of a function is taken of what moves."""
     nodes, _ = read(gathered(field))
     return any(node.op in BRANCHING for node in nodes if node.moves)
+
+
+def is_long(field: ca.Function, order: int) -> bool:
+    """Whether the series of a field is a table of its operations; see `symfric.solve.taylor.table`."""
+    return length(read(field)[0], order) > LONG
 
 
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
@@ -82,9 +93,39 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         If an operation has no recurrence; named.
     """
     nodes, outputs = read(gathered(field))
-    n_x = field.nnz_in(0)
-    state, p, m = ca.SX.sym("y", n_x + 1), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
-    fixed = _Fixed(nodes, p, m)
+    n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
+    rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
+    wanted = [*outputs[0], *outputs[1], *outputs[2]]
+    hidden = hiding(nodes, order)
+    exposed = tuple(r for r, node in enumerate(wanted) if hidden[node])
+    bounds = terms = None
+    if exposed:
+        box, *out = unseen(nodes, wanted, n_x, order, fixed.value)
+        bounds, terms = (
+            ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
+            for name, e in zip(("unseen", "terms"), out, strict=True)
+        )
+    table = None if rows else Table(nodes, outputs, fixed, n_x, order)
+    series, probe = (
+        table.function(name + suffix, last) if table else _flat(name + suffix, state, fixed, rows, last)
+        for name, last in (("series", order), ("probe", PROBED))
+    )
+    return Series(
+        prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
+        series=series,
+        probe=probe,
+        order=order,
+        unseen=bounds,
+        terms=terms,
+        exposed=exposed,
+        room=table.room if table else 0,
+    )
+
+
+def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, state: ca.SX, order: int) -> list[Jet]:
+    """Return the coefficients of states, guards and wanted rows."""
+    n_x = state.numel() - 1
     sweep = _Sweep(nodes, fixed)
     x: list[Jet] = [[state[i]] for i in range(n_x)]
     clock = [state[n_x], ca.SX(1)]
@@ -106,26 +147,7 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         for row, rate in zip(x, rates, strict=True):
             row.append(rate)
     jets = sweep.jets
-    wanted = [*outputs[0], *outputs[1], *outputs[2]]
-    hidden = hiding(nodes, order)
-    exposed = tuple(r for r, node in enumerate(wanted) if hidden[node])
-    rows = x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
-    bounds = terms = None
-    if exposed:
-        box, *out = unseen(nodes, wanted, n_x, order, fixed.value)
-        bounds, terms = (
-            ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
-            for name, e in zip(("unseen", "terms"), out, strict=True)
-        )
-    return Series(
-        prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
-        series=_flat("series" + suffix, state, fixed, rows, order),
-        probe=_flat("probe" + suffix, state, fixed, rows, PROBED),
-        order=order,
-        unseen=bounds,
-        terms=terms,
-        exposed=exposed,
-    )
+    return x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
 
 
 def _taken_out(n_x: int, moving: int) -> int:
@@ -158,57 +180,10 @@ def _horner(coefficients: list[ca.SX], x: ca.SX) -> ca.SX:
     return total
 
 
-class _Fixed:
-    """Values that depend on parameters and mode alone: numbers stay, the rest becomes entries of the vector aux."""
-
-    def __init__(self, nodes: list[Node], p: ca.SX, m: ca.SX):
-        self._nodes, self._sources = nodes, {2: p, 3: m}
-        self._expr: dict[int, ca.SX] = {}
-        self._symbol: dict = {}
-        self._wanted: list[ca.SX] = []
-
-    def _expression(self, i: int) -> ca.SX:
-        waiting = [] if i in self._expr else [i]
-        while waiting:  # not by recursion: the cells of a floor are a chain of choices
-            node = self._nodes[waiting[-1]]
-            missing = [a for a in node.args if a not in self._expr]
-            if missing:
-                waiting += missing
-                continue
-            self._expr[waiting.pop()] = self._made(node)
-        return self._expr[i]
-
-    def _made(self, node: Node) -> ca.SX:
-        if node.number is not None:
-            return ca.SX(node.number)
-        if node.place is not None:
-            return self._sources[node.place[0]][node.place[1]]
-        args = [self._expr[a] for a in node.args]
-        return ca.SX.unary(node.op, *args) if len(args) == 1 else ca.SX.binary(node.op, *args)
-
-    def value(self, i: int) -> ca.SX | None:
-        """Return node i as a number or an entry of aux; None if it is exactly zero."""
-        return self._entry(i, self._expression(i))
-
-    def _entry(self, key, expression: ca.SX) -> ca.SX | None:
-        if expression.is_constant():
-            return None if expression.is_zero() else expression
-        if key not in self._symbol:
-            self._symbol[key] = ca.SX.sym(f"aux_{len(self._wanted)}")
-            self._wanted.append(expression)
-        return self._symbol[key]
-
-    def symbols(self) -> ca.SX:
-        return ca.vertcat(*self._symbol.values()) if self._symbol else ca.SX(0, 1)
-
-    def expressions(self) -> ca.SX:
-        return ca.densify(ca.vertcat(*self._wanted)) if self._wanted else ca.SX(0, 1)
-
-
 class _Sweep:
     """The jets of all nodes, extended by one order at a time."""
 
-    def __init__(self, nodes: list[Node], fixed: _Fixed):
+    def __init__(self, nodes: list[Node], fixed: Fixed):
         self._nodes, self._fixed = nodes, fixed
         self._moving = [i for i, node in enumerate(nodes) if node.moves]
         self.jets: list[Jet] = [[] for _ in nodes]  # those that do not move stay empty
@@ -276,7 +251,7 @@ def _split_rates(rest: list, slopes: list[list[list]], x: list[Jet], k: int) -> 
     return rates
 
 
-def _flat(name: str, state: ca.SX, fixed: _Fixed, rows: list[Jet], order: int) -> ca.Function:
+def _flat(name: str, state: ca.SX, fixed: Fixed, rows: list[Jet], order: int) -> ca.Function:
     entries = [at(row, k) for row in rows for k in range(order + 1)]
     out = ca.vertcat(*(ca.SX(0) if e is None else e for e in entries))
     return ca.Function(name, [state, fixed.symbols()], [ca.densify(out)], {"cse": True})

@@ -14,7 +14,7 @@ import llvmlite.binding as llvm
 from symfric.locks import SYMBOLIC, alone
 from symfric.solve.machine import link, target_key, target_machine
 from symfric.solve.objects import load, store
-from symfric.solve.taylor.assembly import assembly
+from symfric.solve.taylor.assembly import Written, assembly
 
 _FORMAT = 5  # of the generated code; part of the cache key
 
@@ -37,7 +37,7 @@ class MachineCode:
 
 
 @alone(SYMBOLIC)
-def compile_functions(functions: Sequence[ca.Function]) -> MachineCode:
+def compile_functions(functions: Sequence[ca.Function | Written]) -> MachineCode:
     """Compile SX functions into one object, or load it from the cache.
 
     Raises
@@ -55,6 +55,6 @@ def compile_functions(functions: Sequence[ca.Function]) -> MachineCode:
     return MachineCode({f.name(): engine.get_function_address(f.name()) for f in functions}, cached, engine)
 
 
-def _key(functions: Sequence[ca.Function]) -> str:
+def _key(functions: Sequence[ca.Function | Written]) -> str:
     parts = [str(_FORMAT), target_key(), *(f.serialize() for f in functions)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -15,7 +15,7 @@ from symfric.solve.compiled import Compiled, Numbers, check_tolerance
 from symfric.solve.compiled_model import CompiledModel
 from symfric.solve.door import open_door
 from symfric.solve.segments import segments
-from symfric.solve.taylor.jets import Series, expand, is_branching, reach
+from symfric.solve.taylor.jets import Series, expand, is_branching, is_long, reach
 from symfric.solve.taylor.jit import compile_functions
 from symfric.solve.taylor.workspace import SHARED, T_END, make_workspace
 from symfric.solve.wanted import Wanted, wanted_of
@@ -147,9 +147,9 @@ def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
     """Return one series for all modes; if one contact alone can stick, one for its slipping and one for its sticking.
 
     Two that choose nothing are faster than one in which the mode is data (by a quarter for one mass on a belt), but
-    their number would double with every contact.
+    their number would double with every contact. In a long series the choices take no part of the time.
     """
-    if sticker < 0:
+    if sticker < 0 or is_long(automaton.field, order):
         return [expand(automaton.field, order)]
     return [
         expand(_fixed(automaton.field, sticker, stick), order, name) for stick, name in ((0, "_slip"), (1, "_stick"))

@@ -58,7 +58,7 @@ class Workspace(NamedTuple):
     y: Reals  # state and time, (n_x + 1,)
     p: Reals  # parameters, then start, value and slope of every input
     m: Reals  # stick flags, directions, switch signs
-    aux: Reals  # what the prelude computes
+    aux: Reals  # what the prelude computes, and room for series that are tables
     newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
     pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
     filled: Integers  # how many entries are not zero in the present one: those of the rates, and all, (2,)
@@ -174,7 +174,7 @@ def make_workspace(
         y=room(n_x + 1),
         p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),
-        aux=room(max(v.prelude.nnz_out(0) for v in variants)),
+        aux=room(max(v.prelude.nnz_out(0) + v.room for v in variants)),
         newest=room(2, n_x),
         pattern=pattern,
         filled=flags(2),

@@ -1,0 +1,283 @@
+"""Long Taylor series as a table of operations, carried out by loops over operations of one kind.
+
+Written out, the recurrences of n operations up to order k are some n k^2 instructions, which take a minute to compile
+for a sum of some hundred sines. Here the recurrence of every kind of operation is written out once for each order, in a
+loop over a part of the table: compiled in a second, whatever n, and run about as fast.
+
+The coefficients of every operation lie in ``aux`` behind the fixed values, those of states and time first: ``order +
+1`` for each, and as many again for the companion that some operations carry along.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+import casadi as ca
+
+from symfric.solve.taylor.assembly import Written, body
+from symfric.solve.taylor.fixed import Fixed
+from symfric.solve.taylor.instructions import ENTIRE, Node
+from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled
+
+LONG = 30_000  # instructions of a series written out, beyond which it is a table
+_LINEAR = {ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_IF_ELSE_ZERO, ca.OP_ASSIGN, ca.OP_LIFT}
+_PRODUCT = {ca.OP_MUL, ca.OP_SQ}
+_STATE, _TIME, _SHORT = -1, -2, -3  # beside CasADi's: the integral of a rate, the clock, a row of low degree
+_Kind = tuple[int, tuple[int, ...], bool, bool]  # operation, degrees of its arguments, whether it saturates and grows
+_Step = tuple[int, int, int]  # places of the result and of two arguments
+_RULE = "void (double*, double*, [3 x i32]*, i64)*"
+
+
+def _degrees(nodes: Sequence[Node], order: int) -> list[int]:
+    """Return the degree in time of every node: 0 if it does not move, 1 if it is linear, else the order."""
+    found: list[int] = []
+    for node in nodes:
+        given = tuple(found[a] for a in node.args)
+        if node.place is not None:
+            found.append((order, 1, 0, 0)[node.place[0]])
+        elif not any(given):
+            found.append(0)
+        else:
+            found.append(1 if _is_line(node.op, given) else order)
+    return found
+
+
+def _is_line(op: int, degrees: tuple[int, ...]) -> bool:
+    """Whether arguments of these degrees make a linear function of time."""
+    return max(degrees) == 1 and _is_linear(op, degrees)
+
+
+def _is_linear(op: int, degrees: tuple[int, ...]) -> bool:
+    return op in _LINEAR or (op in _PRODUCT and 0 in degrees)
+
+
+def length(nodes: Sequence[Node], order: int) -> int:
+    """Return about how many instructions a series takes if it is written out."""
+    degrees, total = _degrees(nodes, order), 0
+    for node in nodes:
+        given = tuple(degrees[a] for a in node.args)
+        if not any(given) or _is_line(node.op, given):
+            continue
+        terms = (min(d for d in given if d) + 1) // 2  # of a convolution, on average
+        total += order * (1 if _is_linear(node.op, given) else 2 * terms if node.op in _PRODUCT else 4 * terms)
+    return total
+
+
+class Table:
+    """The operations of a field as a table.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+    outputs : sequence of three lists of int
+        Nodes of the rates, guards and wanted rows.
+    fixed : Fixed
+        Gets the values of nodes that do not move, and no more after them.
+    n_x, order : int
+        Number of states, and highest order of the coefficients.
+
+    Attributes
+    ----------
+    room : int
+        Length of what the coefficients need in aux.
+    """
+
+    def __init__(self, nodes: Sequence[Node], outputs: Sequence[list[int]], fixed: Fixed, n_x: int, order: int):
+        self._stride = order + 1
+        degrees = _degrees(nodes, order)
+        computed = [i for i, node in enumerate(nodes) if node.moves and node.place is None]
+        used = {a for i in computed for a in nodes[i].args} | {i for group in outputs for i in group}
+        place = {i: fixed.index(i) for i in sorted(used) if not nodes[i].moves}
+        begin = end = fixed.count
+
+        def taken(stretches: int = 1) -> int:
+            nonlocal end
+            end += stretches * self._stride
+            return end - stretches * self._stride
+
+        self._given = [taken() for _ in range(n_x + 1)]  # places of states and time
+        place |= {i: self._given[_position(nodes[i], n_x)] for i in used if nodes[i].moves and nodes[i].place}
+        place |= {i: taken(1 if nodes[i].op in _LINEAR | _PRODUCT else 2) for i in computed}
+
+        self._kinds: dict[_Kind, int] = {}
+        self._runs: list[tuple[int, list[_Step]]] = []  # number of a kind, and operations of it
+        for i, rate in enumerate(outputs[0]):
+            self._append((_STATE, (degrees[rate],), False, False), [(self._given[i], place[rate], place[rate])])
+        self._append((_TIME, (), False, False), [(self._given[n_x], 0, 0)])
+        kind_of = {i: _kind_of(nodes[i], degrees) for i in computed}
+        for kind, run in _in_runs(nodes, kind_of):
+            self._append(kind, [(place[i], place[nodes[i].args[0]], place[nodes[i].args[-1]]) for i in run])
+        short = {i: taken() for i in sorted({*outputs[1], *outputs[2]}) if degrees[i] < order}
+        for i, target in short.items():
+            self._append((_SHORT, (degrees[i],), False, False), [(target, place[i], place[i])])
+        self._rows = self._given[:n_x] + [(place | short)[i] for i in (*outputs[1], *outputs[2])]
+        self.room = end - begin
+
+    def _append(self, kind: _Kind, steps: list[_Step]) -> None:
+        self._runs.append((self._kinds.setdefault(kind, len(self._kinds)), steps))
+
+    def function(self, name: str, last: int) -> Written:
+        """Return the function ``([y; t], aux) -> coefficients`` of all rows up to order `last`, row by row."""
+        rules = [[f"{name}_{n}_{k}" for n in range(len(self._kinds))] for k in range(last + 1)]
+        text = [
+            _loop(label, _rule(label, kind, k), self._stride, k)
+            for k, labels in enumerate(rules)
+            for label, kind in zip(labels, self._kinds, strict=True)
+        ]
+        a, coefficients = ca.SX.sym("a"), ca.SX.sym("a", last + 1)
+        text.append(_loop(f"{name}_start", ca.Function("start", [a, ca.SX.sym("b")], [a])))
+        text.append(_loop(f"{name}_end", ca.Function("end", [coefficients, ca.SX.sym("b")], [coefficients])))
+        runs: list[tuple[int, int, int]] = []  # number of a kind, first step, number of steps
+        steps: list[_Step] = []
+        for kind, run in self._runs:
+            runs.append((kind, len(steps), len(run)))
+            steps += run
+        kinds = f"[{len(self._kinds)} x {_RULE}]"
+        called = (f"{kinds} [{', '.join(f'{_RULE} @{label}' for label in labels)}]" for labels in rules)
+        text.append(_constant(f"{name}_rules", kinds, called))
+        text.append(_triples(f"{name}_runs", "i64", runs))
+        text.append(_triples(f"{name}_steps", "i32", steps))
+        text.append(_triples(f"{name}_given", "i32", [(e, i, i) for i, e in enumerate(self._given)]))
+        text.append(_triples(f"{name}_rows", "i32", [(i * (last + 1), e, e) for i, e in enumerate(self._rows)]))
+        counts = {"given": len(self._given), "rows": len(self._rows), "runs": len(runs), "steps": len(steps)}
+        text.append(_MAIN.format(name=name, rule=_RULE, kinds=kinds, orders=last + 1, **counts))
+        return Written(name, "\n".join(text))
+
+
+# (y, aux, c): put the start into aux; for every order call the rule of every run; copy the rows from aux to c
+_MAIN = """define void @{name}(double* %y, double* %aux, double* %c) nounwind {{
+entry:
+  %given = getelementptr [{given} x [3 x i32]], [{given} x [3 x i32]]* @{name}_given, i64 0, i64 0
+  call void @{name}_start(double* %y, double* %aux, [3 x i32]* %given, i64 {given})
+  br label %order
+order:
+  %k = phi i64 [0, %entry], [%next_order, %ordered]
+  br label %run
+run:
+  %i = phi i64 [0, %order], [%next_run, %run]
+  %kind_at = getelementptr [{runs} x [3 x i64]], [{runs} x [3 x i64]]* @{name}_runs, i64 0, i64 %i, i64 0
+  %first_at = getelementptr i64, i64* %kind_at, i64 1
+  %count_at = getelementptr i64, i64* %kind_at, i64 2
+  %kind = load i64, i64* %kind_at
+  %first = load i64, i64* %first_at
+  %count = load i64, i64* %count_at
+  %rule_at = getelementptr [{orders} x {kinds}], [{orders} x {kinds}]* @{name}_rules, i64 0, i64 %k, i64 %kind
+  %rule = load {rule}, {rule}* %rule_at
+  %steps = getelementptr [{steps} x [3 x i32]], [{steps} x [3 x i32]]* @{name}_steps, i64 0, i64 %first
+  call void %rule(double* %aux, double* %aux, [3 x i32]* %steps, i64 %count)
+  %next_run = add i64 %i, 1
+  %more_runs = icmp ult i64 %next_run, {runs}
+  br i1 %more_runs, label %run, label %ordered
+ordered:
+  %next_order = add i64 %k, 1
+  %more_orders = icmp ult i64 %next_order, {orders}
+  br i1 %more_orders, label %order, label %done
+done:
+  %rows = getelementptr [{rows} x [3 x i32]], [{rows} x [3 x i32]]* @{name}_rows, i64 0, i64 0
+  call void @{name}_end(double* %aux, double* %c, [3 x i32]* %rows, i64 {rows})
+  ret void
+}}"""
+
+# apply a function of (a, b, result, companion) to every step: the first two in one array, the others in another
+_LOOP = """define internal void @{name}(double* %from, double* %to, [3 x i32]* %steps, i64 %count) nounwind {{
+entry:
+  br label %loop
+loop:
+  %n = phi i64 [0, %entry], [%next, %loop]
+  %result_at = getelementptr [3 x i32], [3 x i32]* %steps, i64 %n, i64 0
+  %first_at = getelementptr [3 x i32], [3 x i32]* %steps, i64 %n, i64 1
+  %second_at = getelementptr [3 x i32], [3 x i32]* %steps, i64 %n, i64 2
+  %result = load i32, i32* %result_at
+  %first = load i32, i32* %first_at
+  %second = load i32, i32* %second_at
+  %i0 = getelementptr double, double* %from, i32 %first
+  %i1 = getelementptr double, double* %from, i32 %second
+  %i2 = getelementptr double, double* %to, i32 %result
+  %i3 = getelementptr double, double* %i2, i64 {stride}
+  %o0 = getelementptr double, double* %i2, i64 {k}
+  %o1 = getelementptr double, double* %i3, i64 {k}
+{body}
+  %next = add i64 %n, 1
+  %more = icmp ult i64 %next, %count
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}"""
+
+
+def _loop(name: str, rule: ca.Function, stride: int = 0, k: int = 0) -> str:
+    """Return the function that applies a rule to a part of the table."""
+    return _LOOP.format(name=name, stride=stride, k=k, body="\n".join(body(rule)))
+
+
+def _constant(name: str, kind: str, entries: Iterable[str]) -> str:
+    entries = list(entries)
+    return f"@{name} = internal constant [{len(entries)} x {kind}] [{', '.join(entries)}]"
+
+
+def _triples(name: str, kind: str, entries: Iterable[tuple[int, int, int]]) -> str:
+    triple = f"[3 x {kind}]"
+    return _constant(name, triple, (f"{triple} [{', '.join(f'{kind} {e}' for e in entry)}]" for entry in entries))
+
+
+def _position(node: Node, n_x: int) -> int:
+    """Return the index of a state, or of time behind them."""
+    assert node.place is not None
+    return node.place[1] if node.place[0] == 0 else n_x
+
+
+def _kind_of(node: Node, degrees: list[int]) -> _Kind:
+    return node.op, tuple(degrees[a] for a in node.args), node.saturates, node.grows
+
+
+def _in_runs(nodes: Sequence[Node], kind_of: dict[int, _Kind]) -> list[tuple[_Kind, list[int]]]:
+    """Return the operations in few runs of one kind, in each after those whose results it takes."""
+    waits = {i: sum(a in kind_of for a in nodes[i].args) for i in kind_of}
+    users: dict[int, list[int]] = {i: [] for i in kind_of}
+    for i in kind_of:
+        for a in nodes[i].args:
+            if a in kind_of:
+                users[a].append(i)
+    ready: dict[_Kind, deque[int]] = {kind: deque() for kind in kind_of.values()}
+    for i, missing in waits.items():
+        if missing == 0:
+            ready[kind_of[i]].append(i)
+    runs = []
+    while any(ready.values()):
+        kind = max(ready, key=lambda e: len(ready[e]))
+        run: list[int] = []
+        while ready[kind]:
+            run.append(ready[kind].popleft())
+            for user in users[run[-1]]:
+                waits[user] -= 1
+                if waits[user] == 0:
+                    ready[kind_of[user]].append(user)
+        runs.append((kind, run))
+    return runs
+
+
+def _rule(name: str, kind: _Kind, k: int) -> ca.Function:
+    """Return ``(a, b, result, companion) -> coefficients k`` of the result and its companion, given all below.
+
+    A function of what does not change does not either, though its slope may be infinite: a power of ``Max(x, 0)``.
+    """
+    op, degrees, saturates, grows = kind
+    given = [ca.SX.sym(f"a{n}", min(k, degree) + 1) for n, degree in enumerate(degrees)]
+    out, partner = ca.SX.sym("out", k), ca.SX.sym("partner", k)
+    jets: list[Jet] = [ca.vertsplit(e) for e in given]
+    found: list = []  # of k = 0 the start is known already
+    if op == _STATE and k:
+        found = [scaled(at(jets[0], k - 1), 1 / k)]
+    elif op == _TIME and k:
+        found = [ca.SX(k == 1)]
+    elif op == _SHORT:
+        found = [at(jets[0], k)]
+    elif op >= 0 and not (k > 1 and _is_line(op, degrees)):
+        carried: Jet = ca.vertsplit(partner) if k else []
+        new = coefficient(op, k, ca.vertsplit(out) if k else [], jets, carried, saturates, grows)
+        found = [new, carried[k]] if len(carried) > k else [new]
+    found = [ca.SX(0) if e is None else ca.densify(ca.SX(e)) for e in found]
+    if k and op >= 0 and op not in ENTIRE:
+        change = sum((ca.fabs(e) for jet in jets for e in jet[1:]), ca.SX(0))
+        found = [ca.if_else(change == 0, 0, e) for e in found]
+    unused = [ca.SX.sym(f"unused{n}") for n in range(2 - len(given))]
+    return ca.Function(name, [*given, *unused, out, partner], found)
