@@ -1,6 +1,6 @@
 """How much damping the limit cycles of a system ask for, as a curve over the speeds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -17,10 +17,12 @@ from symfric.solve.choose import prepare
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.stability import stability
 
-_FAR = 20.0  # displacements of steady sliding: starts so far out settle to the outermost cycle
+_STARTS = (20.0, 1.0, 0.01)  # displacements, in those of steady sliding, from which motions start in turn
 _NEIGHBOUR = 0.25  # of the range of speeds: distance within which runs look for the worst speed
 _TRIES = 10  # speeds of that search
+SLOWEST = 1e-4  # of the highest speed: what runs look at
 _SURVEY = 13  # dampings from which a bisection on runs begins
+_PULLS = 8  # times that a slow drive takes to pull the system away, in a horizon: a few cycles of stick and slip
 _CLOSE = 1e-6  # of the damping: where it ends
 _ALIKE = 1e-4  # of a half range, and of a damping: so near to it the limit is followed
 _WAIT, _SHRINKS = 40, 0.995  # horizons between two looks at a motion; what one that shrinks has left at the second
@@ -73,32 +75,66 @@ class Left:
 
 @dataclass(frozen=True)
 class Summit:
-    """The most damping that a condition asks for, the speed where it does, its name, and what it is over the speeds."""
+    """The most damping that a condition asks for.
+
+    Attributes
+    ----------
+    damping, speed : float
+    reason : str
+        Name of the condition.
+    line : ndarray, shape (2, n)
+        Speeds, and what the condition asks for there.
+    orbit : Orbit or None
+        The cycle that just meets the requirement, or just exists, there or nearby.
+    """
 
     damping: float
     speed: float
     reason: str
     line: np.ndarray
+    orbit: Orbit | None = None
 
 
-def outermost(scene: Scene, r: Requirement) -> Orbit | Left | None:
-    """Return the limit cycle to which motions from far out settle; None if they settle to steady sliding.
+def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbit | Left | None:
+    """Return a limit cycle to which motions settle, the outermost of those seen; None if all end in steady sliding.
 
-    Every coordinate is displaced in turn; of several cycles one that does not meet the requirement comes first, the
-    largest of them.
+    Every coordinate is displaced in turn, first far, then as far as steady sliding displaces the system, then little;
+    smaller displacements are tried while no motion misses the requirement. Of several cycles one that misses it comes
+    first, the largest of them.
+
+    Parameters
+    ----------
+    scene : Scene
+    r : Requirement
+    beside : Orbit, optional
+        A cycle for other values nearby, whose start is tried too.
     """
     rest = equilibrium(scene)
     states, q = scene.system.states, scene.system.q
     start = dict(zip(states, rest.x.tolist(), strict=True))
+    sizes = _sizes(scene, rest)[: len(q)].tolist()
+    pulled = max(sizes) / max(abs(v) for v in rest.sliding.values())  # how long a contact that sticks pulls
+    scene = scene.until(max(scene.horizon, _PULLS * pulled))
+    rounds = [[{**start, x: start[x] + share * far} for x, far in zip(q, sizes, strict=True)] for share in _STARTS]
+    if r.quiet:
+        rounds.pop()  # what little displacements do is the stability of sliding
+    if beside is not None:
+        rounds.insert(0, [dict(zip(states, beside.start.tolist(), strict=True))])
     found: list[Orbit | Left] = []
-    for coordinate, far in zip(q, _FAR * _sizes(scene, rest)[: len(q)], strict=True):
-        there = scene.starting({**start, coordinate: start[coordinate] + float(far)})
-        try:
-            found.append(limit_cycle(there))
-        except NotFound as failure:
-            left = None if "settles" in str(failure) else _by_run(there)
-            found += [] if left is None else [left]
+    for starts in rounds:
+        seen = [_settled(scene.starting(e)) for e in starts]
+        found += [e for e in seen if e is not None]
+        if not all(r.meets(e) for e in found):
+            break
     return max(found, key=lambda o: (not r.meets(o), o.half_range[0]), default=None)
+
+
+def _settled(scene: Scene) -> Orbit | Left | None:
+    """Return the limit cycle to which a motion settles; None if it is steady sliding."""
+    try:
+        return limit_cycle(scene)
+    except NotFound as failure:
+        return None if "settles" in str(failure) else _by_run(scene)
 
 
 def _by_run(scene: Scene) -> Left | None:
@@ -132,24 +168,36 @@ def _stick_fraction(events, horizon: float) -> float:
     return time / horizon
 
 
-def grows(scene: Scene) -> float:
-    """Return the rate, 1/time, at which small disturbances of steady sliding grow in runs of the full model.
+class Disturbed:
+    """Growth of small disturbances of steady sliding in runs of the full model.
 
-    From differences of runs over one period of the fastest mode; negative where all of them shrink.
+    Parameters
+    ----------
+    scene : Scene
+        Its fastest mode sets the length of the runs: one period of it.
+    r : Requirement
     """
-    rest = equilibrium(scene)
-    duration = 2 * np.pi / _fastest(scene)
-    program = prepare(scene.until(duration).wanting({"end": End()}), _TOLERANCE)
-    names, columns = [s.name for s in scene.system.states], []
-    for k, size in enumerate(_SMALL * _sizes(scene, rest)):
-        ends = []
-        for side in (1, -1):
-            x = rest.x.copy()
-            x[k] += side * size
-            ends.append(program.run(initial=dict(zip(names, x.tolist(), strict=True))).checked().final)
-        columns.append((ends[0] - ends[1]) / (2 * size))
-    largest = np.max(np.abs(np.linalg.eigvals(np.column_stack(columns))))
-    return float(np.log(max(largest, 1e-300)) / duration)
+
+    def __init__(self, scene: Scene, r: Requirement):
+        self._scene, self._r, self._duration = scene, r, 2 * np.pi / _fastest(scene)
+        self._program = prepare(scene.until(self._duration).wanting({"end": End()}), _TOLERANCE)
+
+    def rate(self, speed: float, damping: float) -> float:
+        """Return the rate, 1/time, at which they grow, from differences of runs; negative where all of them shrink."""
+        values: dict[Key, float] = {self._r.speed: speed, self._r.name: damping}
+        there = self._scene.where(values)
+        rest = equilibrium(there)
+        names, columns = [s.name for s in there.system.states], []
+        for k, size in enumerate(_SMALL * _sizes(there, rest)):
+            ends = []
+            for side in (1, -1):
+                x = rest.x.copy()
+                x[k] += side * size
+                run = self._program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True)))
+                ends.append(run.checked().final)
+            columns.append((ends[0] - ends[1]) / (2 * size))
+        largest = np.max(np.abs(np.linalg.eigvals(np.column_stack(columns))))
+        return float(np.log(max(largest, 1e-300)) / self._duration)
 
 
 def _fastest(scene: Scene) -> float:
@@ -192,7 +240,8 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
         found = _followed(there, r, at)
     except NotFound:
         found = None
-    return found or _bracketed(scene, r, at)
+    known = scene.numbers()[scene.parameter(r.name)]
+    return found if found is not None and found.damping > known else _bracketed(scene, r, at)
 
 
 def _left(r: Requirement, orbit: Orbit | Left) -> str:
@@ -220,15 +269,35 @@ def _followed(there: Scene, r: Requirement, at: float) -> Summit | None:
         return None
     if special.kind == "hopf":  # of this speed; the local condition has the others
         return Summit(special.value, at, "stability of sliding", np.array([[at], [special.value]]))
-    return _over_speeds(special, r)
+    return _over_speeds(special, r, at)
 
 
-def _over_speeds(special: Special, r: Requirement) -> Summit:
-    """Return the most damping that the condition of a special point asks for within the speeds."""
-    reason = f"half range {r.half_range:g}" if special.kind == "half-range" else f"{special.kind} of the cycle"
+def _over_speeds(special: Special, r: Requirement, at: float) -> Summit:
+    """Return the most damping that the condition of a special point asks for within the speeds.
+
+    A cycle that ends counts only where it misses the requirement until it does; where it grows small enough before,
+    the limit on the half range takes over.
+    """
     curve = continue_special(special, (r.speed, r.name), (r.speeds, r.bounds))
-    damping, speed = _highest(curve, r.speeds)
-    return Summit(damping, speed, reason, curve.values)
+    if special.kind == "half-range" or (special.kind == "stick-onset" and not r.sticking):
+        return _top(curve, r, special.kind, np.full(curve.values.shape[1], True))
+    sizes = np.array([curve.orbit(k).half_range[0] for k in range(curve.values.shape[1])])
+    counts = (sizes > r.half_range * (1 - _ALIKE)) | (r.half_range == 0)
+    found = _top(curve, r, special.kind, counts)
+    if special.value > found.damping:
+        found = replace(found, damping=special.value, speed=at, orbit=special.orbit)
+    for k in np.flatnonzero(counts[1:] != counts[:-1]):
+        further = _on_limit(curve.orbit(k if counts[k] else k + 1), r)
+        if further is not None and further.damping > found.damping:
+            found = further
+    return found
+
+
+def _top(curve: Curve, r: Requirement, kind: str, counts: np.ndarray) -> Summit:
+    damping, speed = _highest(curve, r.speeds, counts)
+    near = int(np.argmin(np.where(counts, np.abs(curve.values[0] - speed), np.inf)))
+    reason = f"half range {r.half_range:g}" if kind == "half-range" else f"{kind} of the cycle"
+    return Summit(damping, speed, reason, curve.values[:, counts], curve.orbit(near))
 
 
 def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
@@ -241,7 +310,7 @@ def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
             seen[speed] = _enough(scene.where({r.speed: float(speed)}), r, least)
         return seen[speed]
 
-    low, high = max(r.speeds[0], 1e-2 * r.speeds[1]), r.speeds[1]
+    low, high = max(r.speeds[0], SLOWEST * r.speeds[1]), r.speeds[1]
     ends = max(low, at - _NEIGHBOUR * (high - low)), min(high, at + _NEIGHBOUR * (high - low))
     for end in (at, *ends):
         need(end)
@@ -250,20 +319,21 @@ def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
             lambda v: -need(float(v)), bounds=ends, method="bounded", options={"xatol": 1e-3 * high, "maxiter": _TRIES}
         )
     speed = max(seen, key=seen.__getitem__)
-    sharper = _on_limit(scene.where({r.speed: speed}), r, seen[speed])
-    if sharper is not None and sharper.damping >= seen[speed] * (1 - _ALIKE):
-        return sharper
+    orbit = outermost(scene.where({r.speed: speed, r.name: seen[speed]}), r)
+    if isinstance(orbit, Orbit) and abs(orbit.half_range[0] - r.half_range) < _ALIKE * r.half_range:
+        sharper = _on_limit(orbit, r)
+        if sharper is not None and sharper.damping >= seen[speed] * (1 - _ALIKE):
+            return sharper
     speeds = np.array(sorted(seen))
     return Summit(seen[speed], speed, _reason(r), np.array([speeds, [seen[v] for v in speeds]]))
 
 
-def _on_limit(scene: Scene, r: Requirement, damping: float) -> Summit | None:
-    """Return the limit on the half range over the speeds, from a cycle that just meets it; None if none does."""
-    orbit = outermost(scene.where({r.name: damping}), r)
-    if not isinstance(orbit, Orbit) or not abs(orbit.half_range[0] - r.half_range) < _ALIKE * r.half_range:
-        return None
+def _on_limit(orbit: Orbit, r: Requirement) -> Summit | None:
+    """Return the limit on the half range over the speeds, from a cycle that nearly meets it; None if none is found."""
+    numbers = {s.name: value for s, value in orbit.scene.parameter_values().items()}
+    special = Special("half-range", numbers[r.name], orbit, Condition("half-range", level=r.half_range))
     try:
-        return _over_speeds(Special("half-range", damping, orbit, Condition("half-range", level=r.half_range)), r)
+        return _over_speeds(special, r, numbers[r.speed])
     except NotFound:
         return None
 
@@ -306,18 +376,23 @@ def _need(branch: Branch, r: Requirement) -> Special | None:
         if r.half_range > 0 and before.half_range[0] > r.half_range >= after.half_range[0]:
             return Special("half-range", float(branch.values[fine]), after, Condition("half-range", level=r.half_range))
         low, high = sorted(branch.values[fine - 1 : fine + 1])
-        between = (s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high)
-        return next(between, None)
-    ends = [s for s in branch.special if s.value >= branch.values[turn] - 1e-12 and s.kind not in ("flip", "torus")]
+        low, high = low * (1 - _CLOSE), np.inf if fine == turn else high * (1 + _CLOSE)  # a corner lies beyond its points
+        near = [s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high]
+        return min(near, key=lambda s: s.value, default=None)
+    last = branch.values[turn] * (1 - _CLOSE)  # beside a corner points of the branch may be off by as much
+    ends = [s for s in branch.special if s.value >= last and s.kind not in ("flip", "neimark-sacker")]
     return next((s for s in ends if s.kind != "fold"), ends[0] if ends else None)
 
 
-def _highest(curve: Curve, speeds: tuple[float, float]) -> tuple[float, float]:
-    """Return the largest second parameter on a curve within a range of the first, and the first one there."""
-    within = (curve.values[0] >= speeds[0] * (1 - 1e-12)) & (curve.values[0] <= speeds[1] * (1 + 1e-12))
+def _highest(curve: Curve, speeds: tuple[float, float], counts: np.ndarray) -> tuple[float, float]:
+    """Return the largest second parameter on a curve within a range of the first, and the first one there.
+
+    Only points that count are taken, shape (n,).
+    """
+    within = (curve.values[0] >= speeds[0] * (1 - 1e-12)) & (curve.values[0] <= speeds[1] * (1 + 1e-12)) & counts
     k = int(np.argmax(np.where(within, curve.values[1], -np.inf)))
     best = float(curve.values[1, k]), float(curve.values[0, k])
-    if not 0 < k < curve.values.shape[1] - 1:
+    if not (0 < k < curve.values.shape[1] - 1 and np.all(within[k - 1 : k + 2])):
         return best
     ends = np.clip(sorted((curve.values[0, k - 1], curve.values[0, k + 1])), *speeds)
 

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from symfric.design.cycles import Requirement, Summit, grows, outermost, summit
+from symfric.design.cycles import SLOWEST, Disturbed, Requirement, Summit, outermost, summit
 from symfric.design.growth import Growth, steepest_falls
 from symfric.design.result import Curve, Design
 from symfric.design.settling import Transient, settled
@@ -13,6 +13,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import Key, finite, name_of
 from symfric.model.scene import Scene
+from symfric.orbits.cycle import Orbit
 
 _SCAN = 7  # points of the damper's bounds, before polishing
 _REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
@@ -241,11 +242,15 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
         active = (f"{r.name} at its lower bound",)
     else:
         active = (f"{found.reason} at {r.speed} = {found.speed:.6g}",)
-    at = max(found.speed, _LOWEST * r.speeds[1])
+    at = max(found.speed, SLOWEST * r.speeds[1])
     more = found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1]
-    above = _probe(scene, r, at, more)
-    below = _probe(scene, r, at, found.damping * (1 - _STEP)) if found.damping > low else None
-    check = Check(above, below, tuple(_probe(scene, r, float(v), more) for v in _references(scene, r) if v != at))
+    disturbed = Disturbed(scene.where({r.speed: at, r.name: more}), r) if r.quiet else None
+    above = _probe(scene, r, disturbed, at, more)
+    below = None
+    if found.damping > low:  # the cycle that just meets the requirement lies near one that misses it
+        below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
+    others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
+    check = Check(above, below, tuple(others))
     beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
     if below is not None:
         violation = 0.0 if below.meets else 1.0
@@ -257,11 +262,12 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
     return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
 
 
-def _probe(scene: Scene, r: Requirement, speed: float, damping: float) -> Probe:
-    there = scene.where({r.speed: speed, r.name: damping})
-    orbit = outermost(there, r)
+def _probe(
+    scene: Scene, r: Requirement, disturbed: Disturbed | None, speed: float, damping: float, beside: Orbit | None = None
+) -> Probe:
+    orbit = outermost(scene.where({r.speed: speed, r.name: damping}), r, beside)
     size, stick = (float(orbit.half_range[0]), orbit.stick_fraction) if orbit else (0.0, 0.0)
-    growth = grows(there) if r.quiet else np.nan
+    growth = disturbed.rate(speed, damping) if disturbed else np.nan
     return Probe(speed, damping, size, stick, r.meets(orbit) and not growth > 0, growth)
 
 

@@ -139,3 +139,80 @@ def test_a_machine_slide_in_si_units():
     found = damper(slide, "c", (1e3, 4e4), (0.004, 0.02), speed="v_f")
     assert found.active == ("stick-onset of the cycle at v_f = 0.004",)
     assert found.check.agrees
+
+
+def steep(mu, fall, speed):
+    """A law that falls by `fall` within a small speed."""
+    v = sf.SPEED
+    return sf.laws.custom(mu + fall * sp.exp(-v / speed), mu + fall)
+
+
+def stepped(mu, fall, at, width):
+    """A law that falls by twice `fall` around a speed."""
+    v = sf.SPEED
+    return sf.laws.custom(mu - fall * sp.tanh((v - at) / width), mu + fall * float(np.tanh(at / width)))
+
+
+@pytest.mark.parametrize(
+    ("law", "low", "limit"),
+    [
+        (steep(0.27, 0.16, 0.11), 0.05, 0.2),  # at slow belts the cycle is small before it ends
+        pytest.param(steep(0.31, 0.06, 0.036), 0.05, 0.05, marks=pytest.mark.long),
+        pytest.param(steep(0.21, 0.17, 0.063), 0.05, 0.1, marks=pytest.mark.long),
+        (stepped(0.41, 0.054, 0.36, 0.024), 0.1, 0.05),
+        pytest.param(stepped(0.38, 0.036, 0.32, 0.18), 0.1, 0.05, marks=pytest.mark.long),
+        pytest.param(stepped(0.25, 0.072, 0.44, 0.053), 0.1, 0.05, marks=pytest.mark.long),
+    ],
+)
+def test_limits_on_the_half_range_for_laws_that_fall_within_a_small_speed(law, low, limit):
+    scene = sf.scenes.mass_on_belt(law, v_b=0.2)
+    found = damper(scene, "beta", (0.0, 3.0), (low, 1.0), half_range=limit)
+    assert found.status == "optimal", found.doubts
+    beta, decides = found.values["beta"], found.scene.values[scene.parameter("v_b")]
+    speeds = [*np.linspace(low, 1.0, 5), decides]
+    assert max(settled_size(scene, v, 1.01 * beta) for v in speeds) <= limit
+    assert settled_size(scene, decides, 0.99 * beta) > limit
+
+
+@pytest.mark.parametrize(("mu", "v_c", "low"), [(0.287, 0.186, 0.253), (0.263, 0.944, 0.353), (0.335, 0.182, 0.559)])
+def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
+    """Without damping the friction far out is nothing, and motions there neither shrink nor stick."""
+    scene = sf.scenes.mass_on_belt(sf.laws.exponential(mu, v_c), v_b=low)
+    found = damper(scene, "beta", (0.0, 3.0), (low, 2 * low), sticking=False)
+    assert found.status == "optimal", found.doubts
+    assert found.active == (f"stick-onset of the cycle at v_b = {low:g}",)
+    below = scene.where({"beta": 0.999 * found.values["beta"]}).starting({"x": 1.0})
+    assert sf.limit_cycle(below).stick_fraction > 0
+    for start in (8.0, 1.0):
+        above = scene.where({"beta": 1.001 * found.values["beta"]}).starting({"x": start}).until(3000.0)
+        events = sf.simulate(above.wanting({"events": sf.Events()})).events
+        assert not [e for e in events if e.after == 0 and e.t > 1500]
+
+
+@pytest.mark.parametrize("low", [1e-3, pytest.param(0.1, marks=pytest.mark.long)])
+def test_static_friction_above_the_kinetic(low):
+    """The slower the belt, the more damping ends the cycle; Coulomb's law has no other condition."""
+    scene = sf.scenes.mass_on_belt(sf.laws.coulomb(0.43, 0.3), v_b=low)
+    found = damper(scene, "beta", (0.0, 3.0), (low, 0.5))
+    assert found.status == "optimal", found.doubts
+    speed = found.scene.values[scene.parameter("v_b")]
+    assert speed < 1.1 * low
+    for share, sticks in ((0.99, True), (1.01, False)):
+        there = scene.where({"beta": share * found.values["beta"], "v_b": speed}).until(20 / speed)
+        events = sf.simulate(there.starting({"x": 0.42, "u": speed}).wanting({"events": sf.Events()})).events
+        assert bool([e for e in events if e.after == 0 and e.t > 5 / speed]) == sticks
+
+
+def test_the_check_starts_from_the_cycle_that_ends():
+    """Of two masses: motions from far out miss a cycle that few starts lead to, and the check does not."""
+    x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)
+    v_b, c = sp.symbols("v_b c", positive=True)
+    force = [-2 * c * u[0] - 1.1 * x[0] + 0.9 * (x[1] - x[0]), -0.34 * u[1] - 1.5 * x[1] + 0.9 * (x[0] - x[1])]
+    contact = sf.Contact("belt", slip=u[0] - v_b, normal=1, law=sf.laws.exponential(0.4, 0.5))
+    start = {**dict.fromkeys(x, 0.0), **dict.fromkeys(u, 0.0)}
+    scene = sf.Scene(sf.System(x, u, sp.diag(1, 2.7), force), [contact], {v_b: 0.5, c: 0.1}, start, 200.0)
+    found = damper(scene, "c", (0.0, 3.0), (0.19, 1.08))
+    assert found.status == "optimal", found.doubts
+    assert found.check.below.half_range > 0
+    probes = (found.check.above, found.check.below, *found.check.others)
+    assert all(0.19 <= p.speed <= 1.08 for p in probes)
