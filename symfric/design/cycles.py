@@ -376,7 +376,10 @@ def _need(branch: Branch, r: Requirement) -> Special | None:
         if r.half_range > 0 and before.half_range[0] > r.half_range >= after.half_range[0]:
             return Special("half-range", float(branch.values[fine]), after, Condition("half-range", level=r.half_range))
         low, high = sorted(branch.values[fine - 1 : fine + 1])
-        low, high = low * (1 - _CLOSE), np.inf if fine == turn else high * (1 + _CLOSE)  # a corner lies beyond its points
+        low, high = (
+            low * (1 - _CLOSE),
+            np.inf if fine == turn else high * (1 + _CLOSE),
+        )  # a corner lies beyond its points
         near = [s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high]
         return min(near, key=lambda s: s.value, default=None)
     last = branch.values[turn] * (1 - _CLOSE)  # beside a corner points of the branch may be off by as much

@@ -18,7 +18,7 @@ from symfric.orbits.cycle import Orbit
 _SCAN = 7  # points of the damper's bounds, before polishing
 _REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
 _ROUNDS = 12  # speeds from which the conditions on the cycles are followed
-_LOWEST = 0.02  # of the highest speed: slower ones stick for ages and ask for no more
+_SLOW, _LOWEST = 1e-3, 0.02  # of the highest speed: the slowest reference, and the lowest of those that are spread
 _BEYOND = 1e-6  # of the damping: how far beyond the present optimum cycles are looked for
 _STEP = 0.01  # of the damping: how far beside the optimum the full model is asked
 
@@ -149,9 +149,10 @@ def damper(
     samples. For one mass on a belt whose law falls steepest at rest it is ``2 beta = eta`` as the speed goes to zero,
     Thomsen (19).
 
-    That no cycle is left is shown by runs from far out, in every coordinate in turn, at a few speeds over the range and
-    where the laws fall steepest; a cycle that only other starts lead to is not seen. Cycles at speeds below 2 % of the
-    highest are not looked at, small vibration is.
+    That no cycle is left is shown by runs that start far out, as far as steady sliding displaces the system, and near,
+    in every coordinate in turn, at a few speeds over the range, at a thousandth of the highest if the range begins
+    below, and where the laws fall steepest; a cycle that only other starts lead to is not seen. Below a ten-thousandth
+    of the highest speed cycles are not looked at, small vibration is.
     """
     name = scene.parameter(parameter).name
     low, high = _pair(bounds, f"bounds of {name}")
@@ -272,6 +273,6 @@ def _probe(
 
 
 def _references(scene: Scene, r: Requirement) -> np.ndarray:
-    """Return the speeds at which cycles are looked for: over the range, and where the laws fall steepest."""
+    """Return the speeds at which cycles are looked for: slow, over the range, and where the laws fall steepest."""
     spread = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
-    return np.unique([*spread, *steepest_falls(scene, r)])
+    return np.unique([max(r.speeds[0], _SLOW * r.speeds[1]), *spread, *steepest_falls(scene, r)])
