@@ -5,10 +5,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from symfric.design.cycles import SLOWEST, Disturbed, Requirement, Summit, outermost, summit
+from symfric.design.cycles import Disturbed, Requirement, outermost
 from symfric.design.growth import Growth, steepest_falls
 from symfric.design.result import Curve, Design
 from symfric.design.settling import Transient, settled
+from symfric.design.summit import SLOWEST, Summit, summit
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.names import Key, finite, name_of
