@@ -63,6 +63,11 @@ class Left:
     stick_fraction: float
 
 
+def distances(r: Requirement) -> tuple[float, ...]:
+    """Return how far from steady sliding motions start, in what it displaces the system by itself."""
+    return _STARTS[:-1] if r.quiet else _STARTS  # what little displacements do is the stability of sliding
+
+
 def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbit | Left | None:
     """Return a limit cycle to which motions settle, the outermost of those seen; None if all end in steady sliding.
 
@@ -83,9 +88,7 @@ def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbi
     sizes = _sizes(scene, rest)[: len(q)].tolist()
     pulled = max(sizes) / max(abs(v) for v in rest.sliding.values())  # how long a contact that sticks pulls
     scene = scene.until(max(scene.horizon, _PULLS * pulled))
-    rounds = [[{**start, x: start[x] + share * far} for x, far in zip(q, sizes, strict=True)] for share in _STARTS]
-    if r.quiet:
-        rounds.pop()  # what little displacements do is the stability of sliding
+    rounds = [[{**start, x: start[x] + share * far} for x, far in zip(q, sizes, strict=True)] for share in distances(r)]
     if beside is not None:
         rounds.insert(0, [dict(zip(states, beside.start.tolist(), strict=True))])
     found: list[Orbit | Left] = []

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from symfric.design.cycles import Disturbed, Requirement, outermost
+from symfric.design.cycles import Disturbed, Requirement, distances, outermost
 from symfric.design.growth import Growth, steepest_falls
 from symfric.design.result import Curve, Design
 from symfric.design.settling import Transient, settled
@@ -57,11 +57,14 @@ class Check:
         Below is None where the lower bound is already enough.
     others : tuple of Probe
         With a little more damping at other speeds of the range.
+    starts : int
+        Motions that were followed at each speed: what no cycle was seen from.
     """
 
     above: Probe
     below: Probe | None
     others: tuple[Probe, ...] = ()
+    starts: int = 0
 
     @property
     def agrees(self) -> bool:
@@ -79,11 +82,13 @@ class Check:
     def to_dict(self) -> dict[str, object]:
         """Return plain Python data."""
         below, others = asdict(self.below) if self.below else None, [asdict(p) for p in self.others]
-        return {"agrees": self.agrees, "above": asdict(self.above), "below": below, "others": others}
+        sides = {"above": asdict(self.above), "below": below, "others": others}
+        return {"agrees": self.agrees, **sides, "starts": self.starts}
 
     def __str__(self) -> str:
         words = [_words(p, "a little more") for p in (self.above, *self.others)]
-        return "; ".join([*words, _words(self.below, "a little less")] if self.below else words)
+        words += [_words(self.below, "a little less")] if self.below else []
+        return "; ".join([*words, f"seen in {self.starts} motions at each speed, none of which proves what others do"])
 
 
 def _words(p: Probe, share: str) -> str:
@@ -252,7 +257,7 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
     if found.damping > low:  # the cycle that just meets the requirement lies near one that misses it
         below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
     others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
-    check = Check(above, below, tuple(others))
+    check = Check(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
     beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
     if below is not None:
         violation = 0.0 if below.meets else 1.0

@@ -83,7 +83,9 @@ def quench(
     The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
     The mean friction is (41) too; on a belt at rest fast vibration leaves none of it, so that a limit on the friction
     asks for a lowest belt speed above 0.
-    The condition is local: large stick-slip cycles beside a stable sliding are not excluded.
+    The condition is local: large stick-slip cycles beside a stable sliding are not excluded, and no motion is started
+    far out. Several masses are not taken, though `symfric.separate` gives their slow scene: there the fast slip of each
+    contact has its own amplitude, and stability is no longer the sign of one damping but of eigenvalues.
     """
     belt = read_belt(scene)
     problem = _problem(belt, speeds, Omega, a, minimise, margin, limits)
