@@ -249,10 +249,11 @@ def lower(
     system, n = scene.system, len(scene.system.q)
     u, w, load = low.y[n : 2 * n], low.w, low.load
     f, mass = low.vector(system.force), low.mass()
-    edges = edges_of(low, mass, [k for k, _ in parallels(scene)])
+    groups = [k for k, _ in parallels(scene)]
+    edges = edges_of(low, mass, groups)
     for i in range(len(scene.contacts)):
         low.sliding[i] = edges.towards(i, low.d[i], low.sliding[i])
-    rate, friction = accelerations(low, f, mass, tested)
+    rate, friction, holds = accelerations(low, f, mass, tested)
     guards = []
     friction, rooms = rooms_left(low, friction, edges)
     for i, (behind, ahead) in enumerate(rooms):
@@ -260,6 +261,8 @@ def lower(
             guards += [low.d[i] * w[i], ca.SX(1)]
         else:
             sticks, idle = low.s[i] > 0.5, low.s[i] == 2
+            if tested:  # then the mode does not say it
+                idle = ca.logic_and(sticks, sum(h for k, h in zip(groups, holds, strict=True) if k == groups[i]) == 0)
             guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, low.d[i] * w[i]))]
             guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
     for i, c in enumerate(scene.contacts):
@@ -288,18 +291,21 @@ def lower(
         at_edges=edges.switches,
         autonomous=not ca.depends_on(ca.vertcat(*out), low.t),
         anchors=tuple(_anchor(scene, c) for c in scene.contacts),
-        parallels=tuple(k for k, _ in parallels(scene)),
+        parallels=tuple(groups),
     )
 
 
-def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX]:
-    """Return u' and the friction forces of all contacts in the mode held by (s, d); `tested` as in `lower`."""
+def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
+    """Return u', the friction forces of all contacts in the mode held by (s, d), and which hold their slips at zero.
+
+    `tested` as in `lower`.
+    """
     n, nc, w = f.numel(), low.w.numel(), low.w
     u, q = low.y[n : 2 * n], low.y[:n]
     D, LT, order = ca.ldl(mass)
     solve = lambda b: ca.ldl_solve(b, D, LT, order)  # noqa: E731
     if nc == 0:
-        return solve(f), ca.SX(0, 1)
+        return solve(f), ca.SX(0, 1), []
     J = ca.jacobian(w, u)
     slipping = ca.SX(low.sliding)
     for i, c in enumerate(low.scene.contacts):
@@ -308,18 +314,18 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
     free = solve(f + J.T @ slipping)
     sticking = [i for i, c in enumerate(low.scene.contacts) if not c.law.smooth]
     if not sticking:
-        return free, slipping
+        return free, slipping, [ca.SX(0)] * nc
     Jk, s = J[sticking, :], low.s[sticking] == 1
     pull = solve(Jk.T)
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
-    held, gain = hold(Jk, pull, free, drift, s, tested)
-    friction, rate = ca.SX(slipping), ca.densify(free + gain)
+    held, gain, own = hold(Jk, pull, free, drift, s, tested)
+    friction, rate, holds = ca.SX(slipping), ca.densify(free + gain), [ca.SX(0)] * nc
     for k, i in enumerate(sticking):
-        friction[i] = slipping[i] + held[k]
+        friction[i], holds[i] = slipping[i] + held[k], own[k]
         index, factor = _anchor(low.scene, low.scene.contacts[i])
         if index >= 0:  # a body held by the ground follows it exactly, not to rounding
-            rate[index - n] = ca.if_else(low.s[i] > 0.5, -drift[k] / factor, rate[index - n])
-    return rate, friction
+            rate[index - n] = ca.if_else(own[k], -drift[k] / factor, rate[index - n])
+    return rate, friction, holds
 
 
 def _gauge(low: Lowering, u: ca.SX, mass: ca.SX, edges: Edges) -> ca.Function:

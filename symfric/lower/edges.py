@@ -118,7 +118,7 @@ def _sides(low, i, J, spread, parallels, slopes, among) -> list[ca.SX]:
     order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
     sticks = ca.vertcat(1, *(low.s[k] == 1 for k in others))
     pushed = ca.SX([-1.0, *(0.0 for _ in others)])
-    _, v = hold(J[order, :], spread[:, order], ca.SX.zeros(J.shape[1]), pushed, sticks, tested=True)
+    _, v, _ = hold(J[order, :], spread[:, order], ca.SX.zeros(J.shape[1]), pushed, sticks, tested=True)
     rows = slopes[list(among), :]
     rho, size = ca.densify(rows @ v), ca.densify(ca.fabs(rows) @ ca.fabs(v))
     way = ca.if_else(rho < 0, -1, 1)

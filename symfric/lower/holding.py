@@ -12,8 +12,10 @@ DISTINCT = 64 * 2.0**-52  # of a row: by less than this its slip differs from th
 REDUNDANT = DISTINCT**2  # part of its diagonal below which a pivot of the coupling vanishes
 
 
-def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX]:
+def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return the forces that hold the contacts that stick, zero for the others, and the accelerations by them.
+
+    The third is which contacts hold something: 1 for those that stick and do not follow from the ones before them.
 
     Parameters
     ----------
@@ -34,6 +36,7 @@ def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: boo
     factor = [[ca.SX(0)] * n for _ in range(n)]
     x: list[ca.SX] = []
     reciprocal: list[ca.SX] = []
+    holds: list[ca.SX] = []
     for i in range(n):
         size = rows[i] @ columns[i]
         for _ in range(2):  # once leaves a part of the rows before that is as large as rounding over the difference
@@ -47,9 +50,10 @@ def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: boo
         pivot, own = rows[i] @ columns[i], sticks[i]
         if tested:
             own = ca.logic_and(own, pivot > REDUNDANT * size)
+        holds.append(own)
         reciprocal.append(own / (1 - own + own * pivot))  # a choice would part the sums that it enters
         x.append(-(rows[i] @ a + drift[i]) * reciprocal[i])
     gain = sum((columns[i] * x[i] for i in range(n)), ca.SX(J.shape[1], 1))  # forces may be large that cancel
     for i in reversed(range(n)):
         x[i] -= sum((factor[i][j] * x[j] for j in range(i + 1, n) if not factor[i][j].is_zero()), ca.SX(0))
-    return ca.vertcat(*x), gain
+    return ca.vertcat(*x), gain, ca.vertcat(*holds)

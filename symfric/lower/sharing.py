@@ -9,6 +9,7 @@ import sympy as sp
 
 from symfric.lower.edges import Edges
 from symfric.lower.holding import DISTINCT
+from symfric.model.names import TIME
 from symfric.model.scene import Scene
 
 if TYPE_CHECKING:
@@ -16,12 +17,16 @@ if TYPE_CHECKING:
 
 
 def parallels(scene: Scene) -> list[tuple[int, float]]:
-    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone."""
+    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone.
+
+    Of a factor that holds parameters there is only the sign.
+    """
     rows = [_row(scene, c.slip) for c in scene.contacts]
+    moving = {*scene.system.states, TIME, *scene.inputs}
     found = []
     for i, c in enumerate(scene.contacts):
         before = [k for k in range(i) if not scene.contacts[k].law.smooth]
-        ratios = ((k, _ratio(rows[i], rows[k], c.slip, scene.contacts[k].slip)) for k in before)
+        ratios = ((k, _ratio(rows[i], rows[k], c.slip, scene.contacts[k].slip, moving)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
         found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return found
@@ -34,11 +39,19 @@ def _row(scene: Scene, slip: sp.Expr) -> np.ndarray | None:
     return np.array(row, dtype=float) if all(e.is_number for e in row) else None
 
 
-def _ratio(row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr) -> float | None:
-    """Return what a slip is over another, None unless that is the same for all velocities; numbers to rounding."""
+def _ratio(
+    row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr, moving: set[sp.Symbol]
+) -> float | None:
+    """Return what a slip is over another, None unless that is the same at all times; numbers to rounding.
+
+    Of parameters the sign is enough, where it is known from what is assumed of them.
+    """
     if row is None or other is None:
-        ratio = sp.cancel(slip / other_slip) if row is other else sp.nan
-        return float(ratio) if ratio.is_number and ratio.is_finite else None
+        ratio = sp.cancel(slip / other_slip)
+        if ratio.is_number:
+            return float(ratio) if ratio.is_finite and ratio != 0 else None
+        known = not ratio.free_symbols & moving and (ratio.is_positive or ratio.is_negative)
+        return (1.0 if ratio.is_positive else -1.0) if known else None
     k = int(np.argmax(np.abs(other[:-1])))
     ratio = row[k] / other[k]
     alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))

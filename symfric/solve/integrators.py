@@ -20,11 +20,12 @@ from symfric.model.names import Key, finite
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.hermite import extremes, quintic
-from symfric.solve.next_mode import Rule, make_rule, next_mode, numbers, starting_mode
+from symfric.solve.next_mode import ROUNDING, Rule, make_rule, next_mode, numbers, starting_mode
 from symfric.solve.one_mode import ONE_STEP, Integrators, signs_evaluated
 from symfric.solve.pieces import FINEST, Flow, Piece, Start
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.segments import segments
+from symfric.solve.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
 
@@ -62,6 +63,7 @@ class _Motion:
     total: np.ndarray
     m: np.ndarray
     farthest: np.ndarray
+    size: np.ndarray
     status: Status = Status.OK
     rest: float = math.nan
     reach: float = math.inf
@@ -100,8 +102,9 @@ class IntegratorsProgram:
         count = len(self._integrals)
         self._make_flow = partial(Flow, self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
         first = self._make_flow()
+        self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
         self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator serves one run at a time
-        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local))
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
 
     def __reduce__(self):
         """Pickle as what it was prepared from."""
@@ -127,11 +130,15 @@ class IntegratorsProgram:
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
         flow = self._lease()
-        motion = _Motion(0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode), np.abs(start))
+        motion = _Motion(
+            0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode), np.abs(start), np.zeros(0)
+        )
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
         for k, row in enumerate(inputs):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
             self._settle(motion, p, frozenset(), first=k == 0)
+            if k == 0:
+                motion.size = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
             while motion.t < end and motion.status == Status.OK:
                 self._integrate(flow, motion, p, end)
                 if progress is not None:
@@ -163,9 +170,11 @@ class IntegratorsProgram:
         if mode is None:
             motion.status = Status.UNDECIDED
             return
-        _, _, _, load, margin = (numbers(e) for e in self.automaton.gauge(motion.y, motion.t, p)[:5])
-        if np.any(load < 0) or np.any(margin < 0):
-            motion.status = Status.LOST_CONTACT if np.any(load < 0) else Status.UNDECIDED
+        gauge = dict(zip(self.automaton.gauge.name_out(), self.automaton.gauge(motion.y, motion.t, p), strict=True))
+        load, margin, forces, coupling = (numbers(gauge[name]) for name in ("load", "margin", "forces", "coupling"))
+        lost = load * coupling[:: load.size + 1] < -ROUNDING * forces  # what terms that cancel leave of zero is zero
+        if np.any(lost) or np.any(margin < 0):
+            motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
             return
         n_c = len(self.automaton.contacts)
         before, after = _signs(motion.m, n_c), _signs(mode, n_c)
@@ -180,7 +189,9 @@ class IntegratorsProgram:
         """Go on to `end` or to the next event, or part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
-        start = Start(motion.t, np.concatenate([motion.y, motion.total]), p, motion.m)
+        state = np.concatenate([motion.y, motion.total])
+        motion.size = np.maximum(motion.size, np.abs(state))
+        start = Start(motion.t, state, p, motion.m, motion.size)
         piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
         if piece is None:
             motion.status = Status.INTEGRATOR

@@ -15,6 +15,8 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.edges import ON_EDGE
 
 _MOST_TRIALS = 20_000
+ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
+_FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
 _TIE = 1e-12  # of a derivative against its scale: too small to have a sign
 
 
@@ -27,25 +29,31 @@ class Rule:
     automaton : Automaton
     look : casadi.Function
         ``(y, t, p, m) -> (guards, first, second)``: the guards and their derivatives along the motion.
+    drift : casadi.Function
+        ``(y, t, p, m) -> dw/dt``: the slip accelerations, shape (n_c,).
     slopes : casadi.Function
         ``(y, t, p) -> dw/du``, shape (n_c, n_u).
     velocities : slice
         Where the velocities stand in the state.
     zero : float
         Relative size below which a slip or a guard counts as zero; what the integrator leaves of an event.
+    horizon : float
+        Of the run.
     farthest : ndarray, shape (n_x,)
         Largest magnitudes of the states so far.
     """
 
     automaton: Automaton
     look: ca.Function
+    drift: ca.Function
     slopes: ca.Function
     velocities: slice
     zero: float
+    horizon: float
     farthest: np.ndarray
 
 
-def make_rule(automaton: Automaton, n_q: int, zero: float) -> Rule:
+def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float) -> Rule:
     """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
     field = automaton.field
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
@@ -54,8 +62,9 @@ def make_rule(automaton: Automaton, n_q: int, zero: float) -> Rule:
     first = along(guards, rate, y, t)
     look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
     slip = automaton.gauge(y, t, p)[0]
+    drift = ca.Function("drift", [y, t, p, m], [along(slip, rate, y, t)])
     slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
-    return Rule(automaton, look, slopes, slice(n_q, 2 * n_q), zero, np.zeros(y.numel()))
+    return Rule(automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()))
 
 
 def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
@@ -94,8 +103,12 @@ def next_mode(
     """
     automaton = rule.automaton
     n_c = len(automaton.contacts)
-    slip, scale, pull = (numbers(e) for e in automaton.gauge(y, t, p)[:3])
-    still = [i for i in range(n_c) if m[i] or 2 * i in hit or abs(slip[i]) <= rule.zero * scale[i]]
+    slip, _, pull = (numbers(e) for e in automaton.gauge(y, t, p)[:3])
+    scale = numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
+    still = [i for i in range(n_c) if m[i] or 2 * i in hit]
+    for i in (i for i in range(n_c) if i not in still and abs(slip[i]) <= rule.zero * scale[i]):
+        if _nearly(rule, y, t, p, sorted([*still, i])):
+            still = sorted([*still, i])
     _project(rule, y, t, p, still)
     m = m.copy()
     for k in (k for k in hit if 2 * n_c <= k < 2 * n_c + automaton.n_switches):
@@ -158,7 +171,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
             return before
         wrong = []
         for k in (k for k in range(2 * n_c, 2 * n_c + n_s) if abs(m[k]) != ON_EDGE):
-            zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]))
+            zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]) * rule.horizon)
             falls = first[k] < 0 or (first[k] == 0 and second[k] < 0)
             if (falls and turned[k] < 2) if zero else guards[k] < 0:
                 wrong.append(k)
@@ -194,19 +207,25 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
 
 
 def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:
-    """Whether sticking forces stay within their bounds and what slips from zero slips in its own direction."""
+    """Whether what sticks does, its force stays within the bounds, and what slips from zero goes its own way."""
     guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
+    gauge = dict(zip(rule.automaton.gauge.name_out(), rule.automaton.gauge(y, t, p), strict=True))
+    slip, forces, drift = numbers(gauge["w"]), numbers(gauge["forces"]), numbers(rule.drift(y, t, p, m))
     for i in still:
+        if m[i] and abs(drift[i]) > max(rule.zero, _TIE) * pull[i] + ROUNDING * forces[i]:
+            return False  # it follows from others that it does not stick
+        if m[i] and guards[2 * i] == slip[i] == -guards[2 * i + 1]:
+            continue  # it follows from others that it does, without a force
         if m[i]:
             bound = 0.5 * abs(guards[2 * i] + guards[2 * i + 1])
             for k in (2 * i, 2 * i + 1):
                 at_bound = k in hit or abs(guards[k]) <= rule.zero * bound
-                if first[k] < -_TIE * bound if at_bound else guards[k] < 0:
+                if first[k] * rule.horizon < -_TIE * bound if at_bound else guards[k] < 0:
                     return False
         else:
             start, then = first[2 * i], second[2 * i]
             little = max(rule.zero, _TIE) * pull[i]
-            if start < -little or (abs(start) <= little and then < -_TIE * pull[i]):
+            if start < -little or (abs(start) <= little and then * rule.horizon < -_TIE * pull[i]):
                 return False
     return True
 
@@ -223,6 +242,17 @@ def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
         rows[:, [automaton.anchors[i][0] - rule.velocities.start for i in still if automaton.anchors[i][0] >= 0]] = 0
         slip = numbers(automaton.gauge(y, t, p)[0])[coupled]
         y[rule.velocities] -= np.linalg.lstsq(rows, slip, rcond=None)[0]
+
+
+def _nearly(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> bool:
+    """Whether the slips in `still` vanish together at a state that the error of the integrator does not tell from y.
+
+    Of slips that nearly agree each may be as good as zero, though all are zero only far away.
+    """
+    there = y.copy()
+    _project(rule, there, t, p, still)
+    speeds = np.maximum(rule.farthest, np.abs(y))[rule.velocities]
+    return bool(np.all(np.abs(there - y)[rule.velocities] <= _FAR * rule.zero * np.max(speeds, initial=0.0)))
 
 
 def numbers(e) -> np.ndarray:

@@ -76,15 +76,18 @@ def mode_integrator(
     Returns
     -------
     casadi.Function
-        Its states are y and the integrals; its parameters p, m, start and length of the interval.
+        Its states are y and the integrals over their sizes; its parameters p, m, the sizes, start and length of the
+        interval.
     """
     n_x, n_p, n_m = field.nnz_in(0), field.nnz_in(2), field.nnz_in(3)
-    state, time = ca.SX.sym("state", n_x + n_integrals), ca.SX.sym("time")
-    data = ca.SX.sym("data", n_p + n_m + 2)
-    p, m, begin, length = data[:n_p], data[n_p : n_p + n_m], data[-2], data[-1]
-    rate, _, rows = field(state[:n_x], begin + length * time, p, m)
+    n = n_x + n_integrals
+    state, time = ca.SX.sym("state", n), ca.SX.sym("time")
+    p, m, size = ca.SX.sym("p", n_p), ca.SX.sym("m", n_m), ca.SX.sym("size", n)
+    begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
+    rate, _, rows = field((state * size)[:n_x], begin + length * time, p, m)
     integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
-    dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals)}
+    data = ca.vertcat(p, m, size, begin, length)
+    dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
     if settings.plugin == "collocation":
         options = {"number_of_finite_elements": math.ceil(elements / nodes)}
@@ -107,15 +110,15 @@ def signs_evaluated(automaton: Automaton) -> ca.Function:
 
 
 def node_function(field: ca.Function, n_integrals: int) -> ca.Function:
-    """Return ``(y, t, p, m) -> (y', y'', r, r', r'', b)`` for dense output.
+    """Return ``(y, t, p, m, size) -> (y', y'', r, r', r'', b)`` for dense output.
 
-    r holds guards and the rows not integrated, b how much they change at most if every state changes by ``1 + |y|``.
+    r holds guards and the rows not integrated, b how much they change at most if every state changes by ``size + |y|``.
     """
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    p, m, size = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3)), ca.SX.sym("size", y.numel())
     rate, guards, rows = field(y, t, p, m)
     rows = ca.vertcat(guards, rows[n_integrals:])
     first = along(rows, rate, y, t)
-    blur = ca.densify(ca.fabs(ca.jacobian(rows, y)) @ (1 + ca.fabs(y)))
+    blur = ca.densify(ca.fabs(ca.jacobian(rows, y)) @ (size + ca.fabs(y)))
     out = [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t), blur]
-    return ca.Function("nodes", [y, t, p, m], out)
+    return ca.Function("nodes", [y, t, p, m, size], out)

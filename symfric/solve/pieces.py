@@ -15,6 +15,7 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.hermite import first_fall, middle_errors
 from symfric.solve.one_mode import ONE_STEP, Integrators, mode_integrator, node_function
+from symfric.solve.sizes import filled
 from symfric.solve.taylor.enclosure import unseen_by
 
 FINEST = 1e-14  # tolerance
@@ -32,12 +33,13 @@ _NEWTON = 4  # corrections of the time of an event
 
 @dataclass(frozen=True)
 class Start:
-    """Where a piece begins: time, state with the integrals below it, parameters, mode."""
+    """Where a piece begins: time, state with the integrals below it, parameters, mode; and how large states are."""
 
     t: float
     state: np.ndarray
     p: np.ndarray
     m: np.ndarray
+    size: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,8 @@ class Flow:
         """Return the states at equidistant times after the start; raise RuntimeError if the integrator gives up."""
         integrator = self._integrator(nodes)
         try:
-            return np.array(integrator(x0=start.state, p=np.concatenate([start.p, start.m, [start.t, span]]))["xf"])
+            data = np.concatenate([start.p, start.m, start.size, [start.t, span]])
+            return np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
         finally:
             counts = integrator.stats()
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
@@ -120,7 +123,9 @@ class Flow:
         before = None
         while self._elements <= self.settings.elements:
             found = self.at_nodes(start, span, 1)[:, -1]
-            if before is not None and np.all(np.abs(found - before) <= self.tolerance * np.maximum(1, np.abs(found))):
+            if before is not None and np.all(
+                np.abs(found - before) <= self.tolerance * np.maximum(start.size, np.abs(found))
+            ):
                 self._elements //= 2
                 return found
             before = found
@@ -163,7 +168,8 @@ class Flow:
             span = min(reach, end - start.t)
             try:
                 found = self.at_nodes(start, span, NODES)
-                if np.any(1 + np.abs(found) > _GROWTH * (1 + np.abs(start.state[:, None]))):
+                size = start.size[:, None]
+                if np.any(size + np.abs(found) > _GROWTH * (size + np.abs(start.state[:, None]))):
                     raise RuntimeError("what is small at the start would be lost in what is large at the end")
                 piece, excess, below = self._between(start, min(start.t + reach, end), found)
                 factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
@@ -189,7 +195,10 @@ class Flow:
         middle, radius = 0.5 * (low + high), 0.5 * (high - low) + between
         box = np.concatenate([middle, [0.5 * (t[0] + t[-1])], radius, [0.5 * span]])
         unseen = np.array(self._unseen(box, start.p, start.m)).ravel()
-        sizes = np.concatenate([(1 + np.max(np.abs(y), axis=1)) / span, np.ones(unseen.size - self.n_x)])
+        states = start.size + np.max(np.abs(piece.state), axis=1)
+        rows = filled(np.max(np.abs(piece.rows[0]) + self._look(t[:1], piece.state[:, :1], start)[-1], axis=1))
+        n, n_g = self.n_x, self.n_guards
+        sizes = np.concatenate([states[:n] / span, rows[:n_g], states[n:] / span, rows[n_g:]])
         return not np.all(unseen <= self.tolerance * sizes)
 
     def _between(self, start: Start, stop: float, found: np.ndarray) -> tuple[Piece, float, np.ndarray]:
@@ -201,7 +210,7 @@ class Flow:
             raise RuntimeError("the motion left the finite numbers")
         n, y = self.n_x, state[: self.n_x]
         values = np.concatenate([y, rows[0]]), np.concatenate([first, rows[1]]), np.concatenate([second, rows[2]])
-        noise = self.local * np.max(np.concatenate([1 + np.abs(y), blur]), axis=1)
+        noise = self.local * np.max(np.concatenate([start.size[:n, None] + np.abs(y), blur]), axis=1)
         error = middle_errors(t, *values)
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
         excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # a row may be zero all along
@@ -209,7 +218,9 @@ class Flow:
         return Piece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
 
     def _look(self, t: np.ndarray, state: np.ndarray, start: Start) -> list[np.ndarray]:
-        return [np.array(e) for e in self._nodes(state[: self.n_x], t[None, :], start.p, start.m)]
+        return [
+            np.array(e) for e in self._nodes(state[: self.n_x], t[None, :], start.p, start.m, start.size[: self.n_x])
+        ]
 
     def _cut(self, start: Start, piece: Piece, below: np.ndarray) -> Piece | None:
         """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
@@ -245,7 +256,7 @@ class Flow:
             correction = -value / slope if slope else math.inf
             if abs(value) <= 1e-3 * noise or not abs(correction) < most:  # a graze has no slope
                 break
-            there = self._guard(Start(t, state, start.p, start.m), t + correction, index)
+            there = self._guard(replace(start, t=t, state=state), t + correction, index)
             if not abs(there[1]) < abs(value):
                 break
             t, (state, value, slope) = t + correction, there

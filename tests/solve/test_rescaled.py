@@ -87,6 +87,16 @@ def test_units_far_away(seed, units):
     assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("units", [(1e-6, 1, 1), (1e-6, 1e-6, 1e2), (1e6, 1, 1e-4), (1, 1e-12, 1e6)])
+@pytest.mark.parametrize("seed", [1, 3, 4, 6])
+def test_the_integrators_in_other_units(seed, units):
+    one, events, _ = in_units(sf.simulate(rescaled(seed), TOLERANCE).checked(), 1.0, 1.0)
+    length, _, time = units
+    other, found, _ = in_units(sf.simulate(rescaled(seed, *units), 1e-8, "integrators").checked(), length, time)
+    assert found == events
+    assert other == pytest.approx(one, rel=1e-7, abs=1e-7)
+
+
 @pytest.mark.parametrize("units", [(1e-6, 1e-6, 1e2), (1e-3, 1e4, 1e-5), (1e6, 1e-6, 1e6)])
 def test_a_limit_cycle_in_other_units(units):
     def belt(length, mass, time):
