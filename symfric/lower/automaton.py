@@ -224,9 +224,7 @@ def _has_ends(expr: sp.Expr) -> bool:
     return bool(roots or expr.atoms(sp.asin, sp.acos))
 
 
-def lower(
-    scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset(), *, tested: bool = False
-) -> Automaton:
+def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
     """Build the automaton of a scene.
 
     Parameters
@@ -236,10 +234,6 @@ def lower(
         Expressions wanted along the run; may contain `friction_force` and `slip`.
     varied : frozenset of str
         Parameters that will change although `constants` has them; the others there are built into the equations.
-    tested : bool
-        Whether the graph itself finds out which sticking contacts are redundant, by conditions on the state; otherwise
-        the mode says it.
-
     Raises
     ------
     SceneError
@@ -253,7 +247,7 @@ def lower(
     edges = edges_of(low, mass, groups)
     for i in range(len(scene.contacts)):
         low.sliding[i] = edges.towards(i, low.d[i], low.sliding[i])
-    rate, friction, holds = accelerations(low, f, mass, tested)
+    rate, friction = accelerations(low, f, mass, tested=False)
     guards = []
     friction, rooms = rooms_left(low, friction, edges)
     for i, (behind, ahead) in enumerate(rooms):
@@ -261,8 +255,6 @@ def lower(
             guards += [low.d[i] * w[i], ca.SX(1)]
         else:
             sticks, idle = low.s[i] > 0.5, low.s[i] == 2
-            if tested:  # then the mode does not say it
-                idle = ca.logic_and(sticks, sum(h for k, h in zip(groups, holds, strict=True) if k == groups[i]) == 0)
             guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, low.d[i] * w[i]))]
             guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
     for i, c in enumerate(scene.contacts):
@@ -295,17 +287,18 @@ def lower(
     )
 
 
-def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
-    """Return u', the friction forces of all contacts in the mode held by (s, d), and which hold their slips at zero.
+def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX]:
+    """Return u' and the friction forces of all contacts in the mode held by (s, d).
 
-    `tested` as in `lower`.
+    `tested` says whether the graph itself finds out which sticking contacts are redundant, by conditions on the state;
+    otherwise the mode says it.
     """
     n, nc, w = f.numel(), low.w.numel(), low.w
     u, q = low.y[n : 2 * n], low.y[:n]
     D, LT, order = ca.ldl(mass)
     solve = lambda b: ca.ldl_solve(b, D, LT, order)  # noqa: E731
     if nc == 0:
-        return solve(f), ca.SX(0, 1), []
+        return solve(f), ca.SX(0, 1)
     J = ca.jacobian(w, u)
     slipping = ca.SX(low.sliding)
     for i, c in enumerate(low.scene.contacts):
@@ -314,18 +307,18 @@ def accelerations(low: Lowering, f: ca.SX, mass: ca.SX, tested: bool) -> tuple[c
     free = solve(f + J.T @ slipping)
     sticking = [i for i, c in enumerate(low.scene.contacts) if not c.law.smooth]
     if not sticking:
-        return free, slipping, [ca.SX(0)] * nc
+        return free, slipping
     Jk, s = J[sticking, :], low.s[sticking] == 1
     pull = solve(Jk.T)
     drift = ca.jacobian(w, q)[sticking, :] @ u + ca.jacobian(w, low.t)[sticking, :]
     held, gain, own = hold(Jk, pull, free, drift, s, tested)
-    friction, rate, holds = ca.SX(slipping), ca.densify(free + gain), [ca.SX(0)] * nc
+    friction, rate = ca.SX(slipping), ca.densify(free + gain)
     for k, i in enumerate(sticking):
-        friction[i], holds[i] = slipping[i] + held[k], own[k]
+        friction[i] = slipping[i] + held[k]
         index, factor = _anchor(low.scene, low.scene.contacts[i])
         if index >= 0:  # a body held by the ground follows it exactly, not to rounding
             rate[index - n] = ca.if_else(own[k], -drift[k] / factor, rate[index - n])
-    return rate, friction, holds
+    return rate, friction
 
 
 def _gauge(low: Lowering, u: ca.SX, mass: ca.SX, edges: Edges) -> ca.Function:

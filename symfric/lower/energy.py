@@ -21,7 +21,7 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     n, nc = len(scene.system.q), len(scene.contacts)
     q, u = low.y[:n], low.y[n : 2 * n]
     f, mass = low.vector(scene.system.force), low.mass()
-    _, friction, _ = accelerations(low, f, mass, tested=True)
+    _, friction = accelerations(low, f, mass, tested=True)
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, q) @ u
     applied = u.T @ f + turning

@@ -1,6 +1,5 @@
 """Contacts on the same two bodies: they share the force that holds them in proportion to their bounds."""
 
-import math
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -16,10 +15,10 @@ if TYPE_CHECKING:
     from symfric.lower.automaton import Lowering
 
 
-def parallels(scene: Scene) -> list[tuple[int, float]]:
+def parallels(scene: Scene) -> list[tuple[int, float | sp.Expr]]:
     """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone.
 
-    Of a factor that holds parameters there is only the sign.
+    The sign of a factor is known, whatever the parameters in it.
     """
     rows = [_row(scene, c.slip) for c in scene.contacts]
     moving = {*scene.system.states, TIME, *scene.inputs}
@@ -41,21 +40,25 @@ def _row(scene: Scene, slip: sp.Expr) -> np.ndarray | None:
 
 def _ratio(
     row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr, moving: set[sp.Symbol]
-) -> float | None:
+) -> float | sp.Expr | None:
     """Return what a slip is over another, None unless that is the same at all times; numbers to rounding.
 
-    Of parameters the sign is enough, where it is known from what is assumed of them.
+    It may hold parameters if its sign is known from what is assumed of them.
     """
     if row is None or other is None:
         ratio = sp.cancel(slip / other_slip)
         if ratio.is_number:
             return float(ratio) if ratio.is_finite and ratio != 0 else None
         known = not ratio.free_symbols & moving and (ratio.is_positive or ratio.is_negative)
-        return (1.0 if ratio.is_positive else -1.0) if known else None
+        return ratio if known else None
     k = int(np.argmax(np.abs(other[:-1])))
     ratio = row[k] / other[k]
     alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))
     return float(ratio) if alike else None
+
+
+def _sign(factor: float | sp.Expr) -> float:
+    return 1.0 if factor > 0 else -1.0
 
 
 def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
@@ -75,7 +78,7 @@ def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, l
         For each contact, what is left to its bound before it slips backwards, and before it slips forwards.
     """
     groups, contacts = parallels(low.scene), low.scene.contacts
-    same = [math.copysign(1.0, factor) for _, factor in groups]  # way of a contact over that of its group
+    same = [_sign(factor) for _, factor in groups]  # way of a contact over that of its group
     sticks = [low.sx(c.law.stick) for c in contacts]
 
     def shared(way: int) -> tuple[list[ca.SX], ca.SX]:
@@ -95,7 +98,9 @@ def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, l
     return found, rooms
 
 
-def _in_proportion(low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float]]) -> ca.SX:
+def _in_proportion(
+    low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float | sp.Expr]]
+) -> ca.SX:
     """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
 
     Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
@@ -106,15 +111,14 @@ def _in_proportion(low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups
         group = [(i, factor) for i, (k, factor) in enumerate(groups) if k == first]
         if len(group) < 2:
             continue
+        factors = {i: low.sx(factor) for i, factor in group}
         sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
-        whole = sum(ca.if_else(sticks[i], factor * friction[i], 0) for i, factor in group)
-        reach = sum(ca.if_else(sticks[i], abs(factor) * bounds[i], 0) for i, factor in group)
+        whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
+        reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
         loaded = ca.SX(1)
         if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
             loaded = ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
-            shared[i] = ca.if_else(
-                sticks[i] * loaded, math.copysign(1, factor) * bounds[i] * whole / reach, friction[i]
-            )
+            shared[i] = ca.if_else(sticks[i] * loaded, _sign(factor) * bounds[i] * whole / reach, friction[i])
     return shared

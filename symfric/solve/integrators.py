@@ -93,7 +93,7 @@ class IntegratorsProgram:
         self._times = {n: scene.horizon if o.time is None else o.time for n, o in scalars.items() if isinstance(o, At)}
         self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
         self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
-        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied, tested=True)
+        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied)
         refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")

@@ -13,8 +13,11 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.edges import ON_EDGE
+from symfric.lower.holding import REDUNDANT
 
 _MOST_TRIALS = 20_000
+FOLLOWS, SHARES = 2.0, 3.0  # modes of contacts that stick without a constraint of their own
+_FORCES, _SPREAD = 5, 7  # outputs of the gauge
 ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
 _TIE = 1e-12  # of a derivative against its scale: too small to have a sign
@@ -117,9 +120,9 @@ def next_mode(
         k for k in hit if k >= 2 * n_c or m[k // 2]
     )  # of contacts, only the bound of a stick stays zero
     rest = _at_rest(automaton, m, still)
-    ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, rest)[0])))
+    ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, _marked(rule, y, t, p, rest))[0])))
     for trial in itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS):
-        settled = _with_switches(rule, y, t, p, trial, reached)
+        settled = _with_switches(rule, y, t, p, _marked(rule, y, t, p, trial), reached)
         if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):
             return settled
     return None
@@ -130,6 +133,27 @@ def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarra
     m = m.copy()
     for i in still:
         m[i] = 1.0 if automaton.sticks[i] else 0.0
+    return m
+
+
+def _marked(rule: Rule, y, t, p, m: np.ndarray) -> np.ndarray:
+    """Return the mode with the sticking contacts marked that follow from those before them, as `taylor.settle` does."""
+    automaton = rule.automaton
+    sticking, m = np.flatnonzero(m[: len(automaton.contacts)]), m.copy()
+    if sticking.size < 2:
+        return m
+    rows = np.array(rule.slopes(y, t, p))
+    columns = numbers(automaton.gauge(y, t, p)[_SPREAD]).reshape(rows.shape, order="F")
+    sizes, own = np.sum(rows * columns, axis=1), list[int]()
+    for i in sticking:
+        for j in own * 2:
+            part = (rows[j] @ columns[i]) / (rows[j] @ columns[j])
+            rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
+        if rows[i] @ columns[i] > REDUNDANT * sizes[i]:
+            own.append(int(i))
+        else:
+            groups = automaton.parallels
+            m[i] = SHARES if any(groups[j] == groups[i] for j in own) else FOLLOWS
     return m
 
 
@@ -209,13 +233,12 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
 def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:
     """Whether what sticks does, its force stays within the bounds, and what slips from zero goes its own way."""
     guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
-    gauge = dict(zip(rule.automaton.gauge.name_out(), rule.automaton.gauge(y, t, p), strict=True))
-    slip, forces, drift = numbers(gauge["w"]), numbers(gauge["forces"]), numbers(rule.drift(y, t, p, m))
+    drift, forces = numbers(rule.drift(y, t, p, m)), numbers(rule.automaton.gauge(y, t, p)[_FORCES])
     for i in still:
-        if m[i] and abs(drift[i]) > max(rule.zero, _TIE) * pull[i] + ROUNDING * forces[i]:
-            return False  # it follows from others that it does not stick
-        if m[i] and guards[2 * i] == slip[i] == -guards[2 * i + 1]:
-            continue  # it follows from others that it does, without a force
+        if m[i] == FOLLOWS:
+            if abs(drift[i]) > max(rule.zero, _TIE) * pull[i] + ROUNDING * forces[i]:
+                return False
+            continue
         if m[i]:
             bound = 0.5 * abs(guards[2 * i] + guards[2 * i + 1])
             for k in (2 * i, 2 * i + 1):
