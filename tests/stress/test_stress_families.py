@@ -30,7 +30,6 @@ from tests.longer import longer
 MIXED = {0: 60, 2: 40, 3: 60, 6: 40, 25: 60, 30: 40}  # runs of each structure
 prepared = cache(comparison_of)
 SEEDS = {"weak-load": 1, "vanishing-load": 3, "parallel": 11, "cell-edge": 1, "cycle": 1}  # 0 for the others
-FAULTS = ("pulse-in-time", "pulse-in-speed", "pulse-in-load", "parallel")  # still wrong without saying so
 
 
 def failures(found):
@@ -38,9 +37,7 @@ def failures(found):
 
 
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name != "mixed"])
-def test_no_scene_of_a_family_fails_in_silence(family, request):
-    if family in FAULTS:
-        request.applymarker(pytest.mark.xfail(reason="some scenes of this family are wrong without a status"))
+def test_no_scene_of_a_family_fails_in_silence(family):
     comparison = prepared(family, SEEDS.get(family, 0))
     found = [comparison.verdict(number) for number in range(1 if family == "branch" else 6)]
     assert failures(found) == []
@@ -49,7 +46,7 @@ def test_no_scene_of_a_family_fails_in_silence(family, request):
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(1, 5))
-@pytest.mark.parametrize("family", [name for name in FAMILIES if name not in FAULTS])
+@pytest.mark.parametrize("family", FAMILIES)
 def test_no_scene_of_more_structures_fails_in_silence(family, seed):
     comparison = prepared(family, seed)
     assert failures(comparison.verdict(number) for number in range(1 if family == "branch" else 12)) == []

@@ -2,7 +2,9 @@
 
 from symfric.solve.native import compiled
 from symfric.solve.taylor.workspace import PULL
-from symfric.solve.taylor.zero import ROUNDING, TIE, doubt_of, instant, no_acceleration
+from symfric.solve.taylor.zero import ROUNDING, TIE, doubt_of, instant, natural_time, no_acceleration
+
+_CLEARLY = 1e3  # times zero, of what a slip acceleration becomes in a natural time
 
 
 @compiled
@@ -66,11 +68,16 @@ def _excess(w, row, horizon, doubt):
 
 @compiled(inline=True)
 def _drift(w, row, i):
-    """Return by how much a contact that sticks without a force starts to slip all the same, and which way."""
-    rate, pull = w.probe[row, 1], w.gauge[PULL, i]
-    if abs(rate) <= no_acceleration(w, i, 0.0):
-        return 0.0, 0
-    return abs(rate) / (abs(rate) + pull), 1 if rate > 0.0 else -1
+    """Return by how much a contact that sticks without a force starts to slip all the same, and which way.
+
+    More than anything else may contradict: what others have to hold is known only with its friction.
+    """
+    rate, pull, little = w.probe[row, 1], w.gauge[PULL, i], no_acceleration(w, i, 0.0)
+    if abs(rate) <= little:
+        rate = w.probe[row, 2] * natural_time(w)
+        if abs(rate) <= _CLEARLY * little:
+            return 0.0, 0
+    return 1.0 + abs(rate) / (abs(rate) + pull), 1 if rate > 0.0 else -1
 
 
 @compiled(inline=True)
