@@ -37,6 +37,8 @@ class Averaged:
     inside, outside : Function ``(v, q) -> (damping, power, friction, share)``
         Damping ``c + N mubar'``, mean power of the fast motion, mubar, and its share ``mubar(v)/mu(v)`` of the friction
         without excitation, for v <= q and for v >= q; at v = q the damping inside is infinite.
+    dampings : (Function, Function)
+        ``(v, q) -> damping`` alone, inside and outside: most of a search looks at no more.
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
     levels : tuple of float
@@ -52,6 +54,7 @@ class Averaged:
 
     inside: ca.Function
     outside: ca.Function
+    dampings: tuple[ca.Function, ca.Function]
     unshaken: ca.Function
     levels: tuple[float, ...]
     kinks: tuple[float, ...]
@@ -82,7 +85,15 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
             break
         coarse, nodes = fine, 2 * nodes
     levels, bends = (tuple(sorted({-b for b in e} | set(e) | {0.0})) for e in (breaks, kinks))
-    return Averaged(*coarse, unshaken, levels, bends, steep and slope < 0, scale)
+    return Averaged(
+        *coarse, (_damping_of(coarse[0]), _damping_of(coarse[1])), unshaken, levels, bends, steep and slope < 0, scale
+    )
+
+
+def _damping_of(function: ca.Function) -> ca.Function:
+    """Return the first output alone."""
+    v, q = ca.SX.sym("v"), ca.SX.sym("q")
+    return ca.Function("damping", [v, q], [function(v, q)[0]])
 
 
 def _compiled(expr: sp.Expr) -> ca.Function:

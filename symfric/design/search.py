@@ -76,6 +76,11 @@ class Problem:
         asked = [Condition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
         return Condition("damping", self.margin, self.speeds.averaged.scale), *asked
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What is looked at over the belt speeds."""
+        return tuple({c.kind for c in self.conditions} | ({"power"} if self.minimise == "power" else set()))
+
     def excitation(self, q: float) -> tuple[float, float]:
         """Return the a and Omega of least force among those with the fast slip q: the lowest frequency."""
         intensity = q / self.gain
@@ -141,9 +146,9 @@ def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
     for regime, (low, high) in problem.speeds.regimes(*problem.intensities).items():
         q = grid_of(low, high)
         q = q[q > 0]
-        seen = problem.speeds.scan(regime, q)
+        seen = problem.speeds.scan(regime, q, problem.kinds)
         slack = np.min([c.slack(seen[c.kind]) for c in problem.conditions], axis=0)
-        q, slack, power = refined(problem, regime, q, slack, seen["power"])
+        q, slack, power = refined(problem, regime, q, slack, seen.get("power", q))
         k = int(np.argmax(slack))
         if slack[k] > least:
             least, closest = slack[k], (float(q[k]), regime)
@@ -173,7 +178,7 @@ def refined(problem: Problem, regime: str, q, slack, power):
         return q, slack, power
     more, values = (np.array(e) for e in zip(*extra, strict=True))
     order = np.argsort(np.concatenate([q, more]))
-    joined = ((q, more), (slack, values), (power, problem.speeds.scan(regime, more)["power"]))
+    joined = ((q, more), (slack, values), (power, problem.speeds.scan(regime, more, problem.kinds).get("power", more)))
     return tuple(np.concatenate(e)[order] for e in joined)
 
 

@@ -114,7 +114,7 @@ def _over_speeds(special: Special, r: Requirement, at: float) -> Summit:
     found = _top(curve, r, special.kind, counts)
     if special.value > found.damping:
         found = replace(found, damping=special.value, speed=at, orbit=special.orbit)
-    for k in np.flatnonzero(counts[1:] != counts[:-1]):
+    for k in np.flatnonzero(counts[1:] != counts[:-1]).tolist():
         further = _on_limit(curve.orbit(k if counts[k] else k + 1), r)
         if further is not None and further.damping > found.damping:
             found = further

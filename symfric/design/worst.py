@@ -11,6 +11,7 @@ So the intensities fall into three regimes, in each of which the damping over th
 """
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,24 +87,27 @@ class Range:
         """Return which of inside and outside there are."""
         return {"outside": (False,), "mixed": (True, False), "inside": (True,)}[regime]
 
-    def on(self, inside: bool, v: np.ndarray, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what `ROWS` names on arrays of equal shape."""
-        function = self.averaged.inside if inside else self.averaged.outside
-        outputs = [np.array(e).reshape(v.shape) for e in function(v.reshape(1, -1), q.reshape(1, -1))]
-        found = {kind: outputs[row] for kind, row in ROWS.items()}
-        if not inside and self.averaged.falls_steeply:
+    def on(self, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
+        """Return what `ROWS` names, or some of them, on arrays of equal shape."""
+        place = v.reshape(1, -1), q.reshape(1, -1)
+        if set(kinds) == {"damping"}:
+            found = {"damping": np.array(self.averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
+        else:
+            outputs = (self.averaged.inside if inside else self.averaged.outside)(*place)
+            found = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
+        if not inside and self.averaged.falls_steeply and "damping" in found:
             found["damping"] = np.where(v <= q, -np.inf, found["damping"])
         return found
 
-    def scan(self, regime: str, q: np.ndarray) -> dict[str, np.ndarray]:
+    def scan(self, regime: str, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
         """Return the worst of each kind over a grid of the belt speeds, shapes (n,)."""
-        parts: dict[str, list[np.ndarray]] = {kind: [] for kind in ROWS}
+        parts: dict[str, list[np.ndarray]] = {kind: [] for kind in kinds}
         for inside in self.sides(regime):
             low, high = (np.broadcast_to(e(q), q.shape)[:, None] for e in self.interval(regime, inside))
             kinks = np.abs(q[:, None, None] * [-1.0, 0.0, 1.0] + np.array(self.averaged.levels)[:, None])
             kinks = np.clip(kinks.reshape(q.size, -1), low, high)
             v = np.hstack([low + (high - low) * SHARES, kinks])
-            for kind, values in self.on(inside, v, np.broadcast_to(q[:, None], v.shape)).items():
+            for kind, values in self.on(inside, v, np.broadcast_to(q[:, None], v.shape), kinds).items():
                 parts[kind].append(values.max(axis=1) if kind == "power" else values.min(axis=1))
         return {k: np.max(p, axis=0) if k == "power" else np.min(p, axis=0) for k, p in parts.items()}
 
@@ -118,7 +122,7 @@ class Range:
             edges = self._edges(regime, inside, q, kind)
             cells = [_cell(low, high, q) for low, high in itertools.pairwise(edges)]
             v = np.concatenate(cells)
-            y = sign * self.on(inside, v, np.full(v.shape, q))[kind]
+            y = sign * self.on(inside, v, np.full(v.shape, q), (kind,))[kind]
             size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
             split = np.cumsum([c.size for c in cells])[:-1]
             for speeds, values in zip(cells, np.split(y, split), strict=True):
@@ -137,7 +141,7 @@ class Range:
         best, (a, b) = (low.v, low.value), low.ends
         while b - a > _FINE * (low.ends[1] - low.ends[0]):
             v = np.linspace(a, b, _ZOOM)
-            y = sign * self.on(low.inside, v, np.full(v.shape, q))[kind]
+            y = sign * self.on(low.inside, v, np.full(v.shape, q), (kind,))[kind]
             k = int(np.argmin(y))
             if y[k] < best[1] - low.rounding:  # so that an end stays an end
                 best = float(v[k]), float(y[k])
