@@ -234,6 +234,7 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
         Expressions wanted along the run; may contain `friction_force` and `slip`.
     varied : frozenset of str
         Parameters that will change although `constants` has them; the others there are built into the equations.
+
     Raises
     ------
     SceneError

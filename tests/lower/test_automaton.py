@@ -103,13 +103,11 @@ def test_redundant_contacts_share_the_force_and_change_nothing():
     y, t = [0.3, 0.2], 0.4
     alone = np.array(lower(scene(1)).field(y, t, [], [1, 1])[0]).ravel()
     assert alone[1] == 0
-    # the mode says which contacts are redundant, or the graph finds out
-    for tested, stick in ((False, [1, 3, 3]), (True, [1, 1, 1])):
-        three = lower(scene(3), [sf.friction_force(f"c{i}") for i in range(3)], tested=tested)
-        rate, _, forces = (np.array(e).ravel() for e in three.field(y, t, [], [*stick, 1, 1, 1]))
-        assert rate == pytest.approx(alone, abs=1e-14)
-        assert forces @ [1, 2, 3] == pytest.approx(-(-0.9 + np.cos(t)), abs=1e-13)  # together they hold the force
-        assert forces == pytest.approx(np.full(3, forces[0]), abs=1e-13)  # equal loads, equal shares
+    three = lower(scene(3), [sf.friction_force(f"c{i}") for i in range(3)])
+    rate, _, forces = (np.array(e).ravel() for e in three.field(y, t, [], [1, 3, 3, 1, 1, 1]))  # 3: shares with another
+    assert rate == pytest.approx(alone, abs=1e-14)
+    assert forces @ [1, 2, 3] == pytest.approx(-(-0.9 + np.cos(t)), abs=1e-13)  # together they hold the force
+    assert forces == pytest.approx(np.full(3, forces[0]), abs=1e-13)  # equal loads, equal shares
 
 
 def test_smooth_laws_never_stick_and_rubbing_bodies_may():
