@@ -6,7 +6,7 @@ from derivations import written
 from derivations.sources import SOURCES, checked
 from symfric.cli import BadInput
 from symfric.cli.console import common_options, print_json, progress_on_stderr
-from symfric.model.names import nearest
+from symfric.model.symbols import nearest
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]}, epilog=f"Sources: {', '.join(SOURCES)}.")

@@ -18,8 +18,8 @@ import sympy as sp
 from derivations.ledger import Ledger
 from derivations.residuals import less
 from symfric.model import laws
-from symfric.model.effective import effective_coefficient
-from symfric.model.names import SPEED
+from symfric.model.averaged_law import effective_coefficient
+from symfric.model.symbols import SPEED
 
 LEDGER = Ledger("effective_friction", "The mean of friction over a fast vibration, Thomsen (41), for every law")
 

@@ -13,9 +13,9 @@ from derivations.ledger import Ledger
 from derivations.oscillations import AMPLITUDE, BELT, oscillation
 from derivations.residuals import less
 from symfric.model import laws
-from symfric.model.library import mass_on_belt
-from symfric.model.names import SPEED, TIME
 from symfric.model.scene import Scene
+from symfric.model.scenes import mass_on_belt
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 from symfric.theory import belt
 from symfric.theory.averaging import average

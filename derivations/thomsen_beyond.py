@@ -33,7 +33,7 @@ from derivations.thomsen.model import (
     v_m,
 )
 from derivations.thomsen.separation import T, q, shaken, v_r
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 from symfric.theory.belt.vibration import EXCESS, KAPPA
 

@@ -1,17 +1,13 @@
 """Types of what `symfric` offers; see ``__init__.py``."""
 
-from symfric import design, theory
-from symfric.ensemble import motions
+from symfric import design, motions, theory
 from symfric.ensemble.attractors import Attractor
 from symfric.ensemble.basins import Basins, basins
-from symfric.ensemble.diagram import BifurcationDiagram, bifurcation_diagram
+from symfric.ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from symfric.ensemble.sweep import sweep
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.model import laws, mechanics
-from symfric.model import library as scenes
+from symfric.model import laws, mechanics, scenes
 from symfric.model.laws import Law
-from symfric.model.library.isolator import patched_floor
-from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import (
     At,
     End,
@@ -26,19 +22,21 @@ from symfric.model.outputs import (
     slip,
 )
 from symfric.model.scene import Scene
+from symfric.model.scenes.isolator import patched_floor
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, Signal, System
-from symfric.orbits.branch import Branch, Special, continue_cycle
-from symfric.orbits.curve import Curve, continue_special
+from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
+from symfric.orbits.continuation.codim1 import Curve, continue_special
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.orbits.lyapunov import Lyapunov, lyapunov
-from symfric.orbits.section import PoincareSection, poincare
-from symfric.solve.choose import Explanation, explain, prepare, simulate
-from symfric.solve.exact.program import Exact
-from symfric.solve.function import as_function
-from symfric.solve.one_mode import Integrators
+from symfric.orbits.poincare import PoincareSection, poincare
+from symfric.solve.casadi_function import as_function
+from symfric.solve.exact.route import Exact
+from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.routes import Explanation, explain, prepare, simulate
 from symfric.solve.run import Event, Run
 from symfric.solve.status import Status
-from symfric.solve.taylor.program import Taylor
+from symfric.solve.taylor.route import Taylor
 from symfric.theory import (
     Equilibrium,
     HopfPoint,

@@ -256,7 +256,7 @@ def test_what_is_typed_wrong_is_one_line(arguments, message, tmp_path):
 
 
 def test_an_interrupted_reproduction_keeps_what_is_finished(monkeypatch, tmp_path):
-    from symfric.report import reproduction
+    from symfric.report.sources import reproduction
 
     def stop(_inputs):
         raise KeyboardInterrupt
@@ -334,22 +334,22 @@ def test_compiling_the_event_loop_is_announced(capsys, caplog, monkeypatch, tmp_
     import logging
 
     from symfric.cli.console import progress_on_stderr
-    from symfric.solve import door
+    from symfric.codegen import loop_loader
 
     kept = []
-    monkeypatch.setattr(door, "store", lambda name, code: kept.append(code))
-    monkeypatch.setattr(door, "load", lambda name: None)
-    monkeypatch.setattr(door, "link", lambda code: SimpleNamespace(get_function_address=lambda name: 1))
-    monkeypatch.setattr(door, "_compiled", lambda module: b"name\ncode")
+    monkeypatch.setattr(loop_loader, "store", lambda name, code: kept.append(code))
+    monkeypatch.setattr(loop_loader, "load", lambda name: None)
+    monkeypatch.setattr(loop_loader, "link", lambda code: SimpleNamespace(get_function_address=lambda name: 1))
+    monkeypatch.setattr(loop_loader, "_compiled", lambda module: b"name\ncode")
 
     def open_anew():
-        monkeypatch.setattr(door, "_opened", {})
-        door.open_door("a.loop", "the event loop", tmp_path)
+        monkeypatch.setattr(loop_loader, "_opened", {})
+        loop_loader.open_door("a.loop", "the event loop", tmp_path)
 
     line = "compiling the event loop, once for this machine"
     with progress_on_stderr(quiet=False):
         open_anew()
-        door.open_door("a.loop", "the event loop", tmp_path)
+        loop_loader.open_door("a.loop", "the event loop", tmp_path)
         assert capsys.readouterr().err == line + "\n"
     with progress_on_stderr(quiet=True):
         open_anew()

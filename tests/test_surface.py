@@ -11,7 +11,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import symfric as sf
-from symfric.report.study import study
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 
 X, U, Z = sp.symbols("x u z", real=True)

@@ -5,7 +5,7 @@ import sympy as sp
 from derivations.handbook.models import V, alpha, b, f_d, k, m, omega, v_c, x, y
 from derivations.ledger import Ledger
 from symfric.model import laws
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 
 PART = Ledger("handbook", "19.5.2: instability")
 

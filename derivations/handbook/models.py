@@ -4,7 +4,7 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from symfric.model import laws
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import transient
 
 PART = Ledger("handbook", "models of interface damping")

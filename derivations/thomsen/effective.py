@@ -15,7 +15,7 @@ from derivations.thomsen.model import (
     v_m,
 )
 from derivations.thomsen.separation import INTENSITY, T_1, T, e, general_motion, q, shaken, v_r
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
 PART = Ledger("thomsen", "4.1: effective friction")

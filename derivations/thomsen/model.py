@@ -7,7 +7,7 @@ import sympy as sp
 from derivations.ledger import Ledger
 from derivations.residuals import less
 from symfric.model.laws import cubic
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
 PART = Ledger("thomsen", "2: the model")

@@ -29,7 +29,7 @@ from derivations.thomsen.model import (
     v_m,
     x,
 )
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
 PART = Ledger("thomsen", "3.1, 3.2: steady sliding and pure slip")

@@ -37,7 +37,7 @@ from derivations.thomsen.model import (
 )
 from derivations.thomsen.pure_slip import A, drift, force_coefficients, stick_start
 from derivations.thomsen.separation import INTENSITY, T, general_motion, mean, orders, q, shaken, v_r
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
 PART = Ledger("thomsen", "4.2, 5: stability under fast excitation, quenching")

@@ -35,7 +35,7 @@ from derivations.thomsen.model import (
     x,
 )
 from derivations.thomsen.pure_slip import A, force_coefficients, pure_slip, solved_in_regime, stick_start
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
 PART = Ledger("thomsen", "3.3, 3.4: stick-slip, summary")

@@ -7,7 +7,7 @@ import sympy as sp
 from derivations.ledger import Ledger
 from derivations.younes_ashour.system import A, g, m, mu, mu_m, omega, r, v0, v_c, x0, zeta
 from symfric.model import laws
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import transient
 
 PART = Ledger("younes_ashour", "the averaged amplitude law")

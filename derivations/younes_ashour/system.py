@@ -6,7 +6,7 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from symfric.model import laws
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory import transient
 
 PART = Ledger("younes_ashour", "modelling the system")

@@ -2,11 +2,11 @@
 
 import sympy as sp
 
-from symfric.ensemble.generate import synthetic
-from symfric.model import laws, library
+from symfric.model import laws, scenes
 from symfric.model.outputs import End
 from symfric.model.scene import Scene
 from symfric.model.system import Contact, Signal, System
+from symfric.motions.synthetic import synthetic
 
 RECORD_SEED = 7
 
@@ -43,13 +43,13 @@ def isolator() -> Scene:
     """Return a mass on rolling bearings under an artificial earthquake, until it rests."""
     record = synthetic(seed=RECORD_SEED, pga=3.0, duration=15.0, dt=0.01)
     samples = record.samples.round(4)  # so that the record is the same decimal numbers on every machine
-    scene = library.rolling_isolator(C=300.0, m=1000.0, motion=Signal(samples, record.dt), profile=0.05, horizon=18.0)
+    scene = scenes.rolling_isolator(C=300.0, m=1000.0, motion=Signal(samples, record.dt), profile=0.05, horizon=18.0)
     return scene.wanting({"end": End()})
 
 
 def slides() -> Scene:
     """Return two slides in friction whose vibration sticks and slips."""
-    scene = library.two_slides(r=1.0, zeta=2.0, s1=0.05, s2=0.1, fc1=3.0, fs1=4.0, horizon=100.0)
+    scene = scenes.two_slides(r=1.0, zeta=2.0, s1=0.05, s2=0.1, fc1=3.0, fs1=4.0, horizon=100.0)
     return scene.wanting({"end": End()})
 
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symfric.model import library
+from symfric.model import scenes
 from symfric.model.outputs import End, Events, HalfRange, Integral, Output, Trajectory
-from symfric.solve.choose import prepare
+from symfric.solve.routes import prepare
 
 _TOLERANCE = 1e-10
 _ROUNDS, _REPEATS = 9, 40
@@ -52,7 +52,7 @@ class Need:
 
 def needs() -> tuple[Need, ...]:
     """Measure one motion, P2, with the end state, then with more and more outputs; all in turn, round by round."""
-    scene = library.mass_on_belt(v_b=0.2)
+    scene = scenes.mass_on_belt(v_b=0.2)
     spent = {"power": Integral(0.1 * _U**2)}
     wanted: list[tuple[str, dict[str, Output], tuple[str, ...]]] = [
         ("end state", {"end": End()}, ()),

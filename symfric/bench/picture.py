@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symfric.bench.growth import Growth
 from symfric.bench.needs import Need
 from symfric.bench.result import Benchmark
+from symfric.bench.scaling import Growth
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
 _SMALLEST = 1e-16  # an error of zero is drawn here

@@ -8,7 +8,7 @@ from importlib.resources import files
 import numpy as np
 
 from symfric.bench import larger
-from symfric.model import laws, library
+from symfric.model import laws, scenes
 from symfric.model.outputs import End
 from symfric.model.scene import Scene
 
@@ -79,7 +79,7 @@ class Problem:
     source : str
         How the reference was found.
     oscillator : Oscillator, optional
-        The same for the peers' loops that were written by hand; they take other scenes as `symfric.bench.form` writes
+        The same for the peers' loops that were written by hand; they take other scenes as `symfric.bench.peers.written_out` writes
         them out.
     speeds : tuple of float
         Belt speeds of a sweep; none otherwise.
@@ -105,11 +105,13 @@ class Problem:
         return self.oscillator
 
 
-_SERIES = "symfric.bench.reference: Taylor series in 40-digit arithmetic, events by Newton's method on the series"
+_SERIES = (
+    "symfric.bench.reference.series: Taylor series in 40-digit arithmetic, events by Newton's method on the series"
+)
 
 
 def _settling() -> Problem:
-    scene = library.coulomb_oscillator(0.03, x0=1.0).wanting({"end": End()})
+    scene = scenes.coulomb_oscillator(0.03, x0=1.0).wanting({"end": End()})
     return Problem(
         name="P1",
         title="Coulomb oscillator until it rests",
@@ -128,7 +130,7 @@ def _belt(name, title, reference, events, *, horizon=100.0, a=0.0, Omega=0.0, v_
     return Problem(
         name=name,
         title=title,
-        scene=library.mass_on_belt(law, v_b=0.2, a=a, Omega=Omega, horizon=horizon).wanting({"end": End()}),
+        scene=scenes.mass_on_belt(law, v_b=0.2, a=a, Omega=Omega, horizon=horizon).wanting({"end": End()}),
         oscillator=Oscillator(
             mu_s=0.4, c1=-0.45, c3=0.6, beta=0.05, v_b=0.2, a=a, Omega=Omega, v_s=v_s, horizon=horizon
         ),
@@ -187,7 +189,7 @@ _SLIDES = (
 
 
 def _larger(name, title, scene, reference, events) -> Problem:
-    source = "symfric.bench.extrapolation: extrapolated midpoint rule in 28-digit arithmetic"
+    source = "symfric.bench.reference.extrapolation: extrapolated midpoint rule in 28-digit arithmetic"
     return Problem(name, title, scene, reference, events, source)
 
 

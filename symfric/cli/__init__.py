@@ -9,7 +9,7 @@ import click
 from symfric.cli.console import say
 from symfric.cli.streams import hold_closed, safe_streams
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.model.names import nearest
+from symfric.model.symbols import nearest
 
 COMMANDS = {  # name: module and attribute, imported when asked for
     "study": "symfric.cli.commands:study",
@@ -100,7 +100,7 @@ class Commands(click.Group):
 
 def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool):
     if wanted:
-        from symfric.report.versions import package_version
+        from symfric.report.html.versions import package_version
 
         say(f"symfric {package_version('symfric')}")
         ctx.exit()

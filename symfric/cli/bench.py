@@ -9,7 +9,7 @@ import click
 from symfric.bench.problems import NAMES
 from symfric.cli.console import common_options, no_interrupt_lost, print_json, say, writable_folder, write_results
 from symfric.errors import SceneError
-from symfric.model.names import nearest
+from symfric.model.symbols import nearest
 
 
 @click.command()
@@ -35,8 +35,8 @@ def bench(
     """
     from rich.console import Console
 
-    from symfric.bench.measure import measure
     from symfric.bench.picture import table
+    from symfric.bench.timing import measure
 
     unknown = next((name for name in names if name not in NAMES), None)
     if unknown is not None:
@@ -72,21 +72,21 @@ def bench(
 def _growth(folder: Path | None, as_json: bool, tell) -> None:
     from rich.console import Console
 
-    from symfric.bench import growth, needs
+    from symfric.bench import needs, scaling
     from symfric.bench.picture import growth_table, needs_table
 
     tell("what is wanted")
     wanted = needs.needs()
     tell("new processes")
     processes = needs.starts()
-    grown = growth.growth(tell)
+    grown = scaling.growth(tell)
     plain = {
         "growth": [g.to_dict() for g in grown],
         "wanted": [asdict(n) for n in wanted],
         "processes": [asdict(n) for n in processes],
     }
     if folder is not None:
-        write_results({folder / "growth.json": json.dumps(plain, indent=2)})
+        write_results({folder / "scaling.json": json.dumps(plain, indent=2)})
     if as_json:
         print_json(plain)
         return
@@ -97,7 +97,7 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
 
 def _write(benchmark, folder: Path) -> None:
     from symfric.bench.picture import picture
-    from symfric.report.figures import png
+    from symfric.report.study.figures import png
 
     files: dict[Path, bytes | str] = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}
     if any(c.points for c in benchmark.curves):

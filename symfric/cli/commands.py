@@ -27,9 +27,9 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
     found = read_scene_file(file)
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:
-        from symfric.report import study as report
-        from symfric.report.data import amplitude_csv, to_dict
-        from symfric.report.page import page
+        from symfric.report.study import study as report
+        from symfric.report.study.data import amplitude_csv, to_dict
+        from symfric.report.study.page import page
 
         result = report.study(found, progress)
         progress("pictures", 0.97)
@@ -50,16 +50,18 @@ def _print_summary(result, folder: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from symfric.report import words
+    from symfric.report.study import narrative
 
     console = Console(highlight=False)
     console.print(result.file.title or result.file.path, style="bold", markup=False)
-    for line in words.summary(result):
+    for line in narrative.summary(result):
         console.print(f"  {line}", markup=False)
     if result.rows:
         table = Table("quantity", "predicted", "computed", "difference", "formula", box=None, pad_edge=False)
         for r in result.rows:
-            table.add_row(r.quantity, f"{r.predicted:.6g}", f"{r.computed:.6g}", words.percent(r.difference), r.formula)
+            table.add_row(
+                r.quantity, f"{r.predicted:.6g}", f"{r.computed:.6g}", narrative.percent(r.difference), r.formula
+            )
         console.print(table)
     console.print(f"{folder / 'study.html'} ({result.seconds:.1f} s)", markup=False, soft_wrap=True)
 
@@ -74,11 +76,11 @@ def explain(file: Path, as_json: bool, quiet: bool):
     Example: symfric explain examples/belt.toml
     """
     from symfric.scenefile import read_scene_file
-    from symfric.solve.choose import explain as explain_scene
+    from symfric.solve.routes import explain as explain_scene
 
     found = explain_scene(read_scene_file(file).scene)
     if as_json:
-        from symfric.report.data import plain
+        from symfric.report.study.data import plain
 
         print_json(plain({"file": str(file), **found.to_dict()}))
     else:

@@ -31,9 +31,9 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
     if find_spec("bokeh") is None:
         raise SceneError("symfric explore needs Bokeh; install it with: python -m pip install 'symfric[explore]'")
     _check_free(port)
-    from symfric.report.explore import explorer
-    from symfric.report.explore_page import page
-    from symfric.report.explore_server import serve
+    from symfric.report.explorer.page import page
+    from symfric.report.explorer.server import serve
+    from symfric.report.explorer.views import explorer
 
     with progress_on_stderr(quiet) as progress:
         progress("compiling", 0.0)

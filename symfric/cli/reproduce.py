@@ -27,14 +27,14 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
     \b
     Example: symfric reproduce guida-5 rolling-table-3 --records records/ -o out/
     """
-    from symfric.report.reproduction import chosen
+    from symfric.report.sources.reproduction import chosen
 
     wanted = chosen(names)
     if listing:
         _list(wanted, as_json)
         return
-    from symfric.report.data import plain
-    from symfric.report.entries import Inputs
+    from symfric.report.sources.registry import Inputs
+    from symfric.report.study.data import plain
 
     motions = None if records is None else _read(records)
     folder = writable_folder(out)
@@ -67,8 +67,8 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
 
 
 def _save_index(folder: Path, pages: dict) -> str:
-    from symfric.report.gallery import gallery
-    from symfric.report.versions import versions
+    from symfric.report.html.gallery import gallery
+    from symfric.report.html.versions import versions
 
     index = folder / "index.html"
     write_results({index: gallery(pages, versions())})
@@ -85,7 +85,7 @@ def _list(wanted: dict, as_json: bool) -> None:
 
 def _read(folder: Path) -> list:
     """Read every record of a folder, in the order of the names."""
-    from symfric.ensemble.motions import read_at2
+    from symfric.motions import read_at2
 
     if not folder.is_dir():
         raise SceneError(f"{folder} is no folder of records; give one that holds AT2 files")
@@ -97,7 +97,7 @@ def _read(folder: Path) -> list:
 
 def _write(folder: Path, name: str, made) -> list[str]:
     """Write what was made; return the names of the files."""
-    from symfric.report.figures import png
+    from symfric.report.study.figures import png
 
     parts: dict[Path, bytes | str] = {}
     if made.figure is not None:

@@ -140,7 +140,7 @@ def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, qui
     cases = [dict(zip(head, row, strict=True)) for row in rows]
     counts = Counter(c["status"] for c in cases)
     if as_json:
-        from symfric.report.data import plain
+        from symfric.report.study.data import plain
 
         data = {"file": str(file), "folder": str(folder), "seconds": seconds, "statuses": dict(counts), "cases": cases}
         print_json(plain(data))

@@ -1,12 +1,12 @@
 """Optimal design of excitation and dampers; every result is checked on the full event-driven model."""
 
-from symfric.design.absorber import absorber
-from symfric.design.collocation import Profile, collocation
+from symfric.design.absorber.classic import absorber
 from symfric.design.contact_damper import contact_damper
-from symfric.design.damper import damper
-from symfric.design.isolator import isolator
+from symfric.design.damper.design import damper
+from symfric.design.isolator.design import isolator
+from symfric.design.optimal_control.collocation import Profile, collocation
 from symfric.design.positioning import positioning
-from symfric.design.quench import quench
+from symfric.design.quench.design import quench
 from symfric.design.result import Curve, Design
 
 __all__ = [

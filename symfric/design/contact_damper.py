@@ -11,16 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from symfric.design.compared import Compared, Comparison
+from symfric.design.comparison import Compared, Comparison
 from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.model import library
-from symfric.model.names import Key, finite, name_of, nearest
+from symfric.model import scenes
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
-from symfric.solve.choose import Program, prepare, simulate
+from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.solve.routes import Program, prepare, simulate
 from symfric.theory.decay import damper_numbers, decisions
 
 VARIED = ("f_n", "mu_m", "zeta", "r", "v_c")
@@ -182,7 +182,7 @@ def _read(scene: Scene, bounds, residual, margin) -> Damper:
     if not 0 <= finite(margin, "margin") < 1:
         raise SceneError(f"margin is {margin:g}; it is a share of the stick limit, from 0 to less than 1")
     corners = (dict(zip(given, c, strict=True)) for c in itertools.product(*zip(low, high, strict=True)))
-    longest = max(library.contact_damper(**{**numbers, **corner}).horizon for corner in corners)
+    longest = max(scenes.contact_damper(**{**numbers, **corner}).horizon for corner in corners)
     x, u = scene.system.states
     start = {x: numbers["x0"], u: numbers["v0"]}  # numbers, for a start that depends on parameters is slow to change
     scene = scene.where(dict(zip(given, high, strict=True))).starting(start)  # nothing is left out for being zero

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symfric.design.compared import Compared, Comparison
+from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.model import library
-from symfric.model.names import Key, finite, name_of
+from symfric.model import scenes
 from symfric.model.scene import Scene
-from symfric.solve.choose import simulate
+from symfric.model.symbols import Key, finite, name_of
+from symfric.solve.routes import simulate
 from symfric.theory.drive import excess, positioning_error, threshold
 
 VARIED = ("sigma", "mu1", "mu2", "epsilon")
@@ -192,7 +192,7 @@ def _read(scene: Scene) -> dict:
     """Return the arguments of `symfric.scenes.drive_slide` of a scene; a damper of 0 to ground if it has none."""
     models = [{}, *({"sigma": 0.0, "damper": damper} for damper in ("ground", "support"))]
     for kind in models:
-        model = library.drive_slide(mu1=0.0, mu2=0.0, p_star=0.0, epsilon=0.0, **kind)
+        model = scenes.drive_slide(mu1=0.0, mu2=0.0, p_star=0.0, epsilon=0.0, **kind)
         if isinstance(scene, Scene) and (scene.system, scene.contacts) == (model.system, model.contacts):
             return {"sigma": 0.0, "damper": "ground", **kind, **{s.name: v for s, v in scene.values.items()}}
     raise SceneError("positioning takes sf.scenes.drive_slide; this scene has other equations")
@@ -279,7 +279,7 @@ def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: 
     if abs(problem.push(value)) <= 1e-9 * max(1.0, slide.epsilon):
         active.append(f"the static friction just holds at V = {worst:.6g}")
     active += [f"{name} at its {w} bound" for w, b in zip(("lower", "upper"), bounds, strict=True) if value == b]
-    full = library.drive_slide(**{**_read(scene), name: value, "p_star": 1 / V - 1}, horizon=scene.horizon)
+    full = scenes.drive_slide(**{**_read(scene), name: value, "p_star": 1 / V - 1}, horizon=scene.horizon)
     speeds = np.unique(np.append(np.geomspace(*problem.speeds, 201), V))
     limits = np.array([slide.threshold(e) for e in speeds])
     limits[~np.isfinite(limits) | (limits > STRONG)] = np.nan
@@ -336,5 +336,5 @@ def _stopped(slide: Slide, V: float) -> Compared:
     lam = slide.excess(V)
     computed = 0.0
     if lam > -4 * max(1.0, -mu1):  # else the spring pulls back, which the friction of the ready scene holds
-        computed = simulate(library.drive_stop(mu1=mu1, mu2=mu2, lam=lam, epsilon=slide.epsilon), 1e-12)["error"]
+        computed = simulate(scenes.drive_stop(mu1=mu1, mu2=mu2, lam=lam, epsilon=slide.epsilon), 1e-12)["error"]
     return Compared(f"positioning error at V = {V:.6g}", slide.error(V), float(computed), 1e-8, size=1.0)

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from symfric.design.cycles import Left, Requirement, outermost
+from symfric.design.damper.cycles import Left, Requirement, outermost
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
-from symfric.orbits.branch import Branch, Special, continue_cycle
-from symfric.orbits.curve import Curve, continue_special
+from symfric.orbits.continuation.bifurcations import Condition
+from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
+from symfric.orbits.continuation.codim1 import Curve, continue_special
 from symfric.orbits.cycle import Orbit
-from symfric.orbits.special import Condition
 
 _NEIGHBOUR = 0.25  # of the range of speeds: distance within which runs look for the worst speed
 _TRIES = 10  # speeds of that search

@@ -10,7 +10,7 @@ from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.orbits.guess import guess_of
-from symfric.solve.choose import prepare
+from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 

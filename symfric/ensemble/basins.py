@@ -9,15 +9,15 @@ import numpy as np
 import sympy as sp
 
 from symfric.ensemble.attractors import Attractor, Collection
-from symfric.ensemble.cases import CODES
 from symfric.ensemble.grid import row_of
 from symfric.ensemble.progress import Progress
 from symfric.ensemble.sweep import sweep
+from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
-from symfric.model.names import Key, finite, name_of, nearest
 from symfric.model.outputs import End, StopTime
 from symfric.model.scene import Scene
-from symfric.orbits.flow import excitation
+from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.orbits.flow_map import excitation
 
 _MOST = 20  # attractors; starts that end in others are left without one
 
@@ -52,7 +52,7 @@ class Basins:
         """Draw the basins over one or two axes in colours; return the Axes."""
         if len(self.axes) > 2:
             raise SceneError(f"the grid has {len(self.axes)} axes; draw a slice of to_xarray().attractor")
-        from symfric.ensemble.map_drawing import plot_basins
+        from symfric.ensemble.plotting import plot_basins
 
         return plot_basins(self, ax)
 

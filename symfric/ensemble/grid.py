@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from symfric.ensemble.motion import Motion
+from symfric.codegen import loop_loader
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import name_of
 from symfric.model.outputs import End, Events, Output, ScalarOfExpression, StopTime, Trajectory
 from symfric.model.scene import Scene
+from symfric.model.symbols import name_of
 from symfric.model.system import Signal
-from symfric.solve import door
+from symfric.motions.motion import Motion
 
 SCENES = "scene"  # name of the axis of several scenes
 
@@ -225,5 +225,5 @@ def sweep_key(grid: Grid, tolerance: float, route) -> str:
 
 def code_key() -> str:
     """Return a key that changes with the solvers' sources: other code may end in other last bits."""
-    solve = Path(door.__file__).parent
-    return door.sources_key(solve, solve / "taylor", solve / "exact", solve.parent / "lower")[:16]
+    solve = Path(loop_loader.__file__).parent
+    return loop_loader.sources_key(solve, solve / "taylor", solve / "exact", solve.parent / "lower")[:16]

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from symfric.ensemble.cases import CODES, Task, make_program
-from symfric.ensemble.crew import Board, run_on_executor, run_on_threads
 from symfric.ensemble.grid import Grid, code_key, make_grid, sweep_key
 from symfric.ensemble.progress import Meter, Progress, bar
+from symfric.ensemble.scheduler import Board, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
+from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
-from symfric.solve.choose import Settings
-from symfric.solve.compiled import check_tolerance
+from symfric.solve.program import check_tolerance
+from symfric.solve.routes import Settings
 
 
 def sweep(
@@ -51,7 +51,7 @@ def sweep(
         the same bits. A thread's case is there as soon as it is finished, an executor's when its chunk comes back
         (half a second of work).
     tolerance, route
-        See `symfric.solve.choose.prepare`.
+        See `symfric.solve.routes.prepare`.
 
     Returns
     -------

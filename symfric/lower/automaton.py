@@ -10,7 +10,7 @@ nothing, or 3 if it is parallel to one of those (two on the same body), and they
 bounds. The motion is the same for every distribution of the forces, the end of the sticking is not.
 
 The sticking forces follow from ``S A S lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
-``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.holding`: one graph serves every mode, and for a
+``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.constraint_forces`: one graph serves every mode, and for a
 constant mass matrix everything that depends on the mode alone is computed once per mode, not once per step.
 """
 
@@ -20,15 +20,15 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.edges import Edges, edges_of
-from symfric.lower.holding import hold
-from symfric.lower.means import without_integrals
+from symfric.lower.averaged_series import without_integrals
+from symfric.lower.cell_edges import Edges, edges_of
+from symfric.lower.constraint_forces import hold
+from symfric.lower.load_sharing import parallels, rooms_left
 from symfric.lower.printer import Printer, Switches
-from symfric.lower.sharing import parallels, rooms_left
 from symfric.model.laws import Law
-from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
 
 # part of the speed on either side of an infinite slope that a line replaces; with less, orders overflow
 BRIDGE = 1e-9
@@ -51,7 +51,7 @@ class Automaton:
         scales of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest,
         neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
         rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row, and ``J^T`` likewise
-        unless no two slips have a mass in common; last the sizes of `symfric.lower.edges.Edges`.
+        unless no two slips have a mass in common; last the sizes of `symfric.lower.cell_edges.Edges`.
     states, contacts, loads : tuples of str
         Names; `loads` lists the contacts whose normal load varies and may become negative.
     sticks : tuple of bool
@@ -62,7 +62,7 @@ class Automaton:
     n_q, n_switches : int
         Number of coordinates and of switches.
     at_edges : tuple of int
-        The switches at which a load jumps; see `symfric.lower.edges`.
+        The switches at which a load jumps; see `symfric.lower.cell_edges`.
     autonomous : bool
         Whether time appears nowhere.
     anchors : tuple of (int, float)

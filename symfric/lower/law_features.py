@@ -12,10 +12,10 @@ import sympy as sp
 from scipy.optimize import brentq
 
 from symfric.locks import SYMBOLIC, alone
-from symfric.lower.intervals import Unbounded, enclosure
-from symfric.model.effective import pieces_between
+from symfric.lower.speed_intervals import Unbounded, enclosure
+from symfric.model.averaged_law import pieces_between
 from symfric.model.laws import Law
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 
 ORDERS = (1, 2, 3, 4)  # of the derivatives whose zeros are features
 _PANELS = 16  # intervals of a piece at the start

@@ -9,8 +9,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import TIME
 from symfric.model.scene import Scene
+from symfric.model.symbols import TIME
 
 _MOST = 1000  # denominator of a ratio of frequencies that have a common period
 _EQUAL = 1e-11  # relative: numbers that differ by rounding

@@ -7,7 +7,7 @@ SymPy's derivative of ``Abs(x)**3`` is ``3 x**2 sign(x)``, which is continuous a
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.checks import check_continuous
+from symfric.model.validation import check_continuous
 
 CURES = {
     "potential": "smooth the kink of the energy",

@@ -9,9 +9,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.effective import effective_coefficient
-from symfric.model.names import SPEED, expression, finite
+from symfric.model.averaged_law import effective_coefficient
 from symfric.model.numeric import numeric_function
+from symfric.model.symbols import SPEED, expression, finite
 
 SHAPES = ("linear", "arctan", "tanh")
 

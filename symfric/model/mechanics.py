@@ -8,7 +8,7 @@ from sympy.physics.mechanics import LagrangesMethod
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
-from symfric.model.names import TIME, expression
+from symfric.model.symbols import TIME, expression
 from symfric.model.system import System, refuse_jumps
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.names import expression, finite
+from symfric.model.symbols import expression, finite
 
 
 @dataclass(frozen=True)

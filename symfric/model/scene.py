@@ -9,10 +9,10 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.checks import check_contacts, check_continuous, check_start, check_symbols
-from symfric.model.names import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.outputs import Output, ScalarOfExpression, Trajectory, friction_force, slip
+from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, Signal, System
+from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
 
 _Value = TypeVar("_Value")
 _NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})

@@ -10,7 +10,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
-from symfric.model.names import SPEED, TIME, expression, finite
+from symfric.model.symbols import SPEED, TIME, expression, finite
 
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
 

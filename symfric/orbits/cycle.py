@@ -10,10 +10,10 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
-from symfric.orbits.flow import Flow, Passage, flow_of
+from symfric.orbits.flow_map import Flow, Passage, flow_of
 from symfric.orbits.guess import Guess, settled
 from symfric.orbits.shooting import Point, System, ranges, solve
-from symfric.solve.choose import prepare
+from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
 
 _VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
@@ -98,7 +98,7 @@ class Orbit:
 
     def plot(self, ax=None):
         """Draw the first coordinate's phase plane; return the Axes."""
-        from symfric.orbits.drawing import plot_orbit
+        from symfric.orbits.plotting import plot_orbit
 
         return plot_orbit(self, ax)
 

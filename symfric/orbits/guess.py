@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
-from symfric.orbits.flow import Flow
+from symfric.orbits.flow_map import Flow
 from symfric.solve.run import Path, Run
 from symfric.solve.status import Status
 

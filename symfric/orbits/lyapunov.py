@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.names import finite
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
-from symfric.orbits.flow import Flow, flow_of
+from symfric.orbits.flow_map import Flow, flow_of
 
 LOST = 1e-11  # of the largest growth in a piece: what rounding leaves of a direction that sticking takes away
 _BATCHES = 20  # of the pieces, for the spread
@@ -60,7 +60,7 @@ class Lyapunov:
 
     def plot(self, ax=None):
         """Draw the convergence of the largest exponent; return the Axes."""
-        from symfric.orbits.drawing import plot_lyapunov
+        from symfric.orbits.plotting import plot_lyapunov
 
         return plot_lyapunov(self, ax)
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.flow import Flow, Passage
+from symfric.orbits.flow_map import Flow, Passage
 
 MOST_STEPS = 25
 CLOSED = 1e-12  # of the range of a state: gap between end and start of a closed orbit

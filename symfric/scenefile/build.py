@@ -11,12 +11,12 @@ from types import ModuleType
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model import laws, library
+from symfric.model import laws, scenes
 from symfric.model import outputs as kinds
 from symfric.model.laws import Law
-from symfric.model.names import SPEED, TIME, nearest
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME, nearest
 from symfric.model.system import Contact, System
 from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
 from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
@@ -55,7 +55,7 @@ def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]
 
 def ready_scenes() -> dict[str, Callable]:
     """Return the ready scenes by name."""
-    return functions_returning(library, Scene)
+    return functions_returning(scenes, Scene)
 
 
 def friction_laws() -> dict[str, Callable]:

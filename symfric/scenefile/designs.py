@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symfric.ensemble import generate, record_files
-from symfric.ensemble.motion import Motion
 from symfric.errors import SceneError
-from symfric.model.names import nearest
 from symfric.model.scene import Scene
+from symfric.model.symbols import nearest
+from symfric.motions import record_files, synthetic
+from symfric.motions.motion import Motion
 from symfric.scenefile import questions
 from symfric.scenefile.build import call, check_arguments, exact
 from symfric.scenefile.expressions import shorten
@@ -65,7 +65,7 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
     """
     given = {k: exact(v) if isinstance(v, float) else v for k, v in motion.__pydantic_extra__.items()}
     if motion.kind is not None and motion.file is None:
-        function = getattr(generate, motion.kind)
+        function = getattr(synthetic, motion.kind)
     elif motion.file is not None and motion.kind is None:
         if folder is None:
             raise SceneError(f"{place}.file: a record is found beside a scene file, and this text is none")

@@ -14,8 +14,8 @@ from typing import NoReturn
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.names import nearest
 from symfric.model.outputs import friction_force, slip
+from symfric.model.symbols import nearest
 
 _NUMBER_BEFORE_WORD = re.compile(
     r"(?<![\w.])(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][+-]?\d+)?(?=(?:and|or|if|else|in|is|not|for)\b)"

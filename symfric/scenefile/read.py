@@ -12,8 +12,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import nearest
 from symfric.model.scene import Scene
+from symfric.model.symbols import nearest
 from symfric.scenefile.build import LawSpec, build_scene
 from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
 from symfric.scenefile.expressions import shorten

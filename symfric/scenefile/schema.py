@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from symfric.errors import SceneError
-from symfric.model.names import nearest
+from symfric.model.symbols import nearest
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.fields import (
     MAX_TABLES,

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
-from symfric.model.names import nearest
 from symfric.model.notebook import html_table
 from symfric.model.outputs import At, End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
 from symfric.model.scene import Scene
-from symfric.solve.derivatives import Derivatives
+from symfric.model.symbols import nearest
+from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status
 
 
@@ -323,7 +323,7 @@ class Run:
 
     def plot(self, ax=None):
         """Draw the coordinates against time; return the Axes."""
-        from symfric.solve.drawing import plot_run
+        from symfric.solve.plotting import plot_run
 
         return plot_run(self, ax)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from symfric.locks import SYMBOLIC
-from symfric.model.names import Key, name_of
+from symfric.model.symbols import Key, name_of
 
 Program = TypeVar("Program", bound=Any)
 

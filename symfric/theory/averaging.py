@@ -7,9 +7,9 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import SPEED
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
 from symfric.theory.harmonics import Arc, arc_mean, ranges

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model import library
-from symfric.model.names import TIME
+from symfric.model import scenes
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
+from symfric.model.symbols import TIME
 
 ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene that the balance takes
 
@@ -113,7 +113,7 @@ def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
         If the scene is not `symfric.scenes.contact_damper`.
     """
     for literal in (False, True):
-        model = library.contact_damper(f_n=1.0, mu_m=0.1, literal=literal)
+        model = scenes.contact_damper(f_n=1.0, mu_m=0.1, literal=literal)
         if (scene.system, scene.contacts) == (model.system, model.contacts):
             x, u = scene.system.states
             numbers = scene.numbers()

@@ -9,10 +9,10 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
-from symfric.model.names import SPEED
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED
 from symfric.theory.sliding import Field, field_of
 
 STARTS = 12  # random starts after the scene's own and zero

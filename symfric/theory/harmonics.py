@@ -7,8 +7,8 @@ from typing import NamedTuple
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.effective import pieces_between
-from symfric.model.names import SPEED
+from symfric.model.averaged_law import pieces_between
+from symfric.model.symbols import SPEED
 
 _S = sp.Dummy("s", positive=True)  # quadrature variable on [0, 1]
 

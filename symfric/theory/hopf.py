@@ -7,9 +7,9 @@ import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import Key, finite
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, curvature, field_of
 from symfric.theory.stability import linearise

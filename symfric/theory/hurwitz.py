@@ -8,8 +8,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import finite
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 
 MOST_STATES = 4  # of a symbolic criterion; beyond, the determinants fill pages
 

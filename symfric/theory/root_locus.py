@@ -9,8 +9,8 @@ import sympy as sp
 from symfric.axes import new_axes
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, SYMBOLIC, alone
-from symfric.model.names import Key, finite
 from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
 from symfric.theory.stability import linearise

@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import finite
+from symfric.model.symbols import finite
 
 
 class Symbols(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 from symfric.theory.slow_flow import SlowFlow
 
 ORDER = 3  # powers of e carried

@@ -7,9 +7,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
-from symfric.model.names import SPEED, TIME
 from symfric.model.outputs import ScalarOfExpression
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
 _SIN, _COS = sp.Dummy("sin", real=True), sp.Dummy("cos", real=True)

@@ -19,9 +19,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import SPEED, TIME
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
 Values = Mapping[sp.Symbol, float]

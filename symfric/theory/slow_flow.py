@@ -9,9 +9,9 @@ import sympy as sp
 from symfric.axes import new_axes
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
-from symfric.model.names import Key, name_of, nearest
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
+from symfric.model.symbols import Key, name_of, nearest
 
 
 @dataclass(frozen=True, eq=False, repr=False)

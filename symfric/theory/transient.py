@@ -12,10 +12,10 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model import library
-from symfric.model.names import finite
+from symfric.model import scenes
 from symfric.model.numeric import gauss_legendre
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 from symfric.theory.decay import Decisions as Decisions
 from symfric.theory.decay import EnergyBalance as EnergyBalance
 from symfric.theory.decay import damper_numbers
@@ -287,7 +287,7 @@ def _given(delta, delta_s, x0, omega_n=1) -> Symbols:
         return Symbols(delta, delta if delta_s is None else delta_s, x0, omega_n)
     if delta_s is not None or x0 != 1 or omega_n != 1:
         raise SceneError("delta_s, x0 and omega_n are those of the scene; change them with scene.where({...})")
-    model = library.coulomb_oscillator(1.0)
+    model = scenes.coulomb_oscillator(1.0)
     if (delta.system, delta.contacts) != (model.system, model.contacts):
         raise SceneError(
             "the exact stop holds for sf.scenes.coulomb_oscillator; this scene has other equations (sf.simulate with "

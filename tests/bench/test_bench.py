@@ -7,11 +7,11 @@ import mpmath as mp
 import pytest
 from click.testing import CliRunner
 
-from symfric.bench import growth, needs
-from symfric.bench.measure import measure
-from symfric.bench.peers import peers
+from symfric.bench import needs, scaling
+from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named, problems
-from symfric.bench.reference import reference
+from symfric.bench.reference.series import reference
+from symfric.bench.timing import measure
 from symfric.cli import main
 from tests.longer import longer
 
@@ -72,17 +72,17 @@ def test_an_unknown_problem_is_one_line(result):
 
 
 def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypatch):
-    square = growth.Growth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
+    square = scaling.Growth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
     assert square.exponent == pytest.approx(2)
     price = needs.Need("end state", 1e-4, 0.5)
-    monkeypatch.setattr(growth, "growth", lambda tell: (square,))
+    monkeypatch.setattr(scaling, "growth", lambda tell: (square,))
     monkeypatch.setattr(needs, "needs", lambda: (price,))
     monkeypatch.setattr(needs, "starts", lambda: (price,))
     outcome = CliRunner().invoke(main, ["bench", "--growth", "-o", str(folder), "--quiet"])
     assert outcome.exit_code == 0, outcome.output
     assert "squares" in outcome.output
     assert "2.00" in outcome.output
-    written = json.loads((folder / "growth.json").read_text())
+    written = json.loads((folder / "scaling.json").read_text())
     assert written["growth"][0]["exponent"] == pytest.approx(2)
     assert written["wanted"] == written["processes"] == [{"wanted": "end state", "seconds": 1e-4, "kilobytes": 0.5}]
 

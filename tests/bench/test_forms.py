@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.bench import casadi_form, extrapolation, heyoka_form, larger, scipy_form, sundae_form
-from symfric.bench.form import form_of
+from symfric.bench import larger
+from symfric.bench.peers import casadi_form, heyoka_form, scipy_form, sundae_form
+from symfric.bench.peers.written_out import form_of
 from symfric.bench.problems import problems
+from symfric.bench.reference import extrapolation
 
 LOOPS = {
     "scipy": scipy_form.prepare_events,

@@ -93,7 +93,7 @@ def test_friction_is_beaten_by_no_neighbour(contact):
 @pytest.mark.long
 def test_a_contact_that_sticks_for_whole_periods():
     """The amplitude jumps, so the status stays modest, and no random design is better by more than a few per cent."""
-    from symfric.design import rough_absorber as rough
+    from symfric.design.absorber import rough
 
     found = sf.design.absorber(0.22, contact="absorber", friction=0.42)
     assert found.status == "best found"

@@ -6,7 +6,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.design import quench
-from symfric.design.belt import read_belt
+from symfric.design.quench.belt_scene import read_belt
 
 X, U = sp.symbols("x u", real=True)
 A, OMEGA, V_B, N = sp.symbols("a Omega v_b N", positive=True)

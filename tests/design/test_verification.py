@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.design.compared import Compared, Comparison
+from symfric.design.comparison import Compared, Comparison
 from symfric.design.verification import Neighbour, judged
-from symfric.model.names import SPEED
+from symfric.model.symbols import SPEED
 
 PACKAGE = Path(sf.__file__).parent / "design"
 

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.ensemble.cases import REFUSED
+from symfric.ensemble.worker import REFUSED
 
 X, U = sp.symbols("x u", real=True)
 C, F, W = sp.symbols("c f w", positive=True)

@@ -177,7 +177,7 @@ def test_paths_that_are_no_files(read, tmp_path, monkeypatch):
     ):
         with pytest.raises(sf.SceneError, match=message):
             read(where)
-    monkeypatch.setattr("symfric.ensemble.record_files.MAX_BYTES", 100)
+    monkeypatch.setattr("symfric.motions.record_files.MAX_BYTES", 100)
     with pytest.raises(sf.SceneError, match="is larger than"):
         read(path)
 

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 import symfric as sf
-from symfric.bench.fixed_step import fixed_step
+from symfric.bench.peers.fixed_step import fixed_step
 from symfric.cli import main
-from symfric.ensemble.rolling import MASS, Model, frictions, models, rolling_study
+from symfric.report.sources.rolling.study import MASS, Model, frictions, models, rolling_study
 from symfric.theory.scaling import factors
 
 RECORDS = Path(__file__).parents[3] / "shared" / "ground_motions"

@@ -93,12 +93,12 @@ def interrupted(store, after, **arguments):
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_an_interrupted_sweep_goes_on(small, jobs, tmp_path, monkeypatch):
     monkeypatch.setattr("symfric.ensemble.progress.INTERVAL", 0.0)
-    monkeypatch.setattr("symfric.ensemble.crew.INTERVAL", 1e-4)
+    monkeypatch.setattr("symfric.ensemble.scheduler.INTERVAL", 1e-4)
     interrupted(tmp_path / "s", 10, jobs=jobs)
     ran = []
-    from symfric.ensemble import crew
+    from symfric.ensemble import scheduler
 
-    run_case = crew.run_case
+    run_case = scheduler.run_case
     monkeypatch.setattr(
         crew, "run_case", lambda p, t, numbers, h: ran.append(tuple(numbers)) or run_case(p, t, numbers, h)
     )
@@ -121,7 +121,7 @@ def test_the_result_is_a_netcdf_file(small, tmp_path):
 
 def test_records_that_were_cut_off_or_damaged_are_computed_again(small, tmp_path, monkeypatch):
     monkeypatch.setattr("symfric.ensemble.progress.INTERVAL", 0.0)
-    monkeypatch.setattr("symfric.ensemble.crew.INTERVAL", 1e-4)
+    monkeypatch.setattr("symfric.ensemble.scheduler.INTERVAL", 1e-4)
     interrupted(tmp_path / "s", 10)
     file = tmp_path / "s" / "cases-0000.bin"
     data = bytearray(file.read_bytes())

@@ -106,7 +106,7 @@ def test_a_failed_case_is_a_status():
 
 
 def test_an_unforeseen_error_is_a_status(monkeypatch, caplog):
-    from symfric.solve.taylor.program import TaylorProgram
+    from symfric.solve.taylor.route import TaylorProgram
 
     run = TaylorProgram.run
 

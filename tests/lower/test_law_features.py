@@ -5,9 +5,9 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.lower.intervals import Unbounded, enclosure
 from symfric.lower.law_features import features, narrow
-from symfric.model.names import SPEED
+from symfric.lower.speed_intervals import Unbounded, enclosure
+from symfric.model.symbols import SPEED
 
 X = SPEED
 

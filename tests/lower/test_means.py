@@ -8,8 +8,8 @@ import sympy as sp
 
 import symfric as sf
 from symfric.lower.automaton import lower
+from symfric.lower.averaged_series import without_integrals
 from symfric.lower.chebyshev import ChebyshevSeries, chebyshev
-from symfric.lower.means import without_integrals
 from symfric.lower.printer import Printer, Switches
 from tests.longer import longer
 

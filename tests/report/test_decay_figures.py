@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.report.figures import to_svg
-from symfric.report.panels import plot_figure, plot_panel
-from symfric.report.younes_ashour import claims, claims_table
-from symfric.report.younes_ashour.decays import FALLING, LAWS, PRINTED, decay, run_of, start_of
-from symfric.report.younes_ashour.figures import FIGURES
+from symfric.report.sources.panels import plot_figure, plot_panel
+from symfric.report.sources.younes_ashour import claims, claims_table
+from symfric.report.sources.younes_ashour.decays import FALLING, LAWS, PRINTED, decay, run_of, start_of
+from symfric.report.sources.younes_ashour.figures import FIGURES
+from symfric.report.study.figures import to_svg
 from symfric.theory import transient
 
 

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import symfric as sf
 from symfric.cli import main
-from symfric.report.explore import explorer
+from symfric.report.explorer.views import explorer
 from symfric.scenefile import read_scene_file, read_scene_text
 from tests.browser import chromium, complaints, overflow, show
 

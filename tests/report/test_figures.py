@@ -7,11 +7,11 @@ import xml.dom.minidom
 import numpy as np
 import pytest
 
-from symfric.report import figures
-from symfric.report.friction import FrictionCurve
-from symfric.report.measure import Motion, Vibration
-from symfric.report.predict import Curve
-from symfric.report.study import SweepResult
+from symfric.report.study import figures
+from symfric.report.study.friction_curves import FrictionCurve
+from symfric.report.study.measurement import Motion, Vibration
+from symfric.report.study.prediction import Curve
+from symfric.report.study.study import SweepResult
 
 UNITS = {"x": "m", "u": "m/s", "t": "s", "v_b": "m/s"}
 

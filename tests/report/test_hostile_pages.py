@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 
 import symfric as sf
 from symfric.model.notebook import html_table
-from symfric.report import reproduction
-from symfric.report.entries import Entry, Finding, Made
-from symfric.report.gallery import gallery
-from symfric.report.mathml import inline, to_mathml
-from symfric.report.page import page
-from symfric.report.study import study
+from symfric.report.html.gallery import gallery
+from symfric.report.html.mathml import inline, to_mathml
+from symfric.report.sources import reproduction
+from symfric.report.sources.registry import Entry, Finding, Made
+from symfric.report.study.page import page
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 from symfric.templates import render
 from tests.browser import chromium, complaints, overflow, show

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from symfric.report.gallery import gallery
-from symfric.report.page import page
-from symfric.report.reproduction import chosen
-from symfric.report.study import study
+from symfric.report.html.gallery import gallery
+from symfric.report.sources.reproduction import chosen
+from symfric.report.study.page import page
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 from tests.browser import chromium, complaints, missing_pictures, overflow, show
 

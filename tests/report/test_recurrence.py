@@ -8,9 +8,9 @@ import sympy as sp
 
 import symfric as sf
 from symfric.model.excitation import common_rate, later
-from symfric.report.measure import settling, vibration
-from symfric.report.study import study
-from symfric.report.words import summary
+from symfric.report.study.measurement import settling, vibration
+from symfric.report.study.narrative import summary
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 
 X, U, A = sp.symbols("x u a", real=True)

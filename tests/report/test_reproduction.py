@@ -9,11 +9,11 @@ from click.testing import CliRunner
 
 import symfric as sf
 from symfric.cli import main
-from symfric.report import rolling_figures
-from symfric.report.entries import SOURCES, Inputs, title
-from symfric.report.gallery import gallery
-from symfric.report.reproduction import NOT_MADE, chosen, reproductions
-from symfric.report.thomsen import quench
+from symfric.report.html.gallery import gallery
+from symfric.report.sources.registry import SOURCES, Inputs, title
+from symfric.report.sources.reproduction import NOT_MADE, chosen, reproductions
+from symfric.report.sources.rolling import figures
+from symfric.report.sources.thomsen import quench
 
 NAMES = tuple(reproductions())
 COSTLY = ("guida-4", "guida-5", "guida-1", "younes-", "rolling-", "guida-readings", "guida-stability", "thomsen-6")
@@ -152,7 +152,7 @@ def test_models_return_one_where_similarity_says_so(rolled):
 
 def test_scale_tables_are_those_printed(rolled):
     assert rolled["rolling-table-1"].findings[0].holds
-    assert rolling_figures.scale_table(2)[2] < 0.51
+    assert figures.scale_table(2)[2] < 0.51
     assert rolled["rolling-table-1"].data[0] == {
         "quantity": "length",
         "values": [1 / 4, 1 / 7, 1 / 10, 1 / 13, 1 / 16, 1 / 19],

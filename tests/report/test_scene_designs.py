@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.report.compare import of_design
-from symfric.report.data import to_dict
-from symfric.report.page import page
-from symfric.report.study import study
+from symfric.report.study.comparison import of_design
+from symfric.report.study.data import to_dict
+from symfric.report.study.page import page
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_file, read_scene_text
 
 BELT = '[scene]\nmodel = "mass_on_belt"\nhorizon = 50\n[values]\nv_b = 0.2\nbeta = 0.05\n'

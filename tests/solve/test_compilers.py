@@ -13,15 +13,15 @@ from numba.core.registry import cpu_target
 from numba.np.arrayobj import make_array, populate_array
 from packaging.requirements import Requirement
 
-from symfric.solve import door, native
-from symfric.solve.memory import Table
+from symfric.codegen import loop_loader, numba_types
+from symfric.codegen.array_table import Table
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOOP = """
 from typing import NamedTuple
 
-from symfric.solve.memory import Integers, Reals
-from symfric.solve.native import compiled, opener, part
+from symfric.codegen.array_table import Integers, Reals
+from symfric.codegen.numba_types import compiled, opener, part
 
 
 class Work(NamedTuple):
@@ -74,9 +74,9 @@ def test_arrays_are_made_of_the_same_parts(function, names):
 
 def test_every_option_of_the_decorator_exists(monkeypatch):
     used = {}
-    monkeypatch.setattr(native, "njit", lambda **options: used.update(options) or (lambda function: function))
-    native.compiled(inline=True, fused=True, ieee_division=True)(lambda: None)
-    native.part(lambda: None)
+    monkeypatch.setattr(numba_types, "njit", lambda **options: used.update(options) or (lambda function: function))
+    numba_types.compiled(inline=True, fused=True, ieee_division=True)(lambda: None)
+    numba_types.part(lambda: None)
     assert {"_nrt", "forceinline", "no_cpython_wrapper", "fastmath", "error_model", "inline"} <= set(used)
     assert [name for name in used if not hasattr(cpu_target.options, name)] == []
 
@@ -85,15 +85,15 @@ def test_a_loop_is_compiled_kept_and_called_from_the_disk(tmp_path, monkeypatch)
     (tmp_path / "loop_of_a_test.py").write_text(LOOP)
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(door, "_opened", {})
+    monkeypatch.setattr(loop_loader, "_opened", {})
     work = importlib.import_module("loop_of_a_test").Work(np.array([5.0, 0.25]), np.array([7, 2]))
     table = Table(work)
-    launch = door.open_door("loop_of_a_test", "a test", tmp_path)
+    launch = loop_loader.open_door("loop_of_a_test", "a test", tmp_path)
     assert (launch(table, True), launch(table, False), work.x[0]) == (3, 3, 0.5)
 
-    monkeypatch.setattr(door, "_opened", {})
-    monkeypatch.setattr(door, "_compiled", None)  # what is on the disk is enough
-    again = door.open_door("loop_of_a_test", "a test", tmp_path)
+    monkeypatch.setattr(loop_loader, "_opened", {})
+    monkeypatch.setattr(loop_loader, "_compiled", None)  # what is on the disk is enough
+    again = loop_loader.open_door("loop_of_a_test", "a test", tmp_path)
     assert (again(table, False), work.x[0]) == (3, 0.75)
     work.k[1] = 0
     with pytest.raises(ArithmeticError, match="inside a test"):

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import symfric
-from symfric.solve.door import sources, sources_key
-from symfric.solve.exact.room import FOLDERS
+from symfric.codegen.loop_loader import sources, sources_key
+from symfric.solve.exact.oscillator.workspace import FOLDERS
 
 PACKAGE = Path(symfric.__file__).parent
 

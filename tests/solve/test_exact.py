@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import symfric as sf
 from symfric.bench import larger
-from symfric.solve.taylor import linear_series
+from symfric.solve.loop import linear_series
 
 X, U = sp.symbols("x u", real=True)
 derandomized = settings(derandomize=True, deadline=None, max_examples=60, database=None)

@@ -8,8 +8,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import erf
 
 import symfric as sf
+from symfric.codegen.instructions import read
 from symfric.solve.taylor.enclosure import unseen
-from symfric.solve.taylor.instructions import read
 from tests.longer import longer
 
 Q, U = sp.symbols("q u", real=True)

@@ -9,9 +9,9 @@ import sympy as sp
 
 import symfric as sf
 from symfric.bench.problems import problems
-from symfric.solve.hermite import first_fall
-from symfric.solve.integrators import IntegratorsProgram
-from symfric.solve.one_mode import Integrators
+from symfric.solve.integrators.hermite import first_fall
+from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.integrators.route import IntegratorsProgram
 
 PROBLEMS = problems()
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}

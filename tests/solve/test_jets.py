@@ -6,11 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from symfric.codegen import llvm_ir, target
+from symfric.codegen.functions import compile_functions
 from symfric.errors import SceneError
-from symfric.solve import machine
-from symfric.solve.taylor import assembly, jets
-from symfric.solve.taylor.jets import expand, reach
-from symfric.solve.taylor.jit import compile_functions
+from symfric.solve.taylor import expansion
+from symfric.solve.taylor.expansion import expand, reach
 
 ORDER = 7
 y, t, p, m = ca.SX.sym("y", 2), ca.SX.sym("t"), ca.SX.sym("p", 2), ca.SX.sym("m", 1)
@@ -81,7 +81,7 @@ def test_coefficients_taken_out_of_the_chain_change_nothing(most, monkeypatch):
     field = field_of(sum(OPERATIONS.values(), ca.SX(0)))[0]
     rows = []
     for taken_out in (0, most):
-        monkeypatch.setattr(jets, "_taken_out", lambda n_x, moving, most=taken_out: most)
+        monkeypatch.setattr(expansion, "_taken_out", lambda n_x, moving, most=taken_out: most)
         series = expand(field, ORDER)
         aux = series.prelude(POINT[2], [POINT[3]])
         rows.append(np.array(series.series([*POINT[0], POINT[1]], aux)).ravel())
@@ -93,8 +93,8 @@ def test_machine_code_matches_interpreter(part, tmp_path, monkeypatch):
     """Whole and cut into parts: the same."""
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path))
     if part:
-        monkeypatch.setattr(assembly, "WHOLE", 0)
-        monkeypatch.setattr(assembly, "PART", part)
+        monkeypatch.setattr(llvm_ir, "WHOLE", 0)
+        monkeypatch.setattr(llvm_ir, "PART", part)
     everything = sum(OPERATIONS.values(), ca.SX(0))
     series = expand(field_of(everything)[0], ORDER)
     for from_disk in (False, True):
@@ -117,7 +117,7 @@ def test_damaged_cache_is_not_used(tmp_path, monkeypatch):
 
 
 def test_llvm_is_told_of_every_function_that_code_may_call():
-    assert set(assembly._CALLS.values()) <= set(machine._MATHEMATICS)
+    assert set(llvm_ir._CALLS.values()) <= set(target._MATHEMATICS)
 
 
 def test_unknown_operation_is_refused_by_name():

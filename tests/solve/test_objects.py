@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from symfric.solve import objects
+from symfric.codegen import object_cache
 
 posix = pytest.mark.skipif(os.name != "posix", reason="owners and permissions of files are those of POSIX")
 
@@ -18,8 +18,8 @@ posix = pytest.mark.skipif(os.name != "posix", reason="owners and permissions of
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.delenv("SYMFRIC_CACHE_SIZE", raising=False)
-    monkeypatch.setattr(objects, "_stored", {})
-    objects._say_once.cache_clear()
+    monkeypatch.setattr(object_cache, "_stored", {})
+    object_cache._say_once.cache_clear()
     return tmp_path / "cache"
 
 
@@ -28,9 +28,9 @@ def said(caplog) -> list[str]:
 
 
 def test_what_is_stored_is_loaded(folder):
-    assert objects.load("key") is None
-    objects.store("key", b"code")
-    assert objects.load("key") == b"code"
+    assert object_cache.load("key") is None
+    object_cache.store("key", b"code")
+    assert object_cache.load("key") == b"code"
     assert [p.name for p in folder.iterdir()] == ["key.o"]
 
 
@@ -38,7 +38,7 @@ def test_what_is_stored_is_loaded(folder):
 def test_the_folder_and_its_files_are_the_users_alone(folder):
     before = os.umask(0)
     try:
-        objects.store("key", b"code")
+        object_cache.store("key", b"code")
     finally:
         os.umask(before)
     assert folder.stat().st_mode & 0o777 == 0o700
@@ -48,60 +48,60 @@ def test_the_folder_and_its_files_are_the_users_alone(folder):
 @posix
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o777, 0o720, 0o1777])
 def test_a_folder_that_others_can_write_is_not_used(folder, mode, caplog):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     folder.chmod(mode)
-    assert objects.load("key") is None
-    objects.store("other", b"code")
-    assert objects.load("other") is None
+    assert object_cache.load("key") is None
+    object_cache.store("other", b"code")
+    assert object_cache.load("other") is None
     assert [p.name for p in folder.iterdir()] == ["key.o"]
     assert said(caplog) == [
         f"compiled code is neither loaded nor kept: {folder} can be written by other users; "
         "make it yours alone (chmod 700), or name another in SYMFRIC_CACHE_DIR"
     ]
     folder.chmod(0o755)
-    assert objects.load("key") == b"code"
+    assert object_cache.load("key") == b"code"
 
 
 @posix
 def test_a_file_that_others_can_write_is_not_loaded_but_replaced(folder):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     for mode in (0o620, 0o602, 0o666):
         (folder / "key.o").chmod(mode)
-        assert objects.load("key") is None
-    objects.store("key", b"code again")
-    assert objects.load("key") == b"code again"
+        assert object_cache.load("key") is None
+    object_cache.store("key", b"code again")
+    assert object_cache.load("key") == b"code again"
 
 
 @posix
 def test_what_another_user_owns_is_not_used(folder, monkeypatch, caplog):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     with monkeypatch.context() as patch:
         patch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1)
-        assert objects.load("key") is None
-        objects.store("other", b"code")
+        assert object_cache.load("key") is None
+        object_cache.store("other", b"code")
     assert [p.name for p in folder.iterdir()] == ["key.o"]
     assert "belongs to another user" in said(caplog)[0]
     assert len(said(caplog)) == 1
-    assert objects.load("key") == b"code"
+    assert object_cache.load("key") == b"code"
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can give files away")
 @pytest.mark.parametrize("given", ["folder", "file"])
 def test_what_was_given_to_another_user_is_not_used(folder, given):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     os.chown(folder if given == "folder" else folder / "key.o", 12345, 12345)
-    assert objects.load("key") is None
+    assert object_cache.load("key") is None
 
 
 @posix
 def test_links_are_followed_to_folders_of_the_user_alone(folder, tmp_path, monkeypatch):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     link = tmp_path / "link"
     link.symlink_to(folder)
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(link))
-    assert objects.load("key") == b"code"
+    assert object_cache.load("key") == b"code"
     folder.chmod(0o777)
-    assert objects.load("key") is None
+    assert object_cache.load("key") is None
     folder.chmod(0o700)
     real = os.lstat
 
@@ -112,27 +112,27 @@ def test_links_are_followed_to_folders_of_the_user_alone(folder, tmp_path, monke
     with monkeypatch.context() as patch:
         patch.setattr(os, "lstat", foreign)
         patch.setattr(Path, "lstat", lambda self: foreign(self))
-        assert objects.load("key") is None
-    assert objects.load("key") == b"code"
+        assert object_cache.load("key") is None
+    assert object_cache.load("key") == b"code"
 
 
 @posix
 def test_a_file_that_is_a_link_a_folder_or_a_pipe_is_not_loaded(folder, tmp_path):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     (tmp_path / "elsewhere").write_bytes((folder / "key.o").read_bytes())
     (folder / "link.o").symlink_to(tmp_path / "elsewhere")
     (folder / "folder.o").mkdir()
     os.mkfifo(folder / "pipe.o")
     for name in ("link", "folder", "pipe"):
-        assert objects.load(name) is None
-    objects.store("link", b"mine")
-    assert objects.load("link") == b"mine"
+        assert object_cache.load(name) is None
+    object_cache.store("link", b"mine")
+    assert object_cache.load("link") == b"mine"
     assert not (folder / "link.o").is_symlink()
 
 
 COMPILE = """
 import casadi as ca
-from symfric.solve.taylor.jit import compile_functions
+from symfric.codegen.functions import compile_functions
 x = ca.SX.sym("x")
 print(compile_functions([ca.Function("square", [x], [x * x])]).cached)
 """
@@ -161,15 +161,15 @@ def test_without_a_folder_named_it_is_the_users(given, monkeypatch):
     monkeypatch.delenv("SYMFRIC_CACHE_DIR", raising=False)
     if given is not None:
         monkeypatch.setenv("SYMFRIC_CACHE_DIR", given)
-    assert objects._folder() == user_cache_path("symfric", appauthor=False)
+    assert object_cache._folder() == user_cache_path("symfric", appauthor=False)
 
 
 def test_without_a_home_nothing_is_kept(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("SYMFRIC_CACHE_DIR", raising=False)
     monkeypatch.setattr("platformdirs.user_cache_path", lambda *_a, **_k: Path("~/.cache/symfric"))
-    objects.store("key", b"code")
-    assert objects.load("key") is None
+    object_cache.store("key", b"code")
+    assert object_cache.load("key") is None
     assert list(tmp_path.iterdir()) == []
 
 
@@ -182,7 +182,7 @@ def test_the_folder_stays_below_its_limit(folder, monkeypatch):
     folder.mkdir(mode=0o700)
     (folder / "notes.txt").write_text("not ours")
     for k in range(200):
-        objects.store(f"{k}", bytes(20_000))
+        object_cache.store(f"{k}", bytes(20_000))
         assert sizes(folder) <= 0.5 * 2**20 * (1 + 1 / 64) + 20_032
     kept = {p.stem for p in folder.glob("*.o")}
     assert kept == {f"{k}" for k in range(200 - len(kept), 200)}
@@ -194,10 +194,10 @@ def test_what_was_used_last_is_kept(folder, monkeypatch):
     monkeypatch.setenv("SYMFRIC_CACHE_SIZE", "0.5")
     day = 24 * 3600
     for k in range(10):
-        objects.store(f"{k}", bytes(50_000))
+        object_cache.store(f"{k}", bytes(50_000))
         os.utime(folder / f"{k}.o", (time.time() - day * (20 - k),) * 2)
-    assert objects.load("0") is not None  # used now
-    objects.store("new", bytes(50_000))
+    assert object_cache.load("0") is not None  # used now
+    object_cache.store("new", bytes(50_000))
     kept = {p.stem for p in folder.glob("*.o")}
     assert {"0", "new", "9"} <= kept
     assert not {"1", "2"} & kept
@@ -207,8 +207,8 @@ def test_new_processes_look_too(folder, monkeypatch):
     """Each stores a single object."""
     monkeypatch.setenv("SYMFRIC_CACHE_SIZE", "0.25")
     for k in range(30):
-        monkeypatch.setattr(objects, "_stored", {})
-        objects.store(f"{k}", bytes(20_000))
+        monkeypatch.setattr(object_cache, "_stored", {})
+        object_cache.store(f"{k}", bytes(20_000))
         assert sizes(folder) <= 0.25 * 2**20
     assert sizes(folder) > 0.15 * 2**20
 
@@ -216,17 +216,17 @@ def test_new_processes_look_too(folder, monkeypatch):
 @pytest.mark.parametrize(("given", "kept"), [("0", False), ("1e-3", False), ("1", True), ("inf", True), ("", True)])
 def test_the_limit_can_be_set(folder, monkeypatch, given, kept):
     monkeypatch.setenv("SYMFRIC_CACHE_SIZE", given)
-    objects.store("key", bytes(2000))
-    assert (objects.load("key") is not None) is kept
+    object_cache.store("key", bytes(2000))
+    assert (object_cache.load("key") is not None) is kept
 
 
 @pytest.mark.parametrize("given", ["much", "-1", "nan"])
 def test_a_limit_that_is_none_is_said_once(folder, monkeypatch, given, caplog):
     monkeypatch.setenv("SYMFRIC_CACHE_SIZE", given)
     for _ in range(2):
-        objects.store("key", bytes(2000))
+        object_cache.store("key", bytes(2000))
     assert said(caplog) == [f"SYMFRIC_CACHE_SIZE is '{given}'; it must be a number of MiB, and 512 is taken"]
-    assert objects.load("key") is not None
+    assert object_cache.load("key") is not None
 
 
 @pytest.mark.parametrize("failing", ["replace", "open", "fdopen"])
@@ -234,20 +234,20 @@ def test_a_failed_write_leaves_nothing(folder, monkeypatch, failing):
     def fail(*_arguments, **_named):
         raise OSError(28, "No space left on device")
 
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     with monkeypatch.context() as patch:
         patch.setattr(f"symfric.files.os.{failing}", fail)
-        objects.store("other", b"code")
+        object_cache.store("other", b"code")
     assert [p.name for p in folder.iterdir()] == ["key.o"]
 
 
 def test_what_killed_processes_left_goes(folder):
-    objects.store("key", b"code")
+    object_cache.store("key", b"code")
     (folder / ".old.part").write_bytes(b"half")
     (folder / ".new.part").write_bytes(b"half")
     os.utime(folder / ".old.part", (time.time() - 2 * 3600,) * 2)
-    objects._stored.clear()
-    objects.store("key", b"code")
+    object_cache._stored.clear()
+    object_cache.store("key", b"code")
     assert {p.name for p in folder.iterdir()} == {"key.o", ".new.part"}
 
 
@@ -257,10 +257,10 @@ from symfric.solve import objects
 random.seed(int(sys.argv[1]))
 for _ in range(400):
     k = random.randrange(40)
-    found = objects.load(f"{k}")
+    found = object_cache.load(f"{k}")
     assert found is None or found == bytes([k]) * 20_000, k
     if found is None:
-        objects.store(f"{k}", bytes([k]) * 20_000)
+        object_cache.store(f"{k}", bytes([k]) * 20_000)
 """
 
 

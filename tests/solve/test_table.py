@@ -8,11 +8,11 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.codegen.functions import compile_functions
+from symfric.codegen.instructions import read
 from symfric.lower.automaton import lower
-from symfric.solve.taylor import jets, recurrences
-from symfric.solve.taylor.instructions import read
-from symfric.solve.taylor.jets import expand
-from symfric.solve.taylor.jit import compile_functions
+from symfric.solve.taylor import expansion, recurrences
+from symfric.solve.taylor.expansion import expand
 from symfric.solve.taylor.table import Table, length
 from tests.solve.test_jets import OPERATIONS, ORDER, POINT, field_of
 from tests.threads.together import difference, together
@@ -60,7 +60,7 @@ def tables(monkeypatch, tmp_path):
     monkeypatch.setattr(Table, "function", lambda self, *given: made.append(self) or function(self, *given))
 
     def switch():
-        monkeypatch.setattr(jets, "LONG", 0)
+        monkeypatch.setattr(expansion, "LONG", 0)
         return made
 
     return switch
@@ -80,7 +80,7 @@ def test_coefficients(name, tables):
     table = expand(field, ORDER)
     state, count = np.array([*POINT[0], POINT[1]]), table.prelude.nnz_out(0)
     fixed = np.array(table.prelude(POINT[2], [POINT[3]])).ravel()
-    for which, order in (("series", ORDER), ("probe", jets.PROBED)):
+    for which, order in (("series", ORDER), ("probe", expansion.PROBED)):
         code = compile_functions([getattr(table, which)])
         right = np.array(getattr(plain, which)(state, plain.prelude(POINT[2], [POINT[3]]))).ravel()
         aux = np.concatenate([fixed, np.full(table.room, np.nan)])
@@ -150,8 +150,8 @@ def test_a_force_of_hundreds_of_terms_is_a_table(monkeypatch):
     for name, force in (("long", HUNDREDS), ("short", sp.sin(x))):
         automaton = lower(one_mass(force - x, sf.laws.coulomb(0.3)), [], frozenset())
         fields[name] = automaton.field
-    assert jets.is_long(fields["long"], 17)
-    assert not jets.is_long(fields["short"], 17)
+    assert expansion.is_long(fields["long"], 17)
+    assert not expansion.is_long(fields["short"], 17)
 
 
 def test_the_length_is_that_of_the_series_written_out():

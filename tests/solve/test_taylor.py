@@ -9,7 +9,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.bench.problems import problems
-from symfric.solve.taylor.program import order_for
+from symfric.solve.taylor.route import order_for
 from tests.longer import longer
 
 PROBLEMS = problems()

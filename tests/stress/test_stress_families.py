@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symfric as sf
-from symfric.bench.random_scenes import KINDS, LAWS, Dice, structure
 from symfric.bench.stress import (
     FAMILIES,
     StressResult,
@@ -22,6 +21,7 @@ from symfric.bench.stress import (
     scene_named,
     stress,
 )
+from symfric.bench.stress.random_scenes import KINDS, LAWS, Dice, structure
 from symfric.cli import main
 from symfric.errors import SceneError
 from symfric.model.laws import Law

@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.extended import extended
 from symfric.bench.problems import problems
+from symfric.bench.reference.extended import extended
 from tests.longer import longer
 
 X, U, Y, W = sp.symbols("x u y w", real=True)

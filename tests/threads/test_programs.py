@@ -14,8 +14,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.solve import compiled_model
-from symfric.solve.compiled_model import CompiledModel
+from symfric.solve.loop import compiled_model
+from symfric.solve.loop.compiled_model import CompiledModel
 from tests.longer import longer
 from tests.threads.together import THREADS, difference, together
 

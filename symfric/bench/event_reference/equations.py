@@ -7,8 +7,8 @@ import numpy as np
 import sympy as sp
 from scipy import special
 
-from symfric.model.names import SPEED, TIME
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
 
 
 class select(sp.Function):  # noqa: N801  (a SymPy function is named as it is called)

@@ -6,18 +6,18 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.event_reference import ReferenceSimulator
-from symfric.bench.random_scenes import Draw
 from symfric.bench.stress.families import family
+from symfric.bench.stress.random_scenes import Draw
 from symfric.bench.stress.verdict import Verdict
 from symfric.lower.energy import energy_functions
-from symfric.model.names import SPEED
 from symfric.model.scene import Scene
-from symfric.solve.choose import Program, explain, prepare
+from symfric.model.symbols import SPEED
 from symfric.solve.energy import imbalance
-from symfric.solve.exact.program import Exact
+from symfric.solve.exact.route import Exact
+from symfric.solve.routes import Program, explain, prepare
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
-from symfric.solve.taylor.program import Taylor, TaylorProgram
+from symfric.solve.taylor.route import Taylor, TaylorProgram
 
 TOLERANCES = (1e-6, 1e-8, 1e-10)  # the first where a law has an infinite slope, which no route takes much finer
 WRONG = 1000.0  # tolerances that two runs may differ by

@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from symfric.bench.event_reference import ReferenceSimulator
-from symfric.bench.random_scenes import Draw
 from symfric.bench.stress.families import family
+from symfric.bench.stress.random_scenes import Draw
 from symfric.bench.stress.verdict import Verdict
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
-from symfric.orbits.branch import Branch, Special, continue_cycle
+from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
 
 PARAMETER, SPAN = "F", (0.25, 1.4)  # of a branch, in its value at the start

@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from symfric.solve.taylor.instructions import Node
+from symfric.codegen.instructions import Node
 
 
 class Fixed:

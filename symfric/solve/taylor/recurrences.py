@@ -5,8 +5,8 @@ The recurrences are those of Moore and of Griewank and Walther, Evaluating Deriv
 
 import casadi as ca
 
+from symfric.codegen.instructions import GROWING
 from symfric.errors import SceneError
-from symfric.solve.taylor.instructions import GROWING
 
 Jet = list  # of SX or None (structural zero), by order
 _MOST = 1e150  # of exponentials; products of two are finite

@@ -13,9 +13,9 @@ from collections.abc import Iterable, Sequence
 
 import casadi as ca
 
-from symfric.solve.taylor.assembly import Written, body
+from symfric.codegen.instructions import ENTIRE, Node
+from symfric.codegen.llvm_ir import Written, body
 from symfric.solve.taylor.fixed import Fixed
-from symfric.solve.taylor.instructions import ENTIRE, Node
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled
 
 LONG = 30_000  # instructions of a series written out, beyond which it is a table

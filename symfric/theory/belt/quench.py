@@ -7,8 +7,8 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law, cubic
-from symfric.model.names import SPEED, finite
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, finite
 from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, value
 from symfric.theory.belt.vibration import ETA, V_B0, V_B1
 

@@ -7,11 +7,11 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model import library
+from symfric.model import scenes
 from symfric.model.laws import Law
-from symfric.model.names import SPEED
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED
 
 
 class Symbols(NamedTuple):
@@ -53,7 +53,7 @@ def numbers(scene: Scene | None) -> Symbols:
         raise SceneError("no scene to take numbers from; give one, or ask for the formula with symbolic=True")
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene; the belt's closed forms take sf.scenes.mass_on_belt(...)")
-    model = library.mass_on_belt(v_b=1.0)
+    model = scenes.mass_on_belt(v_b=1.0)
     (belt,) = model.contacts
     same = scene.system == model.system and len(scene.contacts) == 1
     if not same or (scene.contacts[0].slip, scene.contacts[0].normal, scene.contacts[0].profile) != (

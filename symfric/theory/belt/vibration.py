@@ -5,8 +5,8 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import cubic
-from symfric.model.names import SPEED
 from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED
 from symfric.theory.belt.scene import SYMBOLS, numbers, value
 
 v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field
 
 from symfric.errors import SceneError
-from symfric.model.names import finite
+from symfric.model.symbols import finite
 
 STEEPEST = 1e12  # slopes mu up to which the closed forms were checked
 ROUNDING = 8.881784197001252e-16  # four units in the last place, the least that SciPy's brentq takes

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.names import finite
 from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
+from symfric.model.symbols import finite
 from symfric.theory.drive.pair import (
     Orbit,
     Pair,

@@ -7,8 +7,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.library.slides import READINGS
-from symfric.model.names import finite
+from symfric.model.scenes.slides import READINGS
+from symfric.model.symbols import finite
 
 
 class Symbols(NamedTuple):

@@ -3,7 +3,7 @@
 import math
 
 from symfric.errors import SceneError
-from symfric.model.names import finite
+from symfric.model.symbols import finite
 from symfric.theory.drive.excursion import excursion, slope
 
 

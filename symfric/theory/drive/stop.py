@@ -6,8 +6,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.names import finite
 from symfric.model.notebook import html_table
+from symfric.model.symbols import finite
 from symfric.theory.drive.excursion import Flow, descent, excursion, slope
 
 MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)

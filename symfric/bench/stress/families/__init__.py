@@ -1,10 +1,10 @@
 """The families of random scenes."""
 
-from symfric.bench.random_scenes import Dice, structure
 from symfric.bench.stress.families import loads, orbits, pulses, rescaled, surfaces, systems
 from symfric.bench.stress.families.family import Family, Structure, random_family
+from symfric.bench.stress.random_scenes import Dice, structure
 from symfric.errors import SceneError
-from symfric.model.names import nearest
+from symfric.model.symbols import nearest
 
 
 def _mixed(seed: int) -> Structure:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
-from symfric.bench.random_scenes import Draw
+from symfric.bench.stress.random_scenes import Draw
 from symfric.model import laws
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene

@@ -5,7 +5,7 @@ import sympy as sp
 
 from symfric.bench.stress.families.family import Structure, parameter, real, structure_of
 from symfric.model import laws
-from symfric.model.names import TIME
+from symfric.model.symbols import TIME
 from symfric.model.system import Contact
 
 

@@ -15,7 +15,7 @@ from symfric.bench.stress.families.family import (
     structure_of,
 )
 from symfric.model import laws
-from symfric.model.names import SPEED, TIME
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact
 
 WIDTHS = (0.002, 0.2)

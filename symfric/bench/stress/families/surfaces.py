@@ -13,7 +13,7 @@ from symfric.bench.stress.families.family import (
     structure_of,
 )
 from symfric.model import laws
-from symfric.model.names import TIME
+from symfric.model.symbols import TIME
 from symfric.model.system import Contact
 
 

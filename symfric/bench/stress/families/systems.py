@@ -12,7 +12,7 @@ from symfric.bench.stress.families.family import (
     real,
     structure_of,
 )
-from symfric.model.names import TIME
+from symfric.model.symbols import TIME
 from symfric.model.system import Signal
 
 

@@ -1,0 +1,1 @@
+"""Solvers of other packages, and the package's own routes, on the problems of the benchmark."""

@@ -1,0 +1,145 @@
+"""The solvers of the benchmark: the package's own routes, and those of other packages where they are installed."""
+
+import importlib.util
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from symfric.bench.peers import (
+    casadi_erk,
+    casadi_form,
+    diffrax_form,
+    heyoka_form,
+    heyoka_loop,
+    scipy_form,
+    scipy_loop,
+    sundae_form,
+)
+from symfric.bench.problems import Problem
+from symfric.bench.result import Answer
+from symfric.model.outputs import End, HalfRange
+from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.routes import prepare
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A solver that can be prepared for a problem.
+
+    Attributes
+    ----------
+    name : str
+    prepare : callable
+        ``prepare(problem, tolerance) -> run``; ``run() -> Answer``. Everything that is done once is done by `prepare`.
+    problems : tuple of str
+        Names of the problems it takes.
+    tolerances : tuple of float
+    workarounds : tuple of str
+        What was done so that it does its best.
+    needs : tuple of str
+        Packages, or "cc" for a C compiler.
+    own : bool
+        Whether it is a route of this package.
+    """
+
+    name: str
+    prepare: Callable[[Problem, float], Callable[[], Answer]]
+    problems: tuple[str, ...]
+    tolerances: tuple[float, ...]
+    workarounds: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    own: bool = False
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What it needs and is not there."""
+        return tuple(need for need in self.needs if not _present(need))
+
+
+def _present(need: str) -> bool:
+    return bool(shutil.which("cc")) if need == "cc" else importlib.util.find_spec(need) is not None
+
+
+def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Prepare the route that the package chooses."""
+    return (_through_sweep if problem.speeds else _through_program)(problem, tolerance, None)
+
+
+def _prepare_series(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Prepare the route `taylor` where the package would choose another."""
+    return _through_program(problem, tolerance, "taylor")
+
+
+def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Prepare the route `integrators`: erk on the law with its jump, cvodes on the continuous ones."""
+    stiff = problem.name in _CONTINUOUS
+    return _through_program(problem, tolerance, Integrators("cvodes" if stiff else "erk"))
+
+
+def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], Answer]:
+    program = prepare(problem.scene, tolerance=tolerance, route=route)
+
+    def run() -> Answer:
+        result = program.run()
+        return Answer(tuple(result.final.tolist()), int(result.stats["events"]))
+
+    return run
+
+
+def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], Answer]:
+    """Run every speed in two parts, the second for the half range alone."""
+    begin, end = problem.window
+    (x,), (u,) = problem.scene.system.q, problem.scene.system.u
+    first = prepare(problem.scene.until(begin).wanting({"end": End()}), tolerance, route)
+    second = prepare(problem.scene.until(end - begin).wanting({"half": HalfRange(x)}), tolerance, route)
+
+    def half_range(v_b: float) -> float:
+        speed = {"v_b": v_b}
+        state = first.run(speed).final
+        return second.run(speed, {x: state[0], u: state[1]}).outputs["half"]
+
+    return lambda: Answer(tuple(half_range(v) for v in problem.speeds), 0)
+
+
+def _either(by_hand, of_form, sweep=None):
+    """Return a `prepare` that takes the loop written by hand where there is one."""
+
+    def prepared(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+        chosen = sweep if problem.speeds else by_hand if problem.oscillator else of_form
+        return chosen(problem, tolerance)
+
+    return prepared
+
+
+_EXACT_LAW = ("P1", "P2", "P3")
+_CONTINUOUS = ("P4", "P9")
+_MANY = ("P6", "P7", "P8")
+_STICKING = (*_EXACT_LAW, *_MANY)
+_ALL = (*_EXACT_LAW, *_CONTINUOUS, "P5", *_MANY)
+_FINE = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
+
+
+def peers() -> dict[str, Peer]:
+    """Return every solver by name, installed or not."""
+    heyoka = _either(heyoka_loop.prepare, heyoka_form.prepare, heyoka_loop.prepare_sweep)
+    events = _either(scipy_loop.prepare_events, scipy_form.prepare_events, scipy_loop.prepare_sweep)
+    stiff = _either(scipy_loop.prepare_stiff, scipy_form.prepare_stiff)
+    erk = _either(casadi_erk.prepare_interpreted, casadi_form.prepare_interpreted)
+    erk_c = _either(casadi_erk.prepare_compiled, casadi_form.prepare_compiled)
+    casadi = (*casadi_erk.WORKAROUNDS, *casadi_form.WORKAROUNDS)
+    scipy = (*scipy_loop.WORKAROUNDS, *scipy_form.WORKAROUNDS)
+    every = [
+        Peer("symfric", _prepare_default, _ALL, _FINE, own=True),
+        Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
+        Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
+        Peer("heyoka", heyoka, _ALL, _FINE, heyoka_loop.WORKAROUNDS, ("heyoka",)),
+        Peer("scipy DOP853", events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
+        Peer("scipy LSODA", stiff, _CONTINUOUS, _SLOW),
+        Peer("casadi erk", erk, (*_STICKING, "P9"), _SLOW, casadi),
+        Peer("casadi erk, C", erk_c, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
+        Peer("casadi cvodes", casadi_erk.prepare_stiff, ("P4",), _SLOW),
+        Peer("sundae CVODE", sundae_form.prepare, (*_STICKING, "P9"), _SLOW, sundae_form.WORKAROUNDS, ("sksundae",)),
+        Peer("diffrax Tsit5", diffrax_form.prepare, (*_EXACT_LAW, "P8"), _SLOW, diffrax_form.WORKAROUNDS, ("diffrax",)),
+    ]
+    return {p.name: p for p in every}

@@ -1,0 +1,1 @@
+"""Answers in many digits, independent of every route and peer."""

@@ -1,0 +1,1 @@
+"""Machine code from CasADi functions and from compiled loops; knows no physics."""

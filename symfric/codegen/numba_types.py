@@ -1,0 +1,160 @@
+"""How functions are compiled, and what they need to work on arrays by their addresses; see `symfric.codegen.array_table`."""
+
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
+
+from llvmlite import ir
+from numba import njit, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+from numba.np.arrayobj import make_array, populate_array
+
+from symfric.codegen.array_table import WIDTH, WORD
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+# Products and sums in one instruction; infinities and NaN keep their meaning.
+_FUSED = {"contract"}
+
+
+@overload
+def compiled(function: Callable[_P, _R], /) -> Callable[_P, _R]: ...
+
+
+@overload
+def compiled(
+    *, inline: bool = False, fused: bool = False, ieee_division: bool = False, from_python: bool = False
+) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]: ...
+
+
+def compiled(
+    function: Callable[_P, _R] | None = None,
+    /,
+    *,
+    inline: bool = False,
+    fused: bool = False,
+    ieee_division: bool = False,
+    from_python: bool = False,
+) -> Callable[_P, _R] | Callable[[Callable[_P, _R]], Callable[_P, _R]]:
+    """Compile a function of numbers and of arrays that it does not own, for other compiled functions to call.
+
+    References to arrays are not counted, which would take longer than the work.
+
+    Parameters
+    ----------
+    inline : bool
+        For short functions, and for those that one other calls at every step. numba hands this down to all that the
+        function calls unless they say otherwise, as those with False do: everything would become one function, which
+        takes a minute to compile.
+    fused : bool
+        A product and a sum may become one instruction with one rounding.
+    ieee_division : bool
+        A division by zero gives an infinity or NaN instead of an error.
+    from_python : bool
+        Callable from Python too, as tests do; without `inline`, the caller decides whether it is inlined.
+    """
+    options: dict[str, Any] = {"nogil": True, "_nrt": False}
+    if not from_python:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    if inline or not from_python:
+        options["forceinline"] = inline
+    if fused:
+        options["fastmath"] = _FUSED
+    if ieee_division:
+        options["error_model"] = "numpy"
+
+    def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        return njit(**options)(function)
+
+    return decorate if function is None else decorate(function)
+
+
+def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Compile a function as a part of its only caller, `launch` or what that calls."""
+    return njit(inline="always")(function)
+
+
+_KINDS = {float: types.float64, int: types.int64}
+
+
+class Arrays(types.Type):
+    """The numba type of the arrays of a NamedTuple whose fields are annotated as `symfric.codegen.array_table` says."""
+
+    def __init__(self, record: type):
+        super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
+        hints = get_type_hints(record, include_extras=True)
+        self.fields = {}
+        for row, (name, hint) in enumerate(hints.items()):
+            ((kind, indices),) = hint.__metadata__
+            self.fields[name] = row, types.Array(_KINDS[kind], indices, "C")
+
+
+@register_model(Arrays)
+class _Model(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, ir.IntType(64).as_pointer())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Arrays
+
+    def generic_resolve(self, value, attr):  # type: ignore[override]  # numba: "not implemented" until a class does
+        return value.fields[attr][1] if attr in value.fields else None
+
+
+@lower_getattr_generic(Arrays)
+def _field(context, builder, kind, table, name):
+    """Make an array from its row of the table, which does not change while compiled code runs."""
+    row, array = kind.fields[name]
+    constant = builder.module.add_metadata([])
+
+    def entry(column):
+        place = builder.gep(table, [ir.Constant(ir.IntType(64), WIDTH * row + column)])
+        number = builder.load(place)
+        number.set_metadata("invariant.load", constant)
+        return number
+
+    made = make_array(array)(context, builder)
+    shape = [entry(1 + axis) for axis in range(array.ndim)]
+    word = ir.Constant(ir.IntType(64), WORD)
+    strides = [word]
+    for length in shape[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], length, flags=["nsw"]))
+    data = builder.inttoptr(entry(0), made.data.type)
+    populate_array(made, data=data, shape=shape, strides=strides, itemsize=word, meminfo=None)
+    return made._getvalue()
+
+
+def opener(record: type) -> Callable:
+    """Return the compiled function that takes the address of the table of a NamedTuple and returns its arrays."""
+    kind = Arrays(record)
+
+    @_intrinsic
+    def at_addresses(typing_context, address):
+        def generate(context, builder, signature, args):
+            return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+
+        return kind(address), generate
+
+    return at_addresses
+
+
+def _intrinsic(function: Callable) -> Callable:
+    """Return numba's `intrinsic`, with the type of what compiled functions call: without the typing context."""
+    return intrinsic(function)
+
+
+@_intrinsic
+def call_code(typing_context, address, a, b, out):
+    """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
+
+    def generate(context, builder, signature, args):
+        pointer = ir.DoubleType().as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
+        target = builder.inttoptr(args[0], kind.as_pointer())
+        builder.call(target, [builder.inttoptr(x, pointer) for x in args[1:]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate

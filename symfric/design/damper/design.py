@@ -1,0 +1,284 @@
+"""The smallest damper that keeps a sliding system quiet over a range of speeds, or ends a motion in time."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from symfric.design.damper.cycles import Disturbed, Requirement, distances, outermost
+from symfric.design.damper.growth import Growth, steepest_falls
+from symfric.design.damper.settling import Transient, settled
+from symfric.design.result import Curve, Design
+from symfric.design.summit import SLOWEST, Summit, summit
+from symfric.design.verification import Neighbour, design
+from symfric.errors import NotFound, SceneError
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite, name_of
+from symfric.orbits.cycle import Orbit
+
+_SCAN = 7  # points of the damper's bounds, before polishing
+_REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
+_ROUNDS = 12  # speeds from which the conditions on the cycles are followed
+_SLOW, _LOWEST = 1e-3, 0.02  # of the highest speed: the slowest reference, and the lowest of those that are spread
+_BEYOND = 1e-6  # of the damping: how far beyond the present optimum cycles are looked for
+_STEP = 0.01  # of the damping: how far beside the optimum the full model is asked
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What the full model does at one speed and damping.
+
+    Attributes
+    ----------
+    speed, damping : float
+    half_range, stick_fraction : float
+        Of what motions from far out settle to; zero for steady sliding.
+    meets : bool
+        Whether the requirement is met.
+    growth : float
+        Rate at which a small disturbance of steady sliding grows in runs; NaN where vibration is allowed.
+    """
+
+    speed: float
+    damping: float
+    half_range: float
+    stick_fraction: float
+    meets: bool
+    growth: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """The full model with a little more and a little less damping than the optimum, at the speed that decides.
+
+    Attributes
+    ----------
+    above, below : Probe
+        Below is None where the lower bound is already enough.
+    others : tuple of Probe
+        With a little more damping at other speeds of the range.
+    starts : int
+        Motions that were followed at each speed: what no cycle was seen from.
+    """
+
+    above: Probe
+    below: Probe | None
+    others: tuple[Probe, ...] = ()
+    starts: int = 0
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the requirement is met above, at all speeds that were run, and not below."""
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """The motions that do otherwise, in words."""
+        wrong = [_words(p, "a little more") for p in (self.above, *self.others) if not p.meets]
+        if self.below is not None and self.below.meets:
+            wrong.append(_words(self.below, "a little less") + ", which meets the requirement too")
+        return tuple(wrong)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        below, others = asdict(self.below) if self.below else None, [asdict(p) for p in self.others]
+        sides = {"above": asdict(self.above), "below": below, "others": others}
+        return {"agrees": self.agrees, **sides, "starts": self.starts}
+
+    def __str__(self) -> str:
+        words = [_words(p, "a little more") for p in (self.above, *self.others)]
+        words += [_words(self.below, "a little less")] if self.below else []
+        return "; ".join([*words, f"seen in {self.starts} motions at each speed, none of which proves what others do"])
+
+
+def _words(p: Probe, share: str) -> str:
+    state = f"half range {p.half_range:.6g}, sticking {100 * p.stick_fraction:.3g} % of the time"
+    state = state if p.half_range else f"small vibration grows at rate {p.growth:.4g}" if p.growth > 0 else "quiet"
+    return f"with {share} damping at speed {p.speed:.6g}: {state}"
+
+
+def damper(
+    scene: Scene,
+    parameter: Key,
+    bounds: tuple[float, float],
+    speeds: tuple[float, float] | None = None,
+    half_range: float = 0.0,
+    *,
+    sticking: bool = True,
+    speed: Key = "v_b",
+    settle: float | None = None,
+) -> Design:
+    """Find the smallest damping with which a system slides quietly at every speed of a range, or settles in time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, with steady sliding at the speeds of the range. Its own values of the two parameters are not used.
+        With `settle`: the motion from its initial state is what must settle.
+    parameter : Symbol or str
+        What is made small: a damping, or anything that quiets the system as it grows.
+    bounds : (float, float)
+        Of the parameter.
+    speeds : (float, float)
+        Lowest and highest speed. May be left out with `settle`, for the scene as it is.
+    half_range : float
+        Of the first coordinate, the largest that is allowed; 0.0: no vibration at all, not even beside a stable
+        sliding that a large disturbance leaves for good.
+    sticking : bool
+        Whether contacts may stick; if not, cycles without sticking are allowed, of a half range as large as they like
+        unless `half_range` limits it.
+    speed : Symbol or str
+        Name of the speed.
+    settle : float, optional
+        Time by which the motion must be over. With ``half_range=0`` it is at rest by then, in the sense of
+        `symfric.StopTime`; else the first coordinate moves over no more than `half_range` from then until the scene's
+        horizon, at every speed of the range. Limit cycles play no part.
+
+    Returns
+    -------
+    Design
+        Its active condition names the speed that decides. With `settle` and rest it mostly lies on a jump of the time
+        of rest, which the condition names with both times: a hair less damping costs a half cycle more.
+
+    Raises
+    ------
+    NotFound
+        If the upper bound is not enough; says at which speed and what is left there.
+    SceneError
+        If an argument is wrong.
+
+    Notes
+    -----
+    Three conditions bound the damping from below: the stability of sliding (eigenvalues), the end of the large cycles
+    (a fold, a corner or a graze of their branch) or the limit on their size, and the onset of sticking. The last two
+    are followed as curves in the plane of speed and damping, so the worst speed is a maximum of a curve, not of
+    samples. For one mass on a belt whose law falls steepest at rest it is ``2 beta = eta`` as the speed goes to zero,
+    Thomsen (19).
+
+    That no cycle is left is shown by runs that start far out, as far as steady sliding displaces the system, and near,
+    in every coordinate in turn, at a few speeds over the range, at a thousandth of the highest if the range begins
+    below, and where the laws fall steepest; a cycle that only other starts lead to is not seen. Below a ten-thousandth
+    of the highest speed cycles are not looked at, small vibration is.
+    """
+    name = scene.parameter(parameter).name
+    low, high = _pair(bounds, f"bounds of {name}")
+    half_range = finite(half_range, "half_range")
+    if half_range < 0:
+        raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    speed = name_of(speed) if speeds is None else scene.parameter(speed).name
+    if name == speed:
+        raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")
+    ends = None if speeds is None else _pair(speeds, f"speeds {speed}")
+    if settle is not None:
+        settle = finite(settle, "settle")
+        if not settle > 0:
+            raise SceneError(f"settle is {settle:g}; it is a time, so positive")
+        if not sticking:
+            raise SceneError("sticking=False speaks of limit cycles; leave it out with settle")
+        return settled(Transient(scene, name, (low, high), settle, half_range, speed, ends))
+    if ends is None:
+        raise SceneError("give the speeds (lowest, highest), or settle, the time by which the motion must be over")
+    requirement = Requirement(name, speed, (low, high), ends, half_range, sticking)
+    scene = scene.where({name: low, speed: max(ends[0], 1e-9 * ends[1])})
+    return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
+
+
+def _pair(pair, what: str) -> tuple[float, float]:
+    try:
+        low, high = pair
+    except (TypeError, ValueError):
+        raise SceneError(f"the {what} are {pair!r}; give the lowest and the highest") from None
+    low, high = (finite(e, f"an end of the {what}") for e in (low, high))
+    if not 0 <= low <= high or high == 0:
+        raise SceneError(f"the {what} are ({low:g}, {high:g}); give 0 <= low <= high, and high > 0")
+    return low, high
+
+
+def _largest(summits: list[Summit | None]) -> Summit | None:
+    return max((s for s in summits if s is not None), key=lambda s: s.damping, default=None)
+
+
+def _local(scene: Scene, r: Requirement) -> Summit | None:
+    """Return the least damping with which sliding is stable at every speed; None if there is no such condition.
+
+    Raises
+    ------
+    NotFound
+        If the upper bound is not enough.
+    """
+    if not r.quiet:
+        return None
+    growth = Growth(scene, r)
+    values = np.linspace(*r.bounds, _SCAN)
+    worst = [growth.worst(value, polished=False) for value in values]
+    stable = np.array([rate <= 0 for rate, _ in worst])
+    if stable.all():
+        return None
+    last = int(np.flatnonzero(~stable)[-1])
+    if last == _SCAN - 1:
+        rate, speed = worst[-1]
+        raise NotFound(
+            f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {speed:.6g} small vibration still grows with "
+            f"rate {rate:.6g}"
+        )
+    ends = values[last], values[min(last + 2, _SCAN - 1)]  # between the speeds of the grid a little more may be needed
+    edge = brentq(lambda value: growth.worst(value)[0], *ends, xtol=1e-300, rtol=1e-14)
+    speed = growth.worst(edge)[1]
+    line = np.array([growth.speeds, [growth.least(float(v)) for v in growth.speeds]])
+    return Summit(float(edge), speed, "stability of sliding", line)
+
+
+def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None:
+    """Return what the large cycles ask for beyond what the stability of sliding does."""
+    speeds, best = _references(scene, r), local
+    for _ in range(_ROUNDS):
+        damping = r.bounds[0] if best is None else best.damping * (1 + _BEYOND)
+        bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping}), r))), None)
+        if bad is None:
+            return best
+        found = summit(scene.where({r.name: damping}), r, float(bad))
+        best = _largest([best, found])
+    raise NotFound("the conditions on the cycles change too often over the speeds; give a smaller range of them")
+
+
+def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
+    low, claim = r.bounds[0], "optimal"
+    if found is None:
+        speeds = np.array([max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1]])
+        found = Summit(low, float(speeds[0]), "", np.array([speeds, [low, low]]))
+        active = (f"{r.name} at its lower bound",)
+    else:
+        active = (f"{found.reason} at {r.speed} = {found.speed:.6g}",)
+    at = max(found.speed, SLOWEST * r.speeds[1])
+    more = found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1]
+    disturbed = Disturbed(scene.where({r.speed: at, r.name: more}), r) if r.quiet else None
+    above = _probe(scene, r, disturbed, at, more)
+    below = None
+    if found.damping > low:  # the cycle that just meets the requirement lies near one that misses it
+        below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
+    others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
+    check = Check(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
+    beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
+    if below is not None:
+        violation = 0.0 if below.meets else 1.0
+        beside.append(Neighbour(f"{r.name} smaller by {100 * _STEP:g} %", below.damping, violation))
+    values = {r.name: found.damping}
+    x, y = found.line
+    curve = Curve(x, y, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
+    placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
+    return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
+
+
+def _probe(
+    scene: Scene, r: Requirement, disturbed: Disturbed | None, speed: float, damping: float, beside: Orbit | None = None
+) -> Probe:
+    orbit = outermost(scene.where({r.speed: speed, r.name: damping}), r, beside)
+    size, stick = (float(orbit.half_range[0]), orbit.stick_fraction) if orbit else (0.0, 0.0)
+    growth = disturbed.rate(speed, damping) if disturbed else np.nan
+    return Probe(speed, damping, size, stick, r.meets(orbit) and not growth > 0, growth)
+
+
+def _references(scene: Scene, r: Requirement) -> np.ndarray:
+    """Return the speeds at which cycles are looked for: slow, over the range, and where the laws fall steepest."""
+    spread = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
+    return np.unique([max(r.speeds[0], _SLOW * r.speeds[1]), *spread, *steepest_falls(scene, r)])

@@ -1,0 +1,136 @@
+"""The growth rate of small vibration about steady sliding, at the worst speed of a range."""
+
+from collections.abc import Callable
+
+import numpy as np
+import sympy as sp
+from scipy.optimize import brentq, minimize_scalar
+
+from symfric.design.damper.cycles import Requirement
+from symfric.locks import SYMBOLIC, alone
+from symfric.lower.law_features import features
+from symfric.model.laws import Law
+from symfric.model.scene import Scene
+from symfric.theory.equilibrium import solve
+from symfric.theory.sliding import field_of
+from symfric.theory.stability import linearise
+
+SPEEDS = 33  # equally spaced ones from which the worst is searched, beside those that the laws name
+_POLISHED = 3  # highest local maxima that are polished
+_FALLS = 3  # steepest falls of the laws at which cycles are looked for
+
+
+class Growth:
+    """The growth rate of small vibration about steady sliding, as a function of speed and damping.
+
+    Parameters
+    ----------
+    scene : Scene
+    r : Requirement
+    """
+
+    def __init__(self, scene: Scene, r: Requirement):
+        self._scene, self._r = scene, r
+        self._symbols = scene.parameter(r.speed), scene.parameter(r.name)
+        self._field = field_of(scene, vary=self._symbols)
+        numbers, self._others = scene.numbers(), scene.parameter_values()
+        self._x = np.array([numbers[s] for s in self._field.states])
+        self.speeds = speeds_of(scene, r)
+
+    def at(self, speed: float, damping: float) -> float:
+        """Return the largest real part of the eigenvalues, 1/time."""
+        values = {**self._others, self._symbols[0]: speed, self._symbols[1]: damping}
+        p = self._field.vector(values)
+        self._x = self._equilibrium(p)
+        return float(np.max(np.linalg.eigvals(linearise(self._field, p, self._x)[3]).real))
+
+    def _equilibrium(self, p: np.ndarray) -> np.ndarray:
+        """Return steady sliding near the last one by plain Newton steps; searched for anew if they fail."""
+        field, x = self._field, self._x.copy()
+        free = np.r_[0 : field.n, 2 * field.n : x.size]
+        for _ in range(6):
+            signs = field.directions(x, p)
+            slopes, value = field.jacobian(x, p, signs)[:, free], field.value(x, p, signs)
+            if not (np.all(np.isfinite(slopes)) and np.all(np.isfinite(value))):
+                break
+            step = np.linalg.lstsq(slopes, value, rcond=None)[0]
+            x[free] -= step
+            if np.max(np.abs(step)) <= 1e-13 * np.max(np.abs(x)):
+                return x
+        return solve(field, p, self._x)
+
+    def worst(self, damping: float, polished: bool = True) -> tuple[float, float]:
+        """Return the largest growth rate over the speeds, and the speed; on the grid only unless `polished`."""
+        v = self.speeds
+        rates = np.array([self.at(float(e), damping) for e in v])
+        k = int(np.argmax(rates))
+        best = float(rates[k]), float(v[k])
+        inner = np.flatnonzero((rates[1:-1] >= rates[:-2]) & (rates[1:-1] >= rates[2:])) + 1
+        for i in sorted(inner.tolist(), key=lambda i: -rates[i])[: _POLISHED if polished else 0]:
+            found = minimize_scalar(
+                lambda e: -self.at(float(e), damping),
+                bounds=(v[i - 1], v[i + 1]),
+                method="bounded",
+                options={"xatol": 1e-10 * v[i + 1]},
+            )
+            best = max(best, (-float(found.fun), float(found.x)))
+        return best
+
+    def least(self, speed: float) -> float:
+        """Return the damping at which sliding becomes stable at one speed; NaN outside the bounds."""
+        low, high = self._r.bounds
+        if self.at(speed, low) * self.at(speed, high) > 0:
+            return np.nan
+        return float(brentq(lambda value: self.at(speed, value), low, high, xtol=1e-12 * high))
+
+
+def speeds_of(scene: Scene, r: Requirement) -> np.ndarray:
+    """Return speeds over the range, with those at which a contact slips at a feature of its law."""
+    low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
+    grid, found = np.linspace(low, high, SPEEDS), []
+    for law, slip in _sliding(scene, r):
+        slips = slip(grid)
+        ends = float(np.min(np.abs(slips))), float(np.max(np.abs(slips)))
+        if ends[0] < ends[1]:
+            for v in features(law, *ends):
+                found += _reaching(slip, grid, v)
+    return np.unique([*grid, *found])
+
+
+def steepest_falls(scene: Scene, r: Requirement) -> np.ndarray:
+    """Return the speeds at which a law falls steepest between the ends of the range, a few of them."""
+    low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
+    grid, found = np.linspace(low, high, SPEEDS), []
+    for law, slip in _sliding(scene, r):
+        slips = np.abs(slip(grid))
+        if np.min(slips) < np.max(slips):
+            at = features(law, float(np.min(slips)), float(np.max(slips)), orders=(2,))
+            step = 1e-7 * np.max(slips)
+            slopes = [(law(v + step) - law(v - step)) / (2 * step) for v in at]
+            found += [(slope, e) for slope, v in zip(slopes, at, strict=True) for e in _reaching(slip, grid, v)]
+    return np.array([v for slope, v in sorted(found)[:_FALLS] if slope < 0])
+
+
+@alone(SYMBOLIC)
+def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarray], np.ndarray]]]:
+    """Return the law of every contact, in numbers, and its slip in steady sliding as a function of the speed."""
+    given = scene.numbers()
+    found: list[tuple[Law, Callable[[np.ndarray], np.ndarray]]] = []
+    symbol = scene.parameter(r.speed)
+    still = dict.fromkeys(scene.system.u, 0)
+    for contact in scene.contacts:
+        law = contact.law.where({k: given[k] for k in contact.law.free_symbols if k in given})
+        slip = sp.sympify(contact.slip).subs(still).subs({k: v for k, v in given.items() if k != symbol})
+        if not law.free_symbols and slip.free_symbols == {symbol}:
+            found.append((law, np.vectorize(sp.lambdify(symbol, slip, "numpy"), otypes=[float])))
+    return found
+
+
+def _reaching(slip, grid: np.ndarray, v: float) -> list[float]:
+    """Return the speeds of the range at which a contact slips at v, forward or backward."""
+    found = []
+    for sign in (1.0, -1.0):
+        gap = slip(grid) - sign * v
+        for k in np.flatnonzero(gap[1:] * gap[:-1] < 0):
+            found.append(float(brentq(lambda e, s=sign: float(slip(e)) - s * v, grid[k], grid[k + 1])))
+    return found

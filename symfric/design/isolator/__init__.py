@@ -1,0 +1,1 @@
+"""Damping and friction of an isolated mass."""

@@ -1,0 +1,176 @@
+"""Damping and friction of an isolated mass for a set of ground motions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.design.isolator.measures import MEASURES, Isolated
+from symfric.design.isolator.minimax import LEAST, MET, least
+from symfric.design.polish import ways
+from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
+from symfric.errors import NotFound
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key
+from symfric.solve.routes import prepare
+
+_AROUND = (1e-5, 1e-3, 1e-2)  # of the bounds: distances of the designs beside an optimum
+_ACTIVE = 1e-6  # of a limit
+_SAME = 1e-6  # of a measure: difference of two routes
+
+
+@dataclass(frozen=True)
+class Check:
+    """What the optimum does under every motion, by another route.
+
+    Attributes
+    ----------
+    values : dict of str to tuple of float
+        Every measure for every motion.
+    worst : dict of str to float
+    difference : float
+        Largest difference from the route that was optimised on, relative to the worst value of its kind.
+    limits : dict of str to float
+    """
+
+    values: dict[str, tuple[float, ...]]
+    worst: dict[str, float]
+    difference: float
+    limits: dict[str, float]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both routes say the same, and the limits hold."""
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What does not, in words."""
+        wrong = [f"the routes differ by {self.difference:.1g}"] if not self.difference < _SAME else []
+        exceeded = ((n, limit) for n, limit in self.limits.items() if not self.worst[n] <= limit * (1 + _SAME))
+        return (*wrong, *(f"{n} {self.worst[n]:.9g} exceeds its limit {limit:g}" for n, limit in exceeded))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        return {"agrees": self.agrees, "worst": self.worst, "difference": self.difference, "values": self.values}
+
+    def __str__(self) -> str:
+        worst = ", ".join(f"{name} {value:.6g}" for name, value in self.worst.items())
+        return f"worst over {len(next(iter(self.values.values())))} motions: {worst} (difference {self.difference:.1g})"
+
+
+def isolator(
+    scene: Scene,
+    motions: Sequence,
+    bounds: Mapping[Key, tuple[float, float]],
+    limits: Mapping[str, float] | None = None,
+    minimise: str = "acceleration",
+    *,
+    over: str = "worst",
+) -> Design:
+    """Choose damping and friction of an isolator for a set of motions of the ground.
+
+    Parameters
+    ----------
+    scene : Scene
+        With one sampled input and the outputs of `symfric.scenes.rolling_isolator`, or others of the same names.
+    motions : sequence of Motion or Signal
+    bounds : mapping of parameter to (float, float)
+        Of what is chosen, such as ``{"C": (lo, hi), "mu": (lo, hi)}``; one to three parameters.
+    limits : mapping of str to float
+        Largest magnitudes under any of the motions, by "acceleration", "velocity", "displacement" or "residual".
+    minimise : str
+        One of these four.
+    over : {"worst", "mean"}
+        Whether the largest over the motions is minimised or their mean.
+
+    Returns
+    -------
+    Design
+        Its curve is the trade-off: the least that was reached of what is minimised against the displacement that is
+        allowed for it (against the acceleration, if the displacement is minimised).
+
+    Raises
+    ------
+    NotFound
+        If no point within the bounds meets the limits: names the one that is missed, and by how much at the point
+        that comes nearest.
+    SceneError
+        If an argument is wrong.
+
+    Notes
+    -----
+    A grid over the bounds, run through the closed forms between samples, gives the trade-off and several starts. Each
+    is refined by linear programs in a trust region (sequential linear programming; Nocedal and Wright, Numerical
+    Optimization, section 18.5), with the exact derivatives of the motions that are or may become the worst: peaks and
+    residuals are smooth only piece by piece.
+    """
+    problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
+    points = problem.grid()
+    table = [problem.values(p) for p in points]
+    costs = np.array([problem.cost(v) for v in table])
+    excess = np.array([problem.excess(v) for v in table])
+    best = least(problem, points, costs, np.maximum(excess, 0.0))
+    values = problem.values(best)
+    if problem.excess(values) > MET:
+        raise NotFound(problem.missing(best, values))
+    return _design(problem, best, values, table)
+
+
+def _design(problem: Isolated, point: np.ndarray, values: np.ndarray, table: list[np.ndarray]) -> Design:
+    parameters = problem.parameters(point)
+    worst = {m: float(np.max(row)) for m, row in zip(problem.measures, values, strict=True)}
+    active = [f"{n} limit" for n, limit in problem.limits.items() if worst[n] >= limit * (1 - _ACTIVE)]
+    for name, p in zip(problem.names, point, strict=True):
+        if p <= LEAST or p >= 1 - LEAST:
+            active.append(f"{name} at its {'lower' if p <= LEAST else 'upper'} bound")
+    if problem.over == "worst":
+        row = values[problem.measures.index(problem.minimise)]
+        active.append(f"motions {', '.join(str(k) for k in np.flatnonzero(row >= np.max(row) * (1 - _ACTIVE)))}")
+    scene = problem.scenes[int(np.argmax(values[problem.measures.index(problem.minimise)]))].where(parameters)
+    curve, check = _trade_off(problem, [*table, values], worst), _checked(problem, parameters, values)
+    cost = problem.cost(values)
+    beside = _beside(problem, point)
+    return design(parameters, cost, active, scene, check, curve, claim="optimal", neighbours=beside)
+
+
+def _beside(problem: Isolated, point: np.ndarray) -> list[Neighbour]:
+    """Return the designs around one, in all directions of the axes and diagonals and at several distances."""
+    found = []
+    for way in ways(point.size):
+        for step in _AROUND:
+            then = np.clip(point + step * way, 0.0, 1.0)
+            if not np.array_equal(then, point):
+                values = problem.values(then)
+                change = ", ".join(f"{k} = {v:.6g}" for k, v in problem.parameters(then).items())
+                found.append(Neighbour(change, problem.cost(values), problem.excess(values) - MET))
+    return found
+
+
+def _trade_off(problem: Isolated, table: list[np.ndarray], worst: dict[str, float]) -> Curve:
+    """Return the lower left edge of all points computed: what is minimised against what it costs."""
+    other = "acceleration" if problem.minimise == "displacement" else "displacement"
+    price = np.array([np.max(v[problem.measures.index(other)]) for v in table])
+    cost = np.array([problem.cost(v) for v in table])
+    order = np.lexsort((cost, price))
+    best = np.minimum.accumulate(cost[order])
+    keep = np.concatenate([[True], np.diff(best) < 0]) & np.isfinite(price[order])
+    x, y = price[order][keep], best[keep]
+    return Curve(
+        x, y, problem.cost(table[-1]), f"peak {other} allowed", f"{problem.over} {problem.minimise}", (worst[other],)
+    )
+
+
+def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray) -> Check:
+    found = []
+    for scene in problem.scenes:
+        run = prepare(scene.where(parameters), 1e-11, route="taylor").run()
+        found.append([abs(run[MEASURES[m]]) if run.status == 0 else np.nan for m in problem.measures])
+    other = np.array(found).T
+    size = np.maximum(np.max(values, axis=1, keepdims=True), 1e-300)
+    apart = float(np.max(np.abs(other - values) / size))
+    rows = {m: tuple(row.tolist()) for m, row in zip(problem.measures, other, strict=True)}
+    return Check(
+        rows, {m: max(row) for m, row in rows.items()}, apart if np.isfinite(apart) else np.inf, problem.limits
+    )

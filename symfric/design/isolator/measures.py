@@ -1,0 +1,150 @@
+"""Peaks and residuals of an isolated mass under a set of ground motions, as functions of its parameters."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.model.outputs import ScalarOfExpression
+from symfric.model.scene import Scene
+from symfric.model.symbols import finite, name_of, nearest
+from symfric.model.system import Signal
+from symfric.solve.routes import Program, prepare
+
+MEASURES = {
+    "acceleration": "peak_acceleration",
+    "velocity": "peak_velocity",
+    "displacement": "peak_displacement",
+    "residual": "residual",
+}
+_GRID = 400  # points of the grid over the bounds
+_STEP = 1e-6  # of differences, where no derivative exists
+
+
+class Isolated:
+    """The isolator as functions of a point in the unit cube of the bounds."""
+
+    def __init__(self, scene: Scene, motions: Sequence, bounds, limits: dict[str, float], minimise: str, over: str):
+        for name in (minimise, *limits):
+            if name not in MEASURES:
+                raise SceneError(f"no measure {name!r}{nearest(str(name), MEASURES)}")
+        if over not in ("worst", "mean"):
+            raise SceneError(f"over is {over!r}; give 'worst' or 'mean'")
+        self.limits = {name: finite(v, f"the limit of {name}") for name, v in limits.items()}
+        if any(v <= 0 for v in self.limits.values()):
+            raise SceneError("limits must be positive")
+        self.minimise, self.over = minimise, over
+        self.names, self.low, self.high = _bounds(scene, bounds)
+        self.measures = tuple(dict.fromkeys((minimise, *limits, "acceleration", "displacement")))
+        self.scenes = _shaken(scene, motions, [MEASURES[name] for name in self.measures])
+        self._programs = [prepare(s, 1e-10) for s in self.scenes]
+        self._sensitive: list[Program | None] = [None] * len(self.scenes)
+        self._known: dict[bytes, np.ndarray] = {}
+        self._slopes: dict[tuple[bytes, int], np.ndarray] = {}
+
+    @property
+    def per_axis(self) -> int:
+        """Number of points of the grid along each parameter."""
+        return max(2, round(_GRID ** (1 / len(self.names))))
+
+    def grid(self) -> list[np.ndarray]:
+        """Return points that fill the unit cube."""
+        return [np.array(p) for p in itertools.product(np.linspace(0, 1, self.per_axis), repeat=len(self.names))]
+
+    def parameters(self, point: np.ndarray) -> dict[str, float]:
+        """Return the parameters at a point."""
+        numbers = self.low + np.clip(point, 0, 1) * (self.high - self.low)
+        return dict(zip(self.names, numbers.tolist(), strict=True))
+
+    def values(self, point: np.ndarray) -> np.ndarray:
+        """Return the magnitude of every measure for every motion, shape (n_measures, n_motions)."""
+        key = point.tobytes()
+        if key not in self._known:
+            rows = []
+            for program in self._programs:
+                run = program.run(self.parameters(point))
+                rows.append([abs(run[MEASURES[m]]) if run.status == 0 else np.inf for m in self.measures])
+            self._known[key] = np.array(rows).T
+        return self._known[key]
+
+    def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
+        """Return the derivatives of the measures for one motion in the unit cube, shape (n_measures, n_parameters)."""
+        key = (point.tobytes(), motion)
+        if key not in self._slopes:
+            self._slopes[key] = self._slopes_at(point, motion)
+        return self._slopes[key]
+
+    def _slopes_at(self, point: np.ndarray, motion: int) -> np.ndarray:
+        program = self._sensitive[motion] or prepare(self.scenes[motion], 1e-10, sensitivities=self.names)
+        self._sensitive[motion] = program
+        run = program.run(self.parameters(point))
+        rows = []
+        for measure in self.measures:
+            name = MEASURES[measure]
+            sign = 1.0 if run[name] >= 0 else -1.0
+            rows.append([sign * run.output_sensitivities[name][n] for n in self.names])
+        found = np.array(rows) * (self.high - self.low)
+        for k in np.flatnonzero(~np.all(np.isfinite(found), axis=0)):  # no derivative exists after a graze
+            low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
+            found[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
+        return found
+
+    def cost(self, values: np.ndarray) -> float:
+        """Return what is minimised."""
+        row = values[self.measures.index(self.minimise)]
+        return float(np.max(row) if self.over == "worst" else np.mean(row))
+
+    def excess(self, values: np.ndarray) -> float:
+        """Return by how much the limits are exceeded at the most, relative to each."""
+        return max(
+            (float(np.max(values[self.measures.index(n)]) / limit - 1.0) for n, limit in self.limits.items()),
+            default=-1.0,
+        )
+
+    def missing(self, point: np.ndarray, values: np.ndarray) -> str:
+        """Return which limit cannot be met and by how much."""
+        name = max(self.limits, key=lambda n: np.max(values[self.measures.index(n)]) / self.limits[n])
+        reached = float(np.max(values[self.measures.index(name)]))
+        where = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters(point).items())
+        return (
+            f"the limit on {name}, {self.limits[name]:g}, cannot be met within the bounds: the least found is "
+            f"{reached:.6g}, {reached - self.limits[name]:.3g} too much, at {where}"
+        )
+
+
+def _bounds(scene: Scene, bounds) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    if not isinstance(bounds, Mapping) or not 1 <= len(bounds) <= 3:
+        raise SceneError("give the bounds of one to three parameters, such as {'C': (lo, hi), 'mu': (lo, hi)}")
+    names = tuple(scene.parameter(name_of(key)).name for key in bounds)
+    ends = []
+    for name, pair in zip(names, bounds.values(), strict=True):
+        try:
+            low, high = (finite(e, f"a bound of {name}") for e in pair)
+        except (TypeError, ValueError):
+            raise SceneError(f"the bounds of {name} are {pair!r}; give the lowest and the highest") from None
+        if not 0 <= low < high:
+            raise SceneError(f"the bounds of {name} are ({low:g}, {high:g}); give 0 <= low < high")
+        ends.append((low, high))
+    return names, *np.array(ends).T
+
+
+def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
+    """Return the scene under every motion, wanting the outputs."""
+    if len(scene.inputs) != 1:
+        raise SceneError(f"the scene has {len(scene.inputs)} sampled inputs; an isolator has one, the ground's motion")
+    for name in outputs:
+        if not isinstance(scene.outputs.get(name), ScalarOfExpression):
+            raise SceneError(f"the scene has no output {name}; sf.scenes.rolling_isolator has it")
+    if not len(motions):
+        raise SceneError("no motions; give at least one sf.motions.Motion or sf.Signal")
+    wanted = scene.wanting({name: scene.outputs[name] for name in outputs})
+    (symbol, before), found = next(iter(scene.inputs.items())), []
+    for motion in motions:
+        signal = motion if isinstance(motion, Signal) else getattr(motion, "signal", lambda: None)()
+        if not isinstance(signal, Signal):
+            raise SceneError(f"{motion!r} is no motion; give what sf.motions reads, or a sf.Signal")
+        horizon = signal.t_end + (scene.horizon - before.t_end)
+        found.append(replace(wanted, inputs={symbol: signal}, horizon=horizon))
+    return found

@@ -1,0 +1,1 @@
+"""Optimal control through stick and slip."""

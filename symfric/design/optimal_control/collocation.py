@@ -1,0 +1,309 @@
+"""Optimal control with dry friction whose order of events is not known beforehand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+
+from symfric.axes import new_axes
+from symfric.design.comparison import Compared, Comparison
+from symfric.design.optimal_control.transcription import Program, Sizes, dimensionless, dynamics, sizes_of
+from symfric.design.verification import Neighbour, judged
+from symfric.errors import NotFound, SceneError
+from symfric.locks import DRAWING, alone
+from symfric.model.outputs import End, Integral
+from symfric.model.scene import Scene
+from symfric.model.symbols import TIME, Key, finite, name_of
+from symfric.solve.routes import simulate
+
+RELAX = 10.0 ** -np.arange(0.0, 9.0)  # of the complementarity, one program after the other
+ROUGH, FINE = 1e-9, 1e-12  # of the programs with relaxed and with fixed modes
+EMPTY = 1e-7  # of the time: elements shorter than that are left out
+PARTS = 16  # polynomials in an element, at most: doubled until the event-driven model agrees
+LESS, MISS = 1e-3, 1e-6  # part of the objective by which a neighbour is cheaper; miss of the end that counts as none
+BUMPS = (1.0, 0.2)  # of the guessed velocity: where the homotopies start
+MORE_BUMPS = (0.5, 2.0, 0.05, 0.0)  # where they start one after the other if all of these fail
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Profile:
+    """An optimal control.
+
+    Attributes
+    ----------
+    time, objective : float
+    t : ndarray, shape (n + 1,)
+        Where the elements begin and end.
+    controls : dict of str to ndarray, shape (n, degree + 1)
+        Of each control, at the start of each element, and at its end if it is linear in between.
+    x : ndarray, shape (n_x, n + 1)
+        States at `t`.
+    mode : ndarray of int, shape (n_contacts, n)
+        Of each contact in each element.
+    scene : Scene
+        The one given.
+    check : Comparison
+        What the event-driven model does with these controls.
+    status : str
+        "optimal": a local optimum of the order of events that the homotopy found; as `Design.status`.
+    doubts : tuple of str
+        Why the status is no better.
+    """
+
+    time: float
+    objective: float
+    t: np.ndarray
+    controls: dict[str, np.ndarray]
+    x: np.ndarray
+    mode: np.ndarray
+    scene: Scene
+    check: Comparison
+    status: str
+    doubts: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        doubts = f", but {'; '.join(self.doubts)}" if self.doubts else ""
+        numbers = f"time {self.time:.8g}, objective {self.objective:.8g}, {self.t.size - 1} elements"
+        return f"Profile({self.status}, {numbers}{doubts})"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        return {
+            "time": self.time,
+            "objective": self.objective,
+            "t": self.t.tolist(),
+            "controls": {k: v.tolist() for k, v in self.controls.items()},
+            "x": self.x.tolist(),
+            "mode": self.mode.tolist(),
+            "status": self.status,
+            "doubts": list(self.doubts),
+            "check": self.check.to_dict(),
+        }
+
+    @alone(DRAWING)
+    def plot(self, ax=None):
+        """Draw the controls against time; return the Axes."""
+        if ax is None:
+            ax = new_axes()
+        for name, values in self.controls.items():
+            t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
+            ax.plot(t, np.column_stack([values[:, 0], values[:, -1]]).ravel(), label=name)
+        ax.set_xlabel("time")
+        ax.legend()
+        return ax
+
+
+def collocation(
+    scene: Scene,
+    controls: Mapping[Key, tuple[float, float]],
+    end: Mapping[Key, float],
+    *,
+    time: tuple[float, float],
+    minimise: sp.Expr | str = "time",
+    elements: int = 6,
+    degree: int = 0,
+) -> Profile:
+    """Find the controls that bring a scene with dry friction to a state soonest, or at the least cost.
+
+    Parameters
+    ----------
+    scene : Scene
+        Autonomous, with smooth forces; each contact with one smooth law that begins at its static friction. Starts at
+        its initial state; its horizon and outputs are not used.
+    controls : mapping of parameter to (float, float)
+        Parameters of the scene that become functions of time, with their bounds.
+    end : mapping of state to float
+        What must be reached.
+    time : (float, float)
+        Bounds of the duration; equal ones fix it.
+    minimise : "time" or Expr
+        The duration, or the integral of an expression of states, controls and parameters.
+    elements : int
+        Largest number of pieces of the controls, at least as many as there are changes of mode and of control.
+    degree : {0, 1}
+        Controls are constant in a piece, or linear.
+
+    Raises
+    ------
+    SceneError
+        If the scene or an argument is wrong.
+    NotFound
+        If no motion reaches the end within the bounds; says by how much the best one misses it.
+
+    Notes
+    -----
+    See `symfric.design.optimal_control.transcription`. The order of stick and slip is found by a homotopy of relaxed complementarity;
+    the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The optimum is local.
+    Each piece is run once more by the event-driven solver.
+    """
+    symbols = [scene.parameter(k) for k in controls]
+    names = [s.name for s in scene.system.states]
+    ask = _asked(controls, end, time, elements, degree, names)
+    cost = None if isinstance(minimise, str) and minimise == "time" else sp.sympify(minimise)
+    physical = dynamics(scene, symbols, cost)
+    sizes = sizes_of(physical, *ask[1:])
+    model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
+    ways = (_homotopy(model, elements, ask, bump) for bump in BUMPS + MORE_BUMPS)
+    found = [f for f in islice(ways, len(BUMPS)) if f is not None] or list(islice((f for f in ways if f), 1))
+    if not found:
+        raise NotFound(_missing(model, elements, ask, names, units))
+    program, z = min(found, key=lambda f: f[0].objective(f[1]))
+    best = _profile(scene, symbols, cost, program, z, ask, units)
+    degree, bounds, target, between = ask
+    while not best.check.agrees and program.parts < PARTS:
+        finer = Program(model, program.elements, degree, bounds, target, between, program.modes, 2 * program.parts)
+        finer.measure_by(program.objective(z))
+        z, content = finer.solve(finer.solver(FINE), finer.restart(program, z, np.arange(program.elements)), 0.0)
+        if not content:
+            break
+        program = finer
+        best = _profile(scene, symbols, cost, program, z, ask, units)
+    return best
+
+
+def _in_sizes(ask, sizes: Sizes):
+    """Return what is asked in the sizes of the problem."""
+    degree, bounds, target, (low, high) = ask
+    ends = {k: v / sizes.x[k] for k, v in target.items()}
+    return degree, bounds / sizes.w[:, None], ends, (low / sizes.time, high / sizes.time)
+
+
+def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
+    """Return degree, bounds of the controls, values at the end and bounds of the duration, checked."""
+    bounds = np.array([[finite(e, f"a bound of {name_of(k)}") for e in pair] for k, pair in controls.items()])
+    if not bounds.size or np.any(bounds[:, 0] > bounds[:, 1]):
+        raise SceneError("controls holds the parameters to choose, each with (smallest, largest)")
+    unknown = next((name_of(k) for k in end if name_of(k) not in names), None)
+    if unknown or not end:
+        raise SceneError(f"end names {unknown or 'nothing'}; it gives values of the states {', '.join(names)}")
+    low, high = (finite(e, "a bound of time") for e in time)
+    if not 0 <= low <= high or high <= 0:
+        raise SceneError(f"time is ({low:g}, {high:g}); give the shortest and the longest duration")
+    if degree not in (0, 1) or elements < 1:
+        raise SceneError(f"degree is {degree} and elements {elements}; give 0 or 1, and at least 1")
+    target = {names.index(name_of(k)): finite(v, f"the end of {name_of(k)}") for k, v in end.items()}
+    return degree, bounds, target, (low, high)
+
+
+def _guess(program: Program, target: dict, duration: float, bump: float) -> np.ndarray:
+    """Return elements of equal length, states on a straight line, and velocities in between that fit it."""
+    model, n, n_q = program.model, program.elements, program.model.n_q
+    z = np.zeros(program.count)
+    goal = model.start.copy()
+    for k, value in target.items():
+        goal[k] = value
+    for s in program.places["h"]:
+        z[s] = duration / n
+    points = program.places["x"]
+    for j, s in enumerate(points):
+        share = (j + 1) / len(points)
+        x = model.start + share * (goal - model.start)
+        x[n_q : 2 * n_q] += bump * 6 * share * (1 - share) * (goal - model.start)[:n_q] / duration
+        z[s] = x
+        slip = np.array(model.slip(x, np.zeros(model.n_w))).ravel()
+        z[program.places["p"][j + 1]], z[program.places["n"][j + 1]] = np.maximum(slip, 0), np.maximum(-slip, 0)
+        z[program.places["a"][j]] = 0.5
+    return z
+
+
+def _homotopy(model, elements: int, ask, bump: float):
+    """Return the program with fixed modes and its solution, None if a step of the way fails."""
+    degree, bounds, target, time = ask
+    program = Program(model, elements, degree, bounds, target, time)
+    z = _guess(program, target, 0.5 * sum(time) if time[0] > 0 else 0.3 * time[1], bump)
+    solver, content = program.solver(ROUGH), False
+    for relax in RELAX:
+        z, content = program.solve(solver, z, float(relax))
+    if not content:
+        return None
+    return _fixed(model, program, z, ask)
+
+
+def _fixed(model, program: Program, z: np.ndarray, ask):
+    """Solve again in the modes that the homotopy has found, without empty elements, until none has become empty."""
+    degree, bounds, target, time = ask
+    modes, keep = program.modes_of(z), _lasting(program, z)
+    while True:
+        modes = modes[keep]
+        fixed = Program(model, keep.size, degree, bounds, target, time, modes)
+        fixed.measure_by(program.objective(z))
+        z, content = fixed.solve(fixed.solver(FINE), fixed.restart(program, z, keep), 0.0)
+        if not content:
+            return None
+        program, keep = fixed, _lasting(fixed, z)
+        if keep.size == program.elements:
+            return program, z
+
+
+def _lasting(program: Program, z: np.ndarray) -> np.ndarray:
+    """Return the numbers of the elements that are not empty."""
+    h = program.values(z, "h").ravel()
+    return np.flatnonzero(h > EMPTY * np.sum(h))
+
+
+def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
+    """Say how near the end one can come: the sum of the misses is minimised instead."""
+    degree, bounds, target, time = ask
+    program = Program(model, elements, degree, bounds, {}, time)
+    last = program.nlp["x"][program.places["x"][-1]]
+    program.nlp["f"] = sum(((last[k] - v) ** 2 for k, v in target.items()), ca.SX(0))
+    z = _guess(program, target, sum(time) / 2, BUMPS[0])
+    solver = program.solver(ROUGH)
+    for relax in RELAX:
+        z, _ = program.solve(solver, z, float(relax))
+    reached = z[program.places["x"][-1]] * units.x
+    words = ", ".join(f"{names[k]} = {reached[k]:.6g} instead of {v * units.x[k]:.6g}" for k, v in target.items())
+    return f"no motion found that reaches the end within the bounds; one comes as near as {words}"
+
+
+def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, units: Sizes) -> Profile:
+    n, size = program.elements, program.degree + 1
+    h = program.values(z, "h").ravel() * units.time
+    knots = program.values(z, "w").reshape(n, size, -1) * units.w
+    nodes = program.values(z, "x").reshape(n, len(program.grid), -1)
+    sizes = np.max(np.abs(np.vstack([program.model.start, *nodes])), axis=0) * units.x
+    x = np.vstack([program.model.start, nodes[:, -1]]).T * units.x[:, None]
+    controls = {s.name: knots[:, :, k] for k, s in enumerate(symbols)}
+    t = np.concatenate([[0.0], np.cumsum(h)])
+    unit = units.time if cost is None else units.cost
+    objective = float(t[-1]) if cost is None else program.objective(z) * unit
+    target = {k: v * units.x[k] for k, v in ask[2].items()}
+    check = _replayed(scene, symbols, cost, h, knots, objective, target, sizes)
+    status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit), objective)
+    return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
+
+
+def _cheaper(program: Program, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
+    """Return the control that costs a little less and misses the end by least, in the same order of modes."""
+    degree, bounds, target, time = ask
+    best = program.objective(z)
+    free = Program(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
+    last = free.nlp["x"][free.places["x"][-1]]
+    free.most_costly((1 - LESS) * best)
+    free.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())
+    found, _ = free.solve(free.solver(FINE), z, 0.0)
+    miss = max(abs(found[free.places["x"][-1]][k] - v) for k, v in target.items())
+    reached = free.objective(found)
+    feasible = miss <= MISS and reached <= best
+    return [Neighbour(f"a control of {100 * LESS:g} % less", reached * unit, 0.0 if feasible else max(miss, MISS))]
+
+
+def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict, sizes) -> Comparison:
+    """Run every piece by the event-driven solver, each from where the one before ended."""
+    states, names = scene.system.states, [s.name for s in scene.system.states]
+    numbers = scene.where(dict.fromkeys(symbols, 0.0)).numbers()
+    start, spent = {s: numbers[s] for s in states}, 0.0
+    values = {s: v for s, v in scene.values.items() if s not in symbols}
+    for length, piece in zip(h.tolist(), knots, strict=True):
+        moving = {s: float(w[0]) + float(w[-1] - w[0]) / length * TIME for s, w in zip(symbols, piece.T, strict=True)}
+        system = replace(scene.system, force=[e.subs(moving) for e in scene.system.force])
+        outputs = {"end": End()} | ({} if cost is None else {"cost": Integral(cost.subs(moving))})
+        run = simulate(Scene(system, scene.contacts, values, start, length, outputs), 1e-13).checked()
+        start = dict(zip(states, run.final.tolist(), strict=True))
+        spent += length if cost is None else run["cost"]
+    final = list(start.values())
+    rows = [Compared(f"{names[k]} at the end", value, final[k], 1e-7, sizes[k]) for k, value in target.items()]
+    return Comparison((*rows, Compared("objective", objective, float(spent), 1e-7)))

@@ -1,0 +1,1 @@
+"""The smallest fast excitation that stops self-excited vibration."""

@@ -1,0 +1,253 @@
+"""The smallest fast excitation that keeps a mass on a belt from vibrating by itself."""
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from symfric.design.quench.averaged_damping import average_belt
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
+from symfric.design.quench.finite_frequency import corrected
+from symfric.design.quench.full_model import beside, checked, decay_rate
+from symfric.design.quench.limits import missing, read_limits
+from symfric.design.quench.multipliers import Check, prepare_map, probe
+from symfric.design.quench.search import Optimum, Problem, search
+from symfric.design.quench.worst_speed import SHARES, Range
+from symfric.design.result import Curve, Design
+from symfric.design.verification import Neighbour, design
+from symfric.errors import NotFound, SceneError
+from symfric.model.scene import Scene
+from symfric.model.symbols import finite, nearest
+
+OBJECTIVES = ("intensity", "power", "force")
+ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
+FAST = 3.0  # natural frequencies: the separation of motions means nothing below
+NONE_NEEDED = "no excitation needed"
+
+
+def quench(
+    scene: Scene,
+    speeds: tuple[float, float],
+    *,
+    Omega: tuple[float, float],
+    a: tuple[float, float],
+    minimise: str = "intensity",
+    margin: float = 0.0,
+    limits: Mapping[str, float] | None = None,
+) -> Design:
+    r"""Find the smallest excitation :math:`a\Omega^2\sin\Omega t` that keeps steady sliding stable.
+
+    Parameters
+    ----------
+    scene : Scene
+        One mass on a linear spring and damper, a contact with slip ``u - v_b`` or several, of any laws and constant
+        loads (pads on one disc: what they rub with adds up), and a harmonic force that shakes it with velocity a Omega:
+        `symfric.scenes.mass_on_belt` or one like it with parameters v_b, a and Omega. Its own values of these three are
+        not used.
+    speeds : (float, float)
+        Lowest and highest belt speed, 0 <= low <= high > 0.
+    Omega, a : (float, float)
+        Bounds of frequency (at least 3 natural frequencies) and amplitude (>= 0).
+    minimise : {"intensity", "power", "force"}
+        ``a Omega``; the largest mean power over the belt speeds; ``a Omega^2``.
+    margin : float
+        Least damping ``c + N mubar'`` of the slow motion, >= 0, in the units of c; 0 is the limit of stability.
+    limits : mapping of str to float, optional
+        Any of "friction": least share, 0 to 1, of the friction without excitation that must be left as the mean at
+        every belt speed of the range (a brake must still brake); "acceleration": largest ``a Omega^2``, in the units
+        of a times those of Omega squared; "power": largest mean power at any belt speed of the range, in the units of
+        c times a squared times Omega squared, as `minimise` has it.
+
+    Returns
+    -------
+    Design
+        With values "a" and "Omega". Where several reach the optimum, the one of least force: the lowest frequency.
+        Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
+        does not. `corrected` holds the amplitude at which the forced motion of the full model is as stable as asked for
+        at the belt speeds that decide, whatever the limits; None where it sticks or touches zero slip. With limits on
+        friction or power the check holds what the full model leaves and spends at the optimum.
+
+    Raises
+    ------
+    SceneError
+        If the scene is another one, or an argument is wrong.
+    NotFound
+        If no excitation within the bounds and limits does it; names the one that comes closest, its worst belt speed
+        and the damping that is missing, or, if the limits are in the way, which of them and by how much.
+
+    Notes
+    -----
+    On the averaged model: ``N mubar'(v; q) + c >= margin`` for every v in `speeds`, Thomsen (52), with the effective
+    friction (41) and q = a Omega; (56)-(58) are its solutions for the cubic law. Averaging needs Omega far above the
+    natural frequency: the lower bound of Omega is where the user says what far is, and the check what comes of it.
+    The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
+    The mean friction is (41) too; on a belt at rest fast vibration leaves none of it, so that a limit on the friction
+    asks for a lowest belt speed above 0.
+    The condition is local: large stick-slip cycles beside a stable sliding are not excluded, and no motion is started
+    far out. Several masses are not taken, though `symfric.separate` gives their slow scene: there the fast slip of each
+    contact has its own amplitude, and stability is no longer the sign of one damping but of eigenvalues.
+    """
+    belt = read_belt(scene)
+    problem = _problem(belt, speeds, Omega, a, minimise, margin, limits)
+    still = _unshaken(problem.speeds)
+    if problem.a[0] == 0 and still[0] >= problem.margin:
+        return _idle(belt, problem, still)
+    found = search(problem)
+    if not isinstance(found, Optimum):
+        raise NotFound(missing(problem, still))
+    return _design(belt, problem, found)
+
+
+def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits) -> Problem:
+    """Check the arguments of `quench` and build the averaged model."""
+    if minimise not in OBJECTIVES:
+        raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
+    low, high = _bounds(speeds, "speeds", "belt speed")
+    if not high > 0:
+        raise SceneError("the highest of the speeds is 0; a belt at rest makes nothing vibrate")
+    Omega, a = _bounds(Omega, "Omega", "frequency"), _bounds(a, "a", "amplitude")
+    if not Omega[0] > 0:
+        raise SceneError(f"Omega is {Omega}; its lower bound must be positive, and far above the natural frequency")
+    if not a[1] > 0:
+        raise SceneError(f"a is {a}; its upper bound must be positive")
+    margin = finite(margin, "margin")
+    if margin < 0:
+        raise SceneError(f"margin is {margin:g}; it must not be negative")
+    if Omega[0] < FAST * belt.frequency:
+        raise SceneError(
+            f"the lower bound of Omega is {Omega[0]:g}; fast vibration needs at least {FAST:g} times the natural "
+            f"frequency {belt.frequency:.6g}, and the averaged model becomes exact far above it"
+        )
+    limits = read_limits(limits)
+    if "friction" in limits:
+        least = min(np.linspace(low, high, 200)[low == 0 :], key=belt.law)
+        if not belt.law(least) > 0:
+            raise SceneError(f"without excitation there is no friction at v_b = {least:.6g}, so no share of it to keep")
+    averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
+    return Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
+
+
+def _bounds(pair, name: str, what: str) -> tuple[float, float]:
+    try:
+        low, high = pair
+    except (TypeError, ValueError):
+        raise SceneError(f"{name} is {pair!r}; give the lowest and the highest {what}") from None
+    low, high = (finite(e, f"a bound of {name}") for e in (low, high))
+    if low < 0:
+        raise SceneError(f"the lower bound of {name} is {low:g}; it must not be negative")
+    if low > high:
+        raise SceneError(f"{name} is ({low:g}, {high:g}); the lower bound comes first")
+    return low, high
+
+
+def _unshaken(speeds: Range) -> tuple[float, float]:
+    """Return the least damping without excitation, and its belt speed."""
+    edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
+    parts: list[np.ndarray] = []
+    for a, b in itertools.pairwise(edges):
+        inside = np.array([np.nextafter(b, a)])  # the slope jumps at a break
+        parts += [a + (b - a) * SHARES, np.linspace(a, b, 200), inside]
+    v = np.concatenate(parts)
+    y = np.array(speeds.averaged.unshaken(v[None])).ravel()
+    k = int(np.argmin(y))
+    return float(y[k]), float(v[k])
+
+
+def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
+    """Return the design without excitation."""
+    speeds, Omega = problem.speeds, problem.Omega[0]
+    v = np.linspace(0.0, 1.3 * speeds.high, 201)[1:]
+    curve = _curve(problem, v, np.array(speeds.averaged.unshaken(v[None])).ravel(), ())
+    at = still[1] if still[1] > 0 else 0.01 * speeds.high  # a belt at rest does not slide
+    rest = belt.normal * belt.law(at) / belt.stiffness
+    damping = float(speeds.averaged.unshaken(at))
+    program, duration = prepare_map(belt, (0.0, Omega), at)
+    seen = probe(belt, program, duration, (0.0, Omega), at, rest, decay_rate(belt, damping))
+    values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
+    found = _placed(belt.scene, values, at)
+    around = [Neighbour("any excitation", float(np.nextafter(0, 1)), 0.0)]
+    check = Check(0.0, (seen,), ())
+    return design(values, 0.0, (NONE_NEEDED,), found, check, curve, claim="optimal", neighbours=around)
+
+
+def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
+    a, Omega = problem.excitation(found.q)
+    speeds = problem.speeds
+    worst = speeds.worst(found.regime, found.q)
+    near = problem.margin + ACTIVE * speeds.averaged.scale
+    marks = [p.v for p in worst if p.value <= near]
+    limit = found.regime == "inside" and found.q == speeds.high and problem.slack("mixed", found.q) < 0
+    if limit:
+        marks = [*marks, speeds.high]
+    marks = sorted(set(marks))
+    active = [f"damping at v_b = {v:.6g}" for v in marks]
+    if problem.minimise == "power" and speeds.low < speeds.high:
+        active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, 'power')[0].v:.6g}")
+    active += _on_limits(problem, found)
+    active += _on_bounds((AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega))
+    check = checked(belt, problem, found)
+    values = {AMPLITUDE: a, FREQUENCY: Omega}
+    scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
+    claim = "infimum" if limit else "optimal"
+    curve = _along(problem, found.q, tuple(marks))
+    better = _corrected(belt, problem, (a, Omega), marks)
+    around = beside(belt, problem, found, check)
+    return design(
+        values, found.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
+    )
+
+
+def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
+    """Return the excitation with the largest of the amplitudes that the full model asks for at the active speeds."""
+    a, Omega = excitation
+    averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
+    for v in (v for v in marks if v > 0):
+        friction = float((averaged.inside if v < q else averaged.outside)(v, q)[2])
+        found.append(corrected(belt, excitation, v, belt.normal * friction / belt.stiffness, problem.margin))
+    amplitudes = [e for e in found if e is not None]
+    if not found or len(amplitudes) < len(found):
+        return None
+    return {AMPLITUDE: max(amplitudes), FREQUENCY: Omega}
+
+
+def _on_limits(problem: Problem, found: Optimum) -> list[str]:
+    """Return the limits that hold with equality."""
+    a, Omega = problem.excitation(found.q)
+    active = []
+    for c in problem.conditions[1:]:
+        worst = problem.speeds.worst(found.regime, found.q, c.kind)[0]
+        if c.slack(worst.value) <= ACTIVE:
+            active.append(f"limit on the {c.kind} at v_b = {worst.v:.6g}")
+    largest = problem.limits.get("acceleration", np.inf)
+    return [*active, "limit on the acceleration"] if a * Omega**2 >= largest * (1 - ACTIVE) else active
+
+
+def _on_bounds(*variables) -> list[str]:
+    sides = ((0, "lower"), (1, "upper"))
+    return [
+        f"{name} at its {word} bound"
+        for name, value, bounds in variables
+        for k, word in sides
+        if abs(value - bounds[k]) <= 1e-9 * bounds[1]
+    ]
+
+
+def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
+    """Return the scene with the designed values, and with v_b if it has no belt speed yet."""
+    missing = scene.values[scene.parameter(SPEED_NAME)] is None
+    return scene.where({**values, SPEED_NAME: v_b} if missing else values)
+
+
+def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
+    """Return the damping over the belt speeds, also those beside the range: they show what it costs."""
+    v, y, gap = [], [], np.array([np.nan])
+    for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
+        part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))
+        part = part[part < q] if inside else part
+        v += [part, gap]
+        y += [problem.speeds.on(inside, part, np.full(part.shape, q))["damping"], gap]
+    return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
+
+
+def _curve(problem: Problem, v, y, marks) -> Curve:
+    return Curve(v, y, problem.margin, "belt speed v_b", "damping of the slow motion", marks)

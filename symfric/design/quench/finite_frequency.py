@@ -1,0 +1,56 @@
+"""The quench at its finite frequency: the amplitude at which the forced motion of the full model is neutral."""
+
+import numpy as np
+
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.errors import NotFound
+from symfric.orbits.flow_map import Passage, flow_of
+from symfric.orbits.shooting import System, Test, solve
+
+_FAR = 0.2  # of the amplitude: a correction larger than that belongs to another orbit
+
+
+def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: float, margin: float) -> float | None:
+    """Return the amplitude at which areas on the forced orbit of the full model shrink as the margin asks for.
+
+    Parameters
+    ----------
+    belt : Belt
+    excitation : (float, float)
+        a and Omega of the averaged optimum.
+    v_b : float
+        Belt speed that decides there.
+    rest : float
+        Quasi-equilibrium of the averaged model.
+    margin : float
+        Least damping.
+
+    Returns
+    -------
+    float or None
+        None where the full model has no such orbit: where it sticks, all areas shrink to nothing.
+
+    Notes
+    -----
+    The unknowns are the start of the orbit and a; the last equation is ``ln det Phi = -margin T/m`` with the monodromy
+    matrix Phi over the forcing period T: at margin 0 the Neimark-Sacker point, Thomsen's bound at finite frequency.
+    """
+    a, Omega = excitation
+    scene = belt.single.where({AMPLITUDE: a, FREQUENCY: Omega, SPEED_NAME: v_b})
+    flow = flow_of(scene, (AMPLITUDE,))
+    values = {s.name: v for s, v in scene.parameter_values().items()}
+    assert flow.period is not None
+    target = margin * flow.period(values) / belt.mass
+
+    def shrinks(z: np.ndarray, passage: Passage) -> float:
+        area = abs(np.linalg.det(passage.by_start))
+        return np.log(area) + target if area > 0 else np.nan
+
+    start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
+    forced = System(flow, values, multiple=1)
+    try:
+        orbit = solve(forced, forced.pack(start, 0.0, values), np.array([0.0, 0.0, 1.0]))
+        found = solve(System(flow, values, multiple=1, test=Test(shrinks)), orbit.z).z[-1]
+    except (NotFound, np.linalg.LinAlgError):
+        return None
+    return float(found) if abs(found - a) < _FAR * a else None

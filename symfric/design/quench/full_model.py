@@ -1,0 +1,153 @@
+"""The full model asked a little beside an optimum of the averaged one."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from symfric.design.comparison import Compared
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.design.quench.multipliers import Check, forced, prepare_map, probe
+from symfric.design.quench.search import Optimum, Problem
+from symfric.design.verification import Neighbour
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.outputs import Integral, Output, friction_force
+from symfric.solve.routes import Program
+
+NEAR = 12.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
+AT = 1e-8  # of a limit: so near to it the design is at it
+OTHERS = 2  # belt speeds beside the worst at which the full model is run
+BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
+
+
+@dataclass(frozen=True)
+class _Side:
+    """An excitation beside the optimum and its worst belt speed; damping and friction of the averaged model there."""
+
+    excitation: tuple[float, float]
+    v_b: float
+    damping: float
+    friction: float
+
+
+def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
+    """Ask the full model with a changed by a step: 1 % and what averaging misses, more if nothing shows yet below."""
+    a, Omega = problem.excitation(found.q)
+    step = 0.01 + 4 * (belt.frequency / Omega) ** 2
+    worst = (c.slack(problem.speeds.worst(found.regime, found.q, c.kind)[0].value) for c in problem.conditions[1:])
+    limited = min(worst, default=1.0) < AT  # then nothing need show below
+    for _ in range(4):
+        below = _side(belt, problem, ((1 - step) * a, Omega))
+        if below.damping < 0 or problem.margin > 0 or limited or step > 0.2:
+            break
+        step *= 2
+    excitation = ((1 + step) * a, Omega)
+    above = [_side(belt, problem, excitation), *_others(belt, problem, excitation)]
+    meters = _meters(belt, [c.kind for c in problem.conditions[1:]])
+    program, duration = prepare_map(belt, (a, Omega), above[0].v_b, meters)
+    probes = []
+    for side in (*above, below):
+        rest = belt.normal * side.friction / belt.stiffness
+        rate = decay_rate(belt, side.damping)
+        probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
+    first, *more, less = probes
+    limits = _limited(belt, problem, found, program, duration, tuple(meters))
+    return Check(step, (first,), (less,), limits, tuple(more))
+
+
+def beside(belt: Belt, problem: Problem, found: Optimum, check: Check) -> list[Neighbour]:
+    """Return the designs beside an optimum within the bounds: one on the full model, the others on the averaged one."""
+    q, (low, high) = found.q, problem.intensities
+    neighbours = []
+    for share in (1 - 1e-2, 1 - 1e-3, 1 - 1e-5, 1 + 1e-5, 1 + 1e-3):
+        if low <= share * q <= high:
+            regime = problem.speeds.regime_of(share * q)
+            change = f"a*Omega {'larger' if share > 1 else 'smaller'} by {100 * abs(share - 1):.2g} %"
+            miss = -problem.slack(regime, share * q)
+            neighbours.append(Neighbour(change, problem.objective(regime, share * q), miss))
+    least = (1 - check.step) * q
+    (p,) = check.below
+    if low <= least and problem.margin == 0 and p.status == "OK":
+        change = f"a*Omega smaller by {100 * check.step:.3g} %, on the full model at v_b = {p.v_b:.6g}"
+        cost = problem.objective(problem.speeds.regime_of(least), least)
+        limited = max((-c.slack(_worst(problem, least, c.kind)) for c in problem.conditions[1:]), default=-1.0)
+        neighbours.append(Neighbour(change, cost, max(-p.decay_rate / belt.frequency, limited)))
+    return neighbours
+
+
+def _worst(problem: Problem, q: float, kind: str) -> float:
+    return problem.speeds.worst(problem.speeds.regime_of(q), q, kind)[0].value
+
+
+@alone(SYMBOLIC)
+def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
+    """Return the integrals of the friction, along the slip u - v_b, and of the power of the excitation."""
+    scene, (u,) = belt.scene, belt.scene.system.u
+    (force,) = scene.system.force
+    shaking = force - force.subs(scene.parameter(AMPLITUDE), 0)
+    rubbing = sum(friction_force(c.name) * c.slip.diff(u) for c in scene.contacts)
+    both = {"friction": Integral(rubbing), "power": Integral(shaking * u)}
+    return {kind: both[kind] for kind in kinds}
+
+
+def _limited(
+    belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
+) -> tuple[Compared, ...]:
+    """Return what the limits on friction and power speak of beside the full model, forced at its finite frequency."""
+    a, Omega = problem.excitation(found.q)
+    rows = []
+    for kind in kinds:
+        worst = problem.speeds.worst(found.regime, found.q, kind)[0]
+        averaged = problem.speeds.averaged.inside if worst.inside else problem.speeds.averaged.outside
+        rest = belt.normal * float(averaged(worst.v, found.q)[2]) / belt.stiffness
+        start = forced(belt, program, (a, Omega), worst.v, rest)
+        mean = np.nan
+        if np.all(np.isfinite(list(start.values()))):
+            values = {SPEED_NAME: worst.v, AMPLITUDE: a, FREQUENCY: Omega}
+            run = program.run(values=values, initial=start)
+            mean = float(run[kind]) / duration if run.status == 0 else np.nan
+        unit = belt.normal * belt.law(worst.v) if kind == "friction" else 1.0
+        tolerance = NEAR * (belt.frequency / Omega) ** 2
+        words = {"friction": "share of the friction", "power": "mean power"}[kind]
+        rows.append(Compared(f"{words} at v_b = {worst.v:.6g}", worst.value, mean / unit, tolerance))
+    return tuple(rows)
+
+
+def _fast(belt: Belt, excitation: tuple[float, float]) -> float:
+    """Return the amplitude of the fast velocity, which is that of the linear oscillator."""
+    a, Omega = excitation
+    return belt.gain * a * Omega / abs(1 - (belt.frequency / Omega) ** 2)
+
+
+def _others(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> list[_Side]:
+    """Return further belt speeds: where the averaged damping has its next local minima, away from the kinks."""
+    speeds, q = problem.speeds, _fast(belt, excitation)
+    first, *rest = speeds.worst(speeds.regime_of(q), q)
+    kinks = [abs(level + side * q) for level in speeds.averaged.kinks for side in (-1, 1)]
+    rest = [p for p in rest if p.v > BESIDE * q and all(abs(p.v - e) > BESIDE * q for e in (first.v, *kinks))]
+    return [_at(problem, excitation, p.v, q) for p in rest[:OTHERS]]
+
+
+def _at(problem: Problem, excitation: tuple[float, float], v: float, q: float) -> _Side:
+    averaged = problem.speeds.averaged
+    damping, _, friction, _ = (averaged.inside if v < q else averaged.outside)(v, q)
+    return _Side(excitation, float(v), float(damping), float(friction))
+
+
+def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
+    """Return the worst belt speed under an excitation, a little beside the kinks, where the full model grazes."""
+    speeds = problem.speeds
+    q = _fast(belt, excitation)
+    worst = speeds.worst(speeds.regime_of(q), q)[0].v
+    beside = [worst]
+    for kink in (abs(level + side * q) for level in speeds.averaged.kinks for side in (-1, 1)):
+        if abs(worst - kink) < BESIDE * q:
+            beside = [min(max(kink + side * BESIDE * q, speeds.low), speeds.high) for side in (-1, 1)]
+    return min((_at(problem, excitation, v, q) for v in beside), key=lambda s: s.damping)
+
+
+def decay_rate(belt: Belt, damping: float) -> float:
+    """Return the decay rate of ``m x'' + damping x' + k x = 0``."""
+    half = damping / (2 * belt.mass)
+    beyond = half**2 - belt.frequency**2
+    return half - sqrt(beyond) if beyond > 0 and half > 0 else half + sqrt(max(beyond, 0.0)) * (1 if half > 0 else -1)

@@ -1,0 +1,231 @@
+"""What the full event-driven model does beside an optimum: multipliers of the stroboscopic map at finite frequency."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import isfinite, nan, pi
+
+import numpy as np
+
+from symfric.design.comparison import Compared
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.model.outputs import Output, Trajectory
+from symfric.solve.routes import Program, prepare
+from symfric.solve.run import Run
+
+TOLERANCE = 1e-12  # of the runs; differences of 1e-6 of a velocity then show growth rates of 1e-6
+BALANCE = 1e-8  # largest energy residual of a run that is believed
+MAPS = 40  # half slow periods over which the disturbance is followed
+PERIODS = 200  # most forcing periods in one map
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One motion of the full model about its forced vibration, started with a small disturbance.
+
+    Attributes
+    ----------
+    v_b, a, Omega : float
+    decay_rate : float
+        Of the slow motion, 1/time, from the largest Floquet multiplier of the full model; negative: self-excited.
+    averaged_rate : float
+        The same in the averaged model, with the fast amplitude at this frequency.
+    multiplier : float
+        Largest absolute value over `duration`.
+    amplitude_start, amplitude_end : float
+        Stroboscopic distance from the forced vibration, as a displacement, at the start and after `duration * MAPS`.
+    duration : float
+        Time of one map: whole forcing periods, about half a slow one.
+    energy_residual : float
+    status : str
+        "OK", or why there is no answer.
+    """
+
+    v_b: float
+    a: float
+    Omega: float
+    decay_rate: float
+    averaged_rate: float
+    multiplier: float
+    amplitude_start: float
+    amplitude_end: float
+    duration: float
+    energy_residual: float
+    status: str
+
+    @property
+    def self_excited(self) -> bool:
+        """Whether the disturbance grows; False without an answer."""
+        return self.decay_rate < 0
+
+
+@dataclass(frozen=True)
+class Check:
+    """The full model with a little more and a little less excitation than the optimum.
+
+    Attributes
+    ----------
+    step : float
+        Relative change of a; the optimum itself lies at the limit.
+    above, below : tuple of Probe
+        At the worst belt speeds of the averaged model; none below where no excitation is needed.
+    limits : tuple of Compared
+        What limits speak of, on the forced vibration at the optimum and at the worst belt speed of each.
+    others : tuple of Probe
+        With as much more excitation at further belt speeds, local minima of the averaged damping.
+    """
+
+    step: float
+    above: tuple[Probe, ...]
+    below: tuple[Probe, ...]
+    limits: tuple[Compared, ...] = ()
+    others: tuple[Probe, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the full model is stable and self-excited where the averaged one is, and within limits as it is."""
+        return not self.disagreements
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What the full model does otherwise, in words."""
+        # with less excitation a motion without an answer contradicts nothing: it may stick and slip
+        silent = {id(p) for p in self.below if p.status != "OK"}
+        wrong = [
+            words
+            for p, words in self._probes()
+            if id(p) not in silent and (p.status != "OK" or p.self_excited != (p.averaged_rate < 0))
+        ]
+        return (*wrong, *(_limit_words(row) for row in self.limits if not row.agrees))
+
+    def _probes(self) -> list[tuple[Probe, str]]:
+        """Return every probe and what it saw."""
+        return [
+            (p, _probe_words(p, f"{100 * self.step:.3g} % {word}"))
+            for probes, word in ((self.above, "more"), (self.others, "more"), (self.below, "less"))
+            for p in probes
+        ]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain Python data."""
+        sides = {"above": self.above, "others": self.others, "below": self.below}
+        rows = {k: [{**asdict(p), "self_excited": p.self_excited} for p in side] for k, side in sides.items()}
+        limits = [{**asdict(row), "agrees": row.agrees} for row in self.limits]
+        return {"step": self.step, "agrees": self.agrees, **rows, "limits": limits}
+
+    def __str__(self) -> str:
+        return "; ".join([*(words for _, words in self._probes()), *map(_limit_words, self.limits)])
+
+
+def _probe_words(p: Probe, share: str) -> str:
+    state = "self-excited" if p.self_excited else "stable"
+    state = state if p.status == "OK" else f"no answer ({p.status})"
+    rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
+    return f"with {share} excitation at v_b = {p.v_b:.5g} {state} ({rates})"
+
+
+def _limit_words(row: Compared) -> str:
+    seen = f"{row.computed:.4g}" if isfinite(row.computed) else "no answer"
+    return f"{row.quantity}: {seen}, averaged model {row.predicted:.4g}"
+
+
+def probe(
+    belt: Belt, program: Program, duration: float, excitation: tuple[float, float], v_b: float, rest: float, rate: float
+) -> Probe:
+    """Run the full model about the quasi-equilibrium `rest` of the slow position; see `Probe`.
+
+    Parameters
+    ----------
+    belt : Belt
+    program : Program
+        Of the scene until `duration`.
+    excitation : (float, float)
+        a and Omega.
+    rate : float
+        Decay rate of the averaged model.
+    """
+    a, Omega = excitation
+    runs: list[Run] = []
+    strobe, size = _strobe(belt, program, excitation, v_b, runs)
+    start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
+    x, slopes = _fixed_point(strobe, start, size)
+    found = bool(np.all(np.isfinite(slopes)))
+    largest = float(np.max(np.abs(np.linalg.eigvals(slopes)))) if found else nan
+    first = 1e-4 * float(size[0])
+    last = _followed(strobe, x, first, size) if found else nan
+    failed = next((r for r in runs if r.status != 0), None)
+    residual = nan if failed else runs[-1].energy_residual()
+    if failed:
+        status = f"{failed.status.name}: {failed.advice}"
+    elif residual > BALANCE:
+        status = f"the solver's energy balance is off by {residual:.1g}, so its answer proves nothing"
+    else:
+        status = "OK" if found else "no forced vibration of the forcing's period was found"
+    decay = -float(np.log(max(largest, 1e-300))) / duration
+    return Probe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
+
+
+def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, rest: float) -> dict[str, float]:
+    """Return the state at the start of the forced vibration about `rest`, by name; NaN if it is not found."""
+    strobe, size = _strobe(belt, program, excitation, v_b, [])
+    x, slopes = _fixed_point(strobe, np.array([rest, 0.0]) + belt.fast_start(*excitation), size)
+    names = [s.name for s in belt.scene.system.states]
+    return dict(zip(names, (x if np.all(np.isfinite(slopes)) else np.full(2, np.nan)).tolist(), strict=True))
+
+
+def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, runs: list[Run]):
+    """Return the map over the time of a program, which adds its runs to a list, and the sizes of its two states."""
+    a, Omega = excitation
+    names = [s.name for s in belt.scene.system.states]
+    values = {SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega}
+    speed = belt.gain * a * Omega or v_b
+
+    def strobe(x: np.ndarray) -> np.ndarray:
+        if runs and runs[-1].status != 0:  # one failure is enough
+            return np.full(2, np.nan)
+        runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
+        return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
+
+    return strobe, np.array([speed / belt.frequency, speed])
+
+
+def _followed(strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:
+    """Return what is left after `MAPS` maps of a displacement `first` from the forced vibration x."""
+    y = x + np.array([first, 0.0])
+    for _ in range(MAPS):
+        y = strobe(y)
+    return float(np.hypot(*((y - x) / size)) * size[0])
+
+
+def _fixed_point(strobe, x: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the fixed point of the map and its derivatives there by Newton's method; NaN if it is not found."""
+    for _ in range(12):
+        slopes = _jacobian(strobe, x, size)
+        gap = strobe(x) - x
+        if not np.all(np.isfinite(slopes)) or not np.all(np.isfinite(gap)):
+            break
+        if np.max(np.abs(gap) / size) < 1e-9:
+            return x, slopes
+        x = x - np.linalg.solve(slopes - np.eye(2), gap)
+    return x, np.full((2, 2), np.nan)
+
+
+def _jacobian(strobe, x: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return central differences of the map, scaled to equal units; eigenvalues do not depend on the scale."""
+    step = 1e-6 * np.diag(size)
+    return np.column_stack([(strobe(x + d) - strobe(x - d)) / (2e-6 * s) for d, s in zip(step, size, strict=True)])
+
+
+def prepare_map(
+    belt: Belt, excitation: tuple[float, float], v_b: float, meters: Mapping[str, Output] | None = None
+) -> tuple[Program, float]:
+    """Compile the scene over whole forcing periods that last about half a slow period; return it and their time.
+
+    `meters` are outputs wanted beside the trajectory.
+    """
+    a, Omega = excitation
+    half = pi / belt.frequency
+    if a * Omega != 0:
+        forcing = 2 * pi / Omega
+        half = forcing * min(max(1, round(half / forcing)), PERIODS)
+    scene = belt.scene.where({SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega})
+    return prepare(scene.wanting({"path": Trajectory(), **(meters or {})}).until(half), TOLERANCE), half

@@ -1,0 +1,230 @@
+"""The least excitation under conditions at every belt speed of a range: a scan, then the edges of what is feasible.
+
+For every intensity q the best amplitude and frequency are known, so that the search is over q alone, with the worst
+belt speed of each. The feasible intensities may fall into several intervals: the scan starts one search in each and
+keeps the best.
+"""
+
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from symfric.design.quench.worst_speed import Range
+
+FAR = 0.02  # slack that a peak lacks, over its condition's size, at a first look that makes a second one idle
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What must hold at every belt speed: a damping or a friction not below a level, a power not above it.
+
+    Attributes
+    ----------
+    kind : {"damping", "friction", "power"}
+    level, size : float
+        The size makes what is missing a number without unit.
+    """
+
+    kind: str
+    level: float
+    size: float
+
+    def slack(self, value):
+        """Return by how much a value, a float or an array, is on the right side, over the size."""
+        return (self.level - value if self.kind == "power" else value - self.level) / self.size
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is minimised, over which excitations, under which conditions.
+
+    Attributes
+    ----------
+    speeds : Range
+    gain : float
+        Amplitude q of the fast slip over ``a Omega``.
+    minimise : {"intensity", "power", "force"}
+    Omega, a : (float, float)
+    margin : float
+        Least damping.
+    limits : dict of str to float
+        Least share of the "friction", largest "acceleration" ``a Omega^2`` and "power"; those that are asked for.
+    """
+
+    speeds: Range
+    gain: float
+    minimise: str
+    Omega: tuple[float, float]
+    a: tuple[float, float]
+    margin: float
+    limits: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def intensities(self) -> tuple[float, float]:
+        """Smallest and largest q within the bounds and the limit on the acceleration; none if the first is larger."""
+        largest = self.a[1] * self.Omega[1]
+        if "acceleration" in self.limits:  # grows with q, at the lowest frequency that reaches it
+            highest = self.limits["acceleration"]
+            largest = min(largest, highest / self.Omega[0], sqrt(highest * self.a[1]))
+        return self.gain * self.a[0] * self.Omega[0], self.gain * largest
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """What must hold at every belt speed, the damping first."""
+        asked = [Condition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
+        return Condition("damping", self.margin, self.speeds.averaged.scale), *asked
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What is looked at over the belt speeds."""
+        return tuple({c.kind for c in self.conditions} | ({"power"} if self.minimise == "power" else set()))
+
+    def excitation(self, q: float) -> tuple[float, float]:
+        """Return the a and Omega of least force among those with the fast slip q: the lowest frequency."""
+        intensity = q / self.gain
+        Omega = max(self.Omega[0], intensity / self.a[1])
+        return intensity / Omega, Omega
+
+    def slack(self, regime: str, q: float) -> float:
+        """Return what the conditions leave over the belt speeds, the least of them."""
+        return min(c.slack(self.speeds.worst(regime, q, c.kind)[0].value) for c in self.conditions)
+
+    def objective(self, regime: str, q: float) -> float:
+        """Return what is minimised, at the best a and Omega of the fast slip q."""
+        if self.minimise == "power":
+            return self.speeds.worst(regime, q, "power")[0].value
+        a, Omega = self.excitation(q)
+        return a * Omega if self.minimise == "intensity" else a * Omega**2
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best q, its regime and what is minimised there."""
+
+    q: float
+    regime: str
+    objective: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """A feasible intensity and the neighbours in the scan between which the search stays."""
+
+    regime: str
+    q: float
+    low: float
+    high: float
+    objective: float
+
+
+def search(problem: Problem) -> Optimum | tuple[float, str]:
+    """Return the global optimum; where nothing is feasible, the intensity that comes closest and its regime."""
+    starts, closest = _starts(problem)
+    best = None
+    for start in starts:
+        if best is not None and problem.minimise != "power" and start.low >= best.q:
+            break  # intensity and force rise with q
+        q = _least(problem, start)
+        found = Optimum(q, start.regime, problem.objective(start.regime, q))
+        if best is None or found.objective < best.objective - 1e-13 * abs(best.objective):
+            best = found
+    return closest if best is None else best
+
+
+def grid_of(low: float, high: float) -> np.ndarray:
+    """Return intensities that resolve both ends, and decades where the bounds are wide."""
+    near = low + (high - low) * np.concatenate([np.logspace(-7, -1, 25), 1 - np.logspace(-7, -1, 25)])
+    decades = np.geomspace(max(low, 1e-4 * high), high, 60) if high > 0 else np.array([high])
+    return np.clip(np.unique(np.concatenate([[low, high], np.linspace(low, high, 60), near, decades])), low, high)
+
+
+def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
+    """Scan every regime for feasible intervals; q = 0 is no excitation and has been tried before."""
+    starts, closest, least = [], (0.0, "mixed"), -np.inf
+    for regime, (low, high) in problem.speeds.regimes(*problem.intensities).items():
+        q = grid_of(low, high)
+        q = q[q > 0]
+        seen = problem.speeds.scan(regime, q, problem.kinds)
+        slack = np.min([c.slack(seen[c.kind]) for c in problem.conditions], axis=0)
+        q, slack, power = refined(problem, regime, q, slack, seen.get("power", q))
+        k = int(np.argmax(slack))
+        if slack[k] > least:
+            least, closest = slack[k], (float(q[k]), regime)
+        objective = power if problem.minimise == "power" else q
+        starts += _of_regime(regime, q, slack >= 0, objective)
+    key = (lambda s: s.objective) if problem.minimise == "power" else (lambda s: s.low)
+    return sorted(starts, key=key), closest
+
+
+def refined(problem: Problem, regime: str, q, slack, power):
+    """Add the local maxima of the slack that the grid missed: a feasible interval may be narrower than a cell."""
+    inner, beside = slack[1:-1], (slack[:-2], slack[2:])
+    peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # no plateau of rounding
+    peaks = 1 + np.flatnonzero((inner < 0) & np.isfinite(inner) & peak)
+    extra = []
+    for k in peaks[np.argsort(-slack[peaks])][:3]:
+        low, high = q[k - 1], q[k + 1]
+        for tolerance in (1e-3 * (high - low), 1e-9):
+            found = minimize_scalar(
+                lambda s: -problem.slack(regime, s), bounds=(low, high), method="bounded", options={"xatol": tolerance}
+            )
+            if found.fun > FAR:
+                break
+        if -found.fun > slack[k]:
+            extra.append((float(found.x), -float(found.fun)))
+    if not extra:
+        return q, slack, power
+    more, values = (np.array(e) for e in zip(*extra, strict=True))
+    order = np.argsort(np.concatenate([q, more]))
+    joined = ((q, more), (slack, values), (power, problem.speeds.scan(regime, more, problem.kinds).get("power", more)))
+    return tuple(np.concatenate(e)[order] for e in joined)
+
+
+def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.ndarray) -> list[Start]:
+    """Return a start for every local minimum of the objective on each feasible stretch of the grid."""
+    cost = np.where(feasible, objective, np.inf)
+    left, right = np.concatenate([[np.inf], cost[:-1]]), np.concatenate([cost[1:], [np.inf]])
+    lows = np.flatnonzero(feasible & (cost <= left) & (cost <= right)).tolist()
+    ends = [(float(q[max(k - 1, 0)]), float(q[min(k + 1, q.size - 1)])) for k in lows]
+    return [Start(regime, float(q[k]), *e, float(cost[k])) for k, e in zip(lows, ends, strict=True)]
+
+
+def _least(problem: Problem, start: Start) -> float:
+    """Return the best intensity between the neighbours of a start in the scan, at which the conditions hold."""
+    q = start.q
+    low, high = (edge(problem, start.regime, q, end) for end in (start.low, start.high))
+    if problem.minimise != "power" or not high > low:
+        return low  # intensity and force rise with q
+    ends = [(problem.objective(start.regime, e), e) for e in (low, q, high)]
+    found = minimize_scalar(
+        lambda s: problem.objective(start.regime, s),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-12 * high},
+    )
+    if problem.slack(start.regime, float(found.x)) >= 0:
+        ends.append((float(found.fun), float(found.x)))
+    return min(ends)[1]
+
+
+def edge(problem: Problem, regime: str, good: float, bad: float) -> float:
+    """Return the intensity nearest to the second one, from a good one on, at which the conditions hold."""
+    slack = lambda s: problem.slack(regime, s)  # noqa: E731
+    last = slack(bad)
+    if last >= 0 or good == bad:
+        return bad
+    if np.isfinite(last) and np.isfinite(slack(good)):
+        root = float(brentq(slack, good, bad, xtol=1e-300, rtol=4e-15))
+        for share in (0.0, 1e-15, 1e-14, 1e-13, 1e-12):
+            inner = root + share * (root if good > bad else -root)
+            if min(good, bad) <= inner <= max(good, bad) and slack(inner) >= 0:
+                return inner
+        bad = root
+    while abs(good - bad) > 1e-15 * abs(good):
+        middle = 0.5 * (good + bad)
+        if middle in (good, bad):
+            break
+        good, bad = (middle, bad) if slack(middle) >= 0 else (good, middle)
+    return float(good)

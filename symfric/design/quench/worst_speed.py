@@ -1,0 +1,200 @@
+"""The worst belt speed of a range, for a given intensity.
+
+The damping jumps at ``v = q``, q the amplitude of the fast slip: the slow mass reverses its slip below, and not above.
+So the intensities fall into three regimes, in each of which the damping over the range is continuous in q:
+
+| regime  | intensities    | belt speeds                                  |
+|---------|----------------|----------------------------------------------|
+| outside | q <= low       | all faster than the fast motion              |
+| mixed   | low < q <= high| [low, q) inside, [q, high] outside           |
+| inside  | q >= high      | all slower; q = high only as a limit          |
+"""
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.design.quench.averaged_damping import Averaged
+
+_ENDS = np.logspace(-5, -1.1, 12)
+_ZOOM, _FINE = (
+    17,
+    1e-9,
+)  # points of a grid between the neighbours of a low point, and the last grid's width over the first
+ROWS = {"damping": 0, "power": 1, "friction": 3}  # which output of the averaged contact a condition looks at
+SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))  # of an interval, denser at its ends
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An end of an interval of belt speeds, ``fixed + rate * q``; intervals move with q."""
+
+    fixed: float
+    rate: float
+
+    def __call__(self, q):
+        """Return its place; q may be a float or an array."""
+        return self.fixed + self.rate * q
+
+
+@dataclass(frozen=True)
+class Point:
+    """A belt speed.
+
+    Attributes
+    ----------
+    value : float
+        Damping, mean power or share of the friction there.
+    v : float
+    inside : bool
+        Whether the fast motion reverses the slip there.
+    """
+
+    value: float
+    v: float
+    inside: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Range:
+    """Belt speeds [low, high] and the averaged contact on them."""
+
+    averaged: Averaged
+    low: float
+    high: float
+
+    def regimes(self, q_min: float, q_max: float) -> dict[str, tuple[float, float]]:
+        """Return the intensities of each regime within the bounds."""
+        whole = {"outside": (0.0, self.low), "mixed": (self.low, self.high), "inside": (self.high, np.inf)}
+        cut = {name: (max(a, q_min), min(b, q_max)) for name, (a, b) in whole.items()}
+        empty = {name for name, (a, b) in cut.items() if a > b or whole[name][0] == whole[name][1]}
+        return {name: ends for name, ends in cut.items() if name not in empty}
+
+    def regime_of(self, q: float) -> str:
+        """Return the regime of an intensity."""
+        return "outside" if q <= self.low else "mixed" if q <= self.high else "inside"
+
+    def interval(self, regime: str, inside: bool) -> tuple[Edge, Edge]:
+        """Return the ends of the inside or outside interval of belt speeds."""
+        low, high, split = Edge(self.low, 0.0), Edge(self.high, 0.0), Edge(0.0, 1.0)
+        if regime == "mixed":
+            return (low, split) if inside else (split, high)
+        return low, high
+
+    def sides(self, regime: str) -> tuple[bool, ...]:
+        """Return which of inside and outside there are."""
+        return {"outside": (False,), "mixed": (True, False), "inside": (True,)}[regime]
+
+    def on(self, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
+        """Return what `ROWS` names, or some of them, on arrays of equal shape."""
+        place = v.reshape(1, -1), q.reshape(1, -1)
+        if set(kinds) == {"damping"}:
+            found = {"damping": np.array(self.averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
+        else:
+            outputs = (self.averaged.inside if inside else self.averaged.outside)(*place)
+            found = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
+        if not inside and self.averaged.falls_steeply and "damping" in found:
+            found["damping"] = np.where(v <= q, -np.inf, found["damping"])
+        return found
+
+    def scan(self, regime: str, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
+        """Return the worst of each kind over a grid of the belt speeds, shapes (n,)."""
+        parts: dict[str, list[np.ndarray]] = {kind: [] for kind in kinds}
+        for inside in self.sides(regime):
+            low, high = (np.broadcast_to(e(q), q.shape)[:, None] for e in self.interval(regime, inside))
+            kinks = np.abs(q[:, None, None] * [-1.0, 0.0, 1.0] + np.array(self.averaged.levels)[:, None])
+            kinks = np.clip(kinks.reshape(q.size, -1), low, high)
+            v = np.hstack([low + (high - low) * SHARES, kinks])
+            for kind, values in self.on(inside, v, np.broadcast_to(q[:, None], v.shape), kinds).items():
+                parts[kind].append(values.max(axis=1) if kind == "power" else values.min(axis=1))
+        return {k: np.max(p, axis=0) if k == "power" else np.min(p, axis=0) for k, p in parts.items()}
+
+    def worst(self, regime: str, q: float, kind: str = "damping") -> list[Point]:
+        """Return the local minima of the damping or the friction, maxima of the power, over the belt speeds.
+
+        The worst comes first. Every interval between kinks is searched on a grid, and those of its low points are
+        polished that may become the worst.
+        """
+        sign, found = -1.0 if kind == "power" else 1.0, []
+        for inside in self.sides(regime):
+            edges = self._edges(regime, inside, q, kind)
+            cells = [_cell(low, high, q) for low, high in itertools.pairwise(edges)]
+            v = np.concatenate(cells)
+            y = sign * self.on(inside, v, np.full(v.shape, q), (kind,))[kind]
+            size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
+            split = np.cumsum([c.size for c in cells])[:-1]
+            for speeds, values in zip(cells, np.split(y, split), strict=True):
+                found += [_Low(inside, *e) for e in _lows(speeds, values, 1e-13 * float(size))]
+        least = min((e.value for e in found), default=np.inf)
+        points = []
+        for e in found:
+            at, value = e.v, e.value
+            if e.reach <= least and e.ends[1] > e.ends[0]:
+                at, value = self._polished(e, q, kind, sign)
+            points.append(Point(sign * value, at, e.inside))
+        return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
+
+    def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:
+        """Return the least point between the neighbours of a low point, by ever finer grids."""
+        best, (a, b) = (low.v, low.value), low.ends
+        while b - a > _FINE * (low.ends[1] - low.ends[0]):
+            v = np.linspace(a, b, _ZOOM)
+            y = sign * self.on(low.inside, v, np.full(v.shape, q), (kind,))[kind]
+            k = int(np.argmin(y))
+            if y[k] < best[1] - low.rounding:  # so that an end stays an end
+                best = float(v[k]), float(y[k])
+            if (a, b) == (v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]):
+                break
+            a, b = v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]
+        return best
+
+    def _edges(self, regime: str, inside: bool, q: float, kind: str) -> list[Edge]:
+        """Return the ends of the interval and the kinks in it, in order; friction without excitation has its own."""
+        low, high = self.interval(regime, inside)
+        own = [Edge(level, 0.0) for level in self.averaged.levels] if kind == "friction" else []
+        kinks = {edge(q): edge for edge in own if low(q) < edge(q) < high(q)}
+        for level in self.averaged.levels:
+            for side in (-1.0, 1.0):
+                sign = 1.0 if level + side * q >= 0 else -1.0
+                kink = Edge(sign * level, sign * side)
+                if low(q) < kink(q) < high(q):
+                    kinks[kink(q)] = kink
+        return [low, *(kinks[v] for v in sorted(kinks)), high]
+
+
+@dataclass(frozen=True)
+class _Low:
+    """A low point of an interval on a grid, its neighbours, and how low it may be between them."""
+
+    inside: bool
+    v: float
+    value: float
+    ends: tuple[float, float]
+    reach: float
+    rounding: float
+
+
+def _cell(low: Edge, high: Edge, q: float) -> np.ndarray:
+    """Return the grid of an interval between kinks.
+
+    Kinks themselves are left out by a hair: the slope can be infinite on one of their sides.
+    """
+    hair = 1e-12 * q
+    a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
+    b = max(a, b)
+    return a + (b - a) * SHARES if b > a else np.array([a])
+
+
+def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple]:
+    """Return the local minima of values on a grid: v, y, the neighbours, the least there may be, and the rounding."""
+    left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
+    found = []
+    for k in np.flatnonzero((y <= left) & (y <= right)).tolist():
+        a, b = max(k - 1, 0), min(k + 1, v.size - 1)
+        highest = float(np.max(y[a : b + 1]))
+        smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # no plateau
+        ends = (float(v[a]), float(v[b])) if smooth else (float(v[k]), float(v[k]))
+        found.append((float(v[k]), float(y[k]), ends, float(2 * y[k] - highest) if smooth else np.inf, rounding))
+    return found

@@ -1,0 +1,224 @@
+"""Brute-force bifurcation diagrams: where the motion of a scene ends up, for many values of a parameter."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symfric.ensemble.grid import row_of
+from symfric.ensemble.sweep import workers_of
+from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
+from symfric.errors import NoRoute, SceneError
+from symfric.model.outputs import Trajectory
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
+from symfric.orbits.flow_map import excitation
+from symfric.orbits.poincare import Cut, cut_of
+from symfric.solve.program import check_tolerance
+from symfric.solve.routes import Program
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+
+_STILL = 1e-6  # of the largest state: a motion that moves less after the transient is a point
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationDiagram:
+    """The points of a section for every value of a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray, shape (n_v,)
+        In the order given.
+    case : ndarray of int, shape (n,)
+        Index of the value to which a point belongs.
+    times : ndarray, shape (n,)
+    states : ndarray, shape (n_x, n)
+    status : ndarray of int, shape (n_v,)
+        Codes of `Status`; -1 where the scene refuses the value. A run that failed has no points.
+    names : tuple of str
+        Of the states.
+    about : str
+        The section in words.
+    """
+
+    parameter: str
+    values: np.ndarray
+    case: np.ndarray
+    times: np.ndarray
+    states: np.ndarray
+    status: np.ndarray
+    names: tuple[str, ...]
+    about: str
+
+    def points(self, k: int) -> np.ndarray:
+        """Return the states on the section for value k, shape (n_x, number of points)."""
+        return self.states[:, self.case == k]
+
+    def plot(self, ax=None):
+        """Draw the first coordinate on the section against the parameter; return the Axes."""
+        from symfric.ensemble.plotting import plot_diagram
+
+        return plot_diagram(self, ax)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        rows = range(self.values.size)
+        return {
+            "parameter": self.parameter,
+            "section": self.about,
+            "values": self.values.tolist(),
+            "status": [CODES[s] for s in self.status.tolist()],
+            "points": [dict(zip(self.names, self.points(k).tolist(), strict=True)) for k in rows],
+        }
+
+    def to_xarray(self):
+        """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``."""
+        import xarray as xr
+
+        data = {n: ("point", row) for n, row in zip(self.names, self.states, strict=True)}
+        data |= {"t": ("point", self.times), "status": ("case", self.status)}
+        coordinates = {self.parameter: ("point", self.values[self.case]), "value": ("case", self.values)}
+        return xr.Dataset(data, coordinates, {"section": self.about})
+
+    def __repr__(self) -> str:
+        failed = int(np.count_nonzero(self.status))
+        lost = f", {failed} runs failed" if failed else ""
+        low, high = np.min(self.values), np.max(self.values)
+        return (
+            f"BifurcationDiagram({self.parameter} from {low:.6g} to {high:.6g}, {self.values.size} values, "
+            f"{self.times.size} points of {self.about}{lost})"
+        )
+
+
+def bifurcation_diagram(
+    scene: Scene,
+    parameter: Key,
+    values: Sequence[float],
+    section: sp.Expr | str | None = None,
+    *,
+    level: float = 0.0,
+    direction: int = 1,
+    phase: float = 0.0,
+    transient: float | None = None,
+    carry: bool = False,
+    jobs: int = 1,
+    tolerance: float = 1e-9,
+) -> BifurcationDiagram:
+    """Run a scene for many values of a parameter and keep where the motion meets a section after a transient.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its horizon is that of every run.
+    parameter : Symbol or str
+    values : sequence of float
+    section, level, direction, phase
+        See `symfric.orbits.poincare.poincare`. A velocity as section keeps the extremes of its coordinate: the largest
+        with ``direction=-1``, the smallest with 1.
+    transient : float, optional
+        Time that is thrown away; half of the horizon unless given.
+    carry : bool
+        Start every value but the first where the one before it ended, so that values going up and values going down
+        show hysteresis; otherwise each starts as the scene does.
+    jobs : int
+        Threads for the values, if they are not carried on; -1 for as many as there are processors.
+    tolerance : float
+
+    Returns
+    -------
+    BifurcationDiagram
+
+    Raises
+    ------
+    SceneError
+        If the section cannot be read, or names and numbers are wrong.
+
+    Notes
+    -----
+    A motion that comes to rest does not cross a section any more: then its final state is its one point.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    name = scene.parameter(parameter).name
+    row = row_of(values, name)
+    scene = scene.where({name: row[0]}) if scene.values[scene.parameter(name)] is None else scene
+    transient = finite(0.5 * scene.horizon if transient is None else transient, "transient")
+    if not 0 <= transient < scene.horizon:
+        raise SceneError(f"transient is {transient:g}; the runs cover 0 to {scene.horizon:g}")
+    cut = cut_of(scene, section, level, direction, phase, frozenset({name}))
+    task = Task(scene.wanting({"path": Trajectory()}), check_tolerance(tolerance), None, (name,), ())
+    jobs = min(workers_of(jobs), row.size)
+    if carry:
+        period = excitation(scene, frozenset({name}))
+        found = _carried(make_program(task), name, row, cut, transient, period)
+    else:
+        found = _apart(make_program(task), name, row, cut, transient, jobs)
+    status, times, states = zip(*found, strict=True)
+    return BifurcationDiagram(
+        parameter=name,
+        values=row,
+        case=np.repeat(np.arange(row.size), [t.size for t in times]),
+        times=np.concatenate(times),
+        states=np.concatenate(states, axis=1),
+        status=np.array(status, dtype=np.int32),
+        names=tuple(s.name for s in scene.system.states),
+        about=cut.about,
+    )
+
+
+Case = tuple[int, np.ndarray, np.ndarray]  # status, times (n,), states (n_x, n)
+
+
+def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:
+    """Run every value from the scene's own start, on threads."""
+
+    def work(values: np.ndarray) -> list[Case]:
+        return [_case(program, {name: v}, {}, cut, transient)[0] for v in values.tolist()]
+
+    if jobs == 1:
+        return work(row)
+    with ThreadPoolExecutor(jobs) as crew:
+        found = list(crew.map(work, [row[k::jobs] for k in range(jobs)]))
+    return [found[k % jobs][k // jobs] for k in range(row.size)]
+
+
+def _carried(
+    program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, period: Callable | None
+) -> list[Case]:
+    """Run every value from where the last one that did not fail ended, at the same phase of the excitation."""
+    found: list[Case] = []
+    start: dict[str, float] = {}
+    fixed = {s.name: v for s, v in program.scene.parameter_values().items()}
+    for v in row.tolist():
+        case, run = _case(program, {name: v}, start, cut, transient)
+        found.append(case)
+        if run is not None:
+            end = run.final
+            if period:
+                turn = period(fixed | {name: v})
+                end = run(np.floor(run.t_final / turn) * turn)
+            start = dict(zip(run.names, end.tolist(), strict=True))
+    return found
+
+
+def _case(
+    program: Program, values: dict[str, float], start: dict[str, float], cut: Cut, transient: float
+) -> tuple[Case, Run | None]:
+    """Return the points of one value, and its run unless that failed."""
+    nothing = np.zeros(0), np.zeros((len(program.scene.system.states), 0))
+    try:
+        run = program.run(values, start)
+    except (SceneError, NoRoute):
+        return (REFUSED, *nothing), None
+    if run.status != Status.OK:
+        return (int(run.status), *nothing), None
+    times, states = cut.points(run, transient)
+    if not times.size:
+        late = run.x[:, run.t >= transient]
+        if np.max(np.ptp(late, axis=1)) <= _STILL * np.max(np.abs(late)):
+            times, states = np.array([run.t_final]), run.final[:, None]
+    return (0, times, states), run

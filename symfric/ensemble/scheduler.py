@@ -1,0 +1,218 @@
+"""Who runs the cases of a sweep: threads of this process, or the workers of an executor."""
+
+import hashlib
+import pickle
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent import futures
+
+import numpy as np
+
+from symfric.ensemble.grid import Grid
+from symfric.ensemble.progress import INTERVAL, Meter
+from symfric.ensemble.store import Store
+from symfric.ensemble.worker import Halted, Task, program_or_reason, run_case, run_chunk
+from symfric.errors import RunFailed
+from symfric.solve.routes import Program
+
+CHUNK_SECONDS = 0.5  # of work in one chunk for an executor
+LARGEST_BLOCK, LARGEST_CHUNK = 32, 10_000  # cases that a thread, or a worker of an executor, takes at once
+
+
+class Board:
+    """The results so far, in memory and in a store.
+
+    Attributes
+    ----------
+    status : ndarray of int, shape (n,)
+    values : ndarray, shape (n, numbers of a case)
+    left : ndarray of int
+        The cases that were not finished at the beginning.
+    done : int
+        Finished cases.
+    """
+
+    def __init__(self, size: int, width: int, store: Store | None = None):
+        self._store = store
+        if store is None:
+            finished = np.zeros(size, dtype=bool)
+            self.status, self.values = np.zeros(size, dtype=np.int32), np.full((size, width), np.nan)
+        else:
+            finished, self.status, self.values = store.read(size)
+        self.left = np.flatnonzero(~finished)
+        self.done = size - self.left.size
+        self._counting = threading.Lock()
+        if store is not None and self.left.size:
+            store.open()
+
+    def write(self, case: int, status: int, values: list[float]) -> None:
+        """Keep the result of a case in the store, if there is one."""
+        if self._store is not None:
+            self._store.append(case, status, values)
+
+    def count(self, cases: np.ndarray, status: list[int], values: list[list[float]]) -> None:
+        """Take the results of cases that were written; only now they count as done."""
+        if status:
+            cases = cases[: len(status)]
+            self.status[cases], self.values[cases] = status, values
+            with self._counting:
+                self.done += len(status)
+
+    def close(self) -> None:
+        """Close the store's file."""
+        if self._store is not None:
+            self._store.close()
+
+
+class Plan:
+    """What is still to be handed out, scene by scene, so that few programs are prepared."""
+
+    def __init__(self, grid: Grid, left: np.ndarray, workers: int):
+        scene = grid.scene_of[left]
+        self._rest = {int(k): left[scene == k] for k in np.unique(scene)}
+        self._taken: dict[int, int] = dict.fromkeys(self._rest, 0)
+        self._workers, self._lock = workers, threading.Lock()
+
+    def next(self, present: int | None, size: int | None = None) -> tuple[int, np.ndarray] | None:
+        """Return a scene and some of its cases, of the present scene if it has any; None if all are handed out."""
+        with self._lock:
+            open_scenes = [k for k, cases in self._rest.items() if cases.size]
+            if not open_scenes:
+                return None
+            if present in open_scenes:
+                k = present
+            else:
+                k = min(open_scenes, key=lambda k: (self._taken[k], -self._rest[k].size))
+                self._taken[k] += 1
+            cases = self._rest[k]
+            if size is None:
+                size = min(LARGEST_BLOCK, cases.size // (4 * self._workers))
+            size = max(1, size)
+            self._rest[k] = cases[size:]
+            return k, cases[:size]
+
+
+def run_on_threads(
+    grid: Grid, task_of: Callable[[int], Task], board: Board, jobs: int, meter: Meter, ready: dict[int, Program]
+) -> None:
+    """Run what is left on threads, which share the program of a scene; `ready` holds programs that exist already."""
+    plan, halt, failures = Plan(grid, board.left, jobs), threading.Event(), []
+    programs: OrderedDict[int, Program | str] = OrderedDict(ready)
+    preparing = threading.Lock()
+
+    def program_of(scene: int, task: Task) -> Program | str:
+        with preparing:
+            if scene not in programs:
+                programs[scene] = program_or_reason(task)
+                while len(programs) > jobs:
+                    programs.popitem(last=False)
+            return programs[scene]
+
+    def stop_if_halted(_fraction: float) -> None:
+        if halt.is_set():
+            raise Halted
+
+    def run_block(program: Program | str, task: Task, cases: np.ndarray) -> None:
+        codes, rows = [], []
+        try:
+            for case, numbers in zip(cases.tolist(), grid.numbers(cases).tolist(), strict=True):
+                if halt.is_set():
+                    return
+                status, values = run_case(program, task, numbers, stop_if_halted)
+                board.write(case, status, values)
+                codes.append(status)
+                rows.append(values)
+        finally:
+            board.count(cases, codes, rows)
+
+    def work() -> None:
+        try:
+            present, task, program = None, None, None
+            while not halt.is_set() and (block := plan.next(present)) is not None:
+                scene, cases = block
+                if task is None or program is None or scene != present:
+                    present, task = scene, task_of(scene)
+                    program = program_of(scene, task)
+                run_block(program, task, cases)
+        except Halted:
+            return
+        except BaseException as failure:
+            failures.append(failure)
+            halt.set()
+
+    crew = [threading.Thread(target=work, daemon=True) for _ in range(min(jobs, board.left.size))]
+    try:
+        for thread in crew:
+            thread.start()
+        for thread in crew:
+            while thread.is_alive():
+                thread.join(INTERVAL)
+                meter(board.done)
+    finally:
+        halt.set()
+        for thread in crew:
+            if thread.ident is not None:
+                thread.join()
+    if failures:
+        raise failures[0]
+    meter(board.done, last=True)
+
+
+def run_on_executor(
+    grid: Grid, task_of: Callable[[int], Task], board: Board, executor: futures.Executor, workers: int, meter: Meter
+) -> None:
+    """Run what is left on an executor, in chunks of about half a second of work."""
+    plan, packed, running = Plan(grid, board.left, workers), {}, {}
+    present, size = None, 1
+
+    def submit() -> bool:
+        nonlocal present
+        block = plan.next(present, min(size, max(1, (grid.size - board.done) // (2 * workers))))
+        if block is None:
+            return False
+        present, cases = block
+        if present not in packed:
+            data = pickle.dumps(task_of(present))
+            packed[present] = hashlib.sha256(data).hexdigest(), data
+        running[executor.submit(run_chunk, *packed[present], grid.numbers(cases))] = cases
+        return True
+
+    def collect(finished) -> None:
+        nonlocal size
+        for future in finished:
+            cases = running[future]
+            status, values, seconds = future.result()
+            codes, rows = status.tolist(), values.tolist()
+            for row in zip(cases.tolist(), codes, rows, strict=True):
+                board.write(*row)
+            board.count(cases, codes, rows)
+            del running[future]  # only now: what is interrupted here is collected once more
+            quick = CHUNK_SECONDS * cases.size / max(seconds, 1e-9)
+            size = int(min(max(1.0, quick), 4.0 * size + 4, LARGEST_CHUNK))
+
+    try:
+        while True:
+            while len(running) < 2 * workers and submit():
+                pass
+            if not running:
+                break
+            collect(futures.wait(running, INTERVAL, futures.FIRST_COMPLETED).done)
+            meter(board.done)
+    except RunFailed:
+        raise
+    except Exception as failure:
+        raise RunFailed(
+            f"the executor failed ({type(failure).__name__}: {failure}); finished cases are in the store, if there is "
+            "one: run the sweep again"
+        ) from failure
+    finally:
+        _give_up(running, collect)
+    meter(board.done, last=True)
+
+
+def _give_up(running: dict, collect: Callable) -> None:
+    """Keep what is finished of the chunks under way, and cancel the rest."""
+    for future in list(running):
+        if not future.cancel() and future.done() and future.exception() is None:
+            collect([future])

@@ -1,0 +1,256 @@
+"""What is linear between events, found out once and written down as numbers that follow from the parameters.
+
+A kink is a choice by the mode, so a force with an `Abs` or a law of straight lines is linear in every mode.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import sympy as sp
+
+from symfric.errors import NoRoute
+from symfric.lower.automaton import Automaton, Lowering, constants
+from symfric.model.laws import Law
+from symfric.model.outputs import ScalarOfExpression, friction_force, slip
+from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
+from symfric.model.system import System
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """One mass without drive, with one contact at the most, as numbers.
+
+    Attributes
+    ----------
+    data : casadi.Function
+        ``(p, unused) -> numbers``: a_x, a_u, a_0 (the acceleration without friction is a_x x + a_u u + a_0), J/m, J and
+        c (the slip is J u + c), load, static coefficient; for each branch of the law the speed where it ends and the
+        two numbers of ``mu_0 + mu_1 v``; for each wanted row its value at 0 and its slopes in x, u and the friction.
+    parameters : tuple of Symbol
+        Order of the entries of p.
+    branches : int
+        0 without a contact.
+    sticks : bool
+        Whether the contact can.
+    rows : int
+    """
+
+    data: ca.Function
+    parameters: tuple[sp.Symbol, ...]
+    branches: int
+    sticks: bool
+    rows: int
+
+
+def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Oscillator:
+    """Write a scene down as one oscillator.
+
+    Parameters
+    ----------
+    scene : Scene
+    rows : sequence of Expr
+        Expressions of which extremes are wanted.
+    varied : frozenset of str
+        Parameters that will change although they are exactly zero; see `symfric.lower.automaton.constants`.
+
+    Raises
+    ------
+    NoRoute
+        If the scene is something else; the message says what.
+    """
+    system, contacts = scene.system, scene.contacts
+    if len(system.q) > 1 or system.z:
+        raise NoRoute(f"{len(system.states)} states, the closed form is for one mass")
+    if len(contacts) > 1:
+        raise NoRoute(f"{len(contacts)} contacts, the closed form is for one")
+    if scene.inputs:
+        raise NoRoute("a sampled input")
+    lines = [line for c in contacts for line in lines_of(c.law)]
+    low = Lowering(scene, constants(scene, varied))
+    x, u = low.y[0], low.y[1]
+    force, mass = low.sx(system.force[0]), low.sx(system.mass[0, 0])
+    refuse_if_moving(low, mass, "the mass changes")
+    a_x, a_u, a_0 = plane(low, force / mass, [x, u], "the force")
+    numbers = [a_x, a_u, a_0]
+    numbers += _contact(low, mass, lines) if contacts else [ca.SX(0)] * 5
+    friction = ca.SX.sym("friction")
+    for c in contacts:
+        low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction, low.w[0]
+        low.moving |= {friction_force(c.name), slip(c.name)}
+    for e in rows:
+        *slopes, rest = plane(low, low.sx(e), [x, u, friction], f"the output {e}")
+        numbers += [rest, *slopes]
+    data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
+    sticks = any(not c.law.smooth for c in contacts)
+    return Oscillator(data, low.parameters, len(lines), sticks, len(rows))
+
+
+def _contact(low: Lowering, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
+    """Return the numbers of the contact."""
+    (contact,) = low.scene.contacts
+    J, c = plane(low, low.w[0], [low.y[1]], "the slip")
+    refuse_if_moving(low, low.load, "the normal load changes")
+    numbers = [J / mass, J, c, low.load[0], low.sx(contact.law.stick)]
+    for line in lines:
+        numbers += [low.sx(e) for e in line]
+    return numbers
+
+
+def plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
+    """Return the slopes of a linear expression in the variables, and its value where they are zero."""
+    v, signs = ca.vertcat(*variables), ca.vertcat(*low.switches.signs)
+    slopes = ca.densify(ca.jacobian(e, v))
+    rest = ca.substitute(e, v, ca.SX.zeros(v.numel()))
+    if ca.depends_on(e, signs):
+        raise NoRoute(f"{what} has a kink")
+    if any(ca.depends_on(slopes, m) for m in (low.y, low.t, v)):
+        raise NoRoute(f"{what} is not linear")
+    if ca.depends_on(rest, low.t):
+        raise NoRoute(f"{what} depends on time")
+    if ca.depends_on(rest, low.y):
+        raise NoRoute(f"{what} depends on the position")
+    return [*ca.horzsplit(slopes), rest]
+
+
+def refuse_if_moving(low: Lowering, e: ca.SX, what: str) -> None:
+    if ca.depends_on(e, ca.vertcat(low.y, low.t, *low.switches.signs)):
+        raise NoRoute(what)
+
+
+def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
+    """Return for every branch of a law the speed where it ends, and the two numbers of ``mu_0 + mu_1 v``."""
+    kinetic = law.kinetic
+    if kinetic.has(sp.Integral):
+        raise NoRoute("the friction law is a mean over fast vibration, not straight lines")
+    pieces = kinetic.args if isinstance(kinetic, sp.Piecewise) else [(kinetic, sp.true)]
+    found = []
+    for k, (e, condition) in enumerate(pieces):
+        end = law.breaks[k] if k < len(pieces) - 1 and k < len(law.breaks) else sp.oo
+        slope = sp.diff(e, SPEED)
+        if SPEED in slope.free_symbols or e.has(sp.Abs, sp.Max, sp.Min, sp.Piecewise):
+            raise NoRoute("the friction law is not made of straight lines")
+        if condition != sp.true and condition not in (SPEED < end, end > SPEED, SPEED <= end, end >= SPEED):
+            raise NoRoute("the branches of the friction law do not follow its breaks")
+        found.append((end, e.subs(SPEED, 0), slope))
+    return found
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Equations that are linear between events, ``x' = A x + a t + b``, guards and wanted rows likewise.
+
+    Attributes
+    ----------
+    data : casadi.Function
+        ``(p, m) -> numbers``: the entries of the matrices that are not zero in every mode, then the slopes of all rows
+        in time, and their rest.
+    rows, columns : tuple of int
+        Of the entries: those of the rates first, column by column; states and wanted rows as in `Automaton.field`.
+    n_r : int
+        Number of rows.
+    """
+
+    data: ca.Function
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    n_r: int
+
+
+def matrices(automaton: Automaton) -> Matrices:
+    """Return the slopes of rates, guards and rows in every state and in time, and their rest.
+
+    Raises
+    ------
+    NoRoute
+        If something is not linear in state and time in every mode.
+    """
+    field = automaton.field
+    y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
+    slopes, in_time, rest, state, n_x = [], [], [], ca.vertcat(y, t), y.numel()
+    what = ("the forces or a friction law are", "a guard is", "a wanted output is")
+    for e, name in zip(field(y, t, p, m), what, strict=True):
+        jacobian = ca.jacobian(e, state)
+        if ca.depends_on(jacobian, state):
+            raise NoRoute(f"{name} not linear between events")
+        slopes.append(jacobian[:, :n_x])
+        in_time.append(jacobian[:, n_x])
+        rest.append(ca.substitute(e, state, ca.SX.zeros(state.numel())))
+    rates, others = slopes[0], ca.vertcat(*slopes[1:])
+    entries = [e.nz[:] for e in (rates, others)]
+    numbers = ca.vertcat(*entries, *(ca.densify(ca.vertcat(*e)) for e in (in_time, rest)))
+    rows = (*rates.sparsity().row(), *(n_x + r for r in others.sparsity().row()))
+    columns = (*rates.sparsity().get_col(), *others.sparsity().get_col())
+    data = ca.Function("prelude", [p, m], [ca.densify(numbers)], {"cse": True})
+    return Matrices(data, rows, columns, n_x + others.rows())
+
+
+def without_harmonics(scene: Scene) -> Scene:
+    """Return the scene with sines, cosines and powers of time as first-order states behind its own.
+
+    Their equations are linear: ``c' = -Omega s``, ``s' = Omega c`` and ``p_k' = k p_(k-1)``. Time itself stays.
+
+    Raises
+    ------
+    NoRoute
+        If a slip depends on time, or a harmonic on the state.
+    """
+    if any(TIME in c.slip.free_symbols for c in scene.contacts):
+        raise NoRoute("a slip depends on time")
+    clock = _Clock({*scene.system.states, *scene.inputs})
+    system = scene.system
+    force, z_rate = ([clock.read(e) for e in es] for es in (system.force, system.z_rate))
+    contacts = tuple(replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts)
+    scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+    outputs = {**scene.outputs, **{n: replace(o, expr=clock.read(o.expr)) for n, o in scalar.items()}}
+    if not clock.states:
+        return scene
+    rates = [*z_rate, *(rate for _, rate in clock.states.values())]
+    system = System(system.q, system.u, system.mass, force, [*system.z, *clock.states], rates)
+    starts = {z: start for z, (start, _) in clock.states.items()}
+    initial = {**scene.initial, **starts}
+    return replace(scene, system=system, contacts=contacts, outputs=outputs, initial=initial)
+
+
+_MOST = 40  # functions of time; matrices of more states are slower than the series by far
+
+
+class _Clock:
+    """States that stand for functions of time, with their start and rate."""
+
+    def __init__(self, moving: set[sp.Symbol]):
+        self._moving = moving
+        self.states: dict[sp.Symbol, tuple[float, sp.Expr]] = {}
+
+    def read(self, e: sp.Expr) -> sp.Expr:
+        """Return the expression with states in place of functions of time."""
+        e = sp.sympify(e)
+        if TIME not in e.free_symbols:
+            return e
+        waves = {w: self._wave(w) for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols}
+        e = e.xreplace(waves)
+        if not e.has(sp.Pow) or TIME not in e.free_symbols:
+            return e
+        power = lambda a: a.is_Pow and a.base == TIME and a.exp.is_Integer and a.exp > 1  # noqa: E731
+        return sp.expand(e).replace(power, lambda a: self._power(int(a.exp)))
+
+    def _wave(self, wave: sp.Expr) -> sp.Expr:
+        angle = wave.args[0]
+        Omega, phase = sp.diff(angle, TIME), angle.subs(TIME, 0)
+        if TIME in Omega.free_symbols or (Omega.free_symbols | phase.free_symbols) & self._moving:
+            raise NoRoute(f"{wave} is no harmonic of time")
+        if len(self.states) >= _MOST:
+            raise NoRoute(f"more than {_MOST} functions of time, each of which would be a state")
+        c, s = (sp.Symbol(f"{name}({Omega}*t)", real=True) for name in ("cos", "sin"))
+        self.states[c], self.states[s] = (1.0, -Omega * s), (0.0, Omega * c)
+        if wave.func == sp.sin:
+            return sp.sin(phase) * c + sp.cos(phase) * s
+        return sp.cos(phase) * c - sp.sin(phase) * s
+
+    def _power(self, k: int) -> sp.Symbol:
+        if k == 1:
+            return TIME
+        z = sp.Symbol(f"t**{k}", real=True)
+        self.states[z] = 0.0, k * self._power(k - 1)
+        return z

@@ -1,0 +1,124 @@
+"""Contacts on the same two bodies: they share the force that holds them in proportion to their bounds."""
+
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+
+from symfric.lower.cell_edges import Edges
+from symfric.lower.constraint_forces import DISTINCT
+from symfric.model.scene import Scene
+from symfric.model.symbols import TIME
+
+if TYPE_CHECKING:
+    from symfric.lower.automaton import Lowering
+
+
+def parallels(scene: Scene) -> list[tuple[int, float | sp.Expr]]:
+    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone.
+
+    The sign of a factor is known, whatever the parameters in it.
+    """
+    rows = [_row(scene, c.slip) for c in scene.contacts]
+    moving = {*scene.system.states, TIME, *scene.inputs}
+    found = []
+    for i, c in enumerate(scene.contacts):
+        before = [k for k in range(i) if not scene.contacts[k].law.smooth]
+        ratios = ((k, _ratio(rows[i], rows[k], c.slip, scene.contacts[k].slip, moving)) for k in before)
+        alike = ((k, r) for k, r in ratios if r is not None)
+        found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
+    return found
+
+
+def _row(scene: Scene, slip: sp.Expr) -> np.ndarray | None:
+    """Return the slopes of a slip and its value at rest if they are numbers."""
+    u = scene.system.u
+    row = [*(slip.diff(e) for e in u), slip.xreplace(dict.fromkeys(u, sp.Integer(0)))]
+    return np.array(row, dtype=float) if all(e.is_number for e in row) else None
+
+
+def _ratio(
+    row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr, moving: set[sp.Symbol]
+) -> float | sp.Expr | None:
+    """Return what a slip is over another, None unless that is the same at all times; numbers to rounding.
+
+    It may hold parameters if its sign is known from what is assumed of them.
+    """
+    if row is None or other is None:
+        ratio = sp.cancel(slip / other_slip)
+        if ratio.is_number:
+            return float(ratio) if ratio.is_finite and ratio != 0 else None
+        known = not ratio.free_symbols & moving and (ratio.is_positive or ratio.is_negative)
+        return ratio if known else None
+    k = int(np.argmax(np.abs(other[:-1])))
+    ratio = row[k] / other[k]
+    alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))
+    return float(ratio) if alike else None
+
+
+def _sign(factor: float | sp.Expr) -> float:
+    return 1.0 if factor > 0 else -1.0
+
+
+def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
+    """Share the friction forces of sticking contacts.
+
+    Parameters
+    ----------
+    low : Lowering
+    friction : SX
+        Of each contact, those of parallel ones carried by the first that sticks.
+    edges : Edges
+
+    Returns
+    -------
+    friction : SX
+    rooms : list of pairs of SX
+        For each contact, what is left to its bound before it slips backwards, and before it slips forwards.
+    """
+    groups, contacts = parallels(low.scene), low.scene.contacts
+    same = [_sign(factor) for _, factor in groups]  # way of a contact over that of its group
+    sticks = [low.sx(c.law.stick) for c in contacts]
+
+    def shared(way: int) -> tuple[list[ca.SX], ca.SX]:
+        """Return bounds and friction where groups are about to slip in the direction `way`."""
+        loads = [edges.towards(i, ca.SX(way * s), low.load[i]) for i, s in enumerate(same)]
+        bounds = [load * stick for load, stick in zip(loads, sticks, strict=True)]
+        return bounds, _in_proportion(low, friction, bounds, groups)
+
+    back = shared(-1)
+    forth = shared(1) if edges.switches else back
+    rooms, found = [], ca.SX(back[1])
+    for i, s in enumerate(same):
+        (low_bounds, behind), (high_bounds, ahead) = (back, forth) if s > 0 else (forth, back)
+        rooms.append((low_bounds[i] - behind[i], high_bounds[i] + ahead[i]))
+        if edges.switches and [k for k, _ in groups].count(groups[i][0]) > 1:
+            found[i] = ca.if_else(s * back[1][i] >= 0, back[1][i], forth[1][i])
+    return found, rooms
+
+
+def _in_proportion(
+    low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float | sp.Expr]]
+) -> ca.SX:
+    """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
+
+    Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
+    bound of zero.
+    """
+    shared = ca.SX(friction)
+    for first in {k for k, _ in groups}:
+        group = [(i, factor) for i, (k, factor) in enumerate(groups) if k == first]
+        if len(group) < 2:
+            continue
+        factors = {i: low.sx(factor) for i, factor in group}
+        sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
+        whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
+        reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
+        loaded = ca.SX(1)
+        if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
+            loaded = ca.SX(reach > 0)
+            reach = ca.if_else(loaded, reach, 1)
+        for i, factor in group:
+            shared[i] = ca.if_else(sticks[i] * loaded, _sign(factor) * bounds[i] * whole / reach, friction[i])
+    return shared

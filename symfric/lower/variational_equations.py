@@ -1,0 +1,187 @@
+"""The variational equations of an automaton, and what an event does to their solutions.
+
+With ``V = dy/ds`` for every direction s, a parameter or the start of a state,
+
+    V' = df/dy V + df/ds,   V(0) = dy_0/ds.
+
+At an event of the guard g its time moves by ``tau = -(dg/dy V + dg/ds)/g'`` and the states by ``(f_- - f_+) tau``: the
+saltation of Aizerman and Gantmacher (1958), see Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+Systems, section 7.5. A contact that sticks from there on holds its slip at zero, whatever brought it there:
+``J V_u + dw/dq V_q + dw/ds = 0`` is enforced by the impulses that do it, which is what the saltation amounts to.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.automaton import Automaton
+from symfric.lower.constraint_forces import hold
+from symfric.lower.printer import Printer, Switches
+from symfric.model.scene import Scene
+
+
+@dataclass(frozen=True)
+class Variations:
+    """An automaton together with its derivatives in some directions.
+
+    Attributes
+    ----------
+    automaton : Automaton
+        Its states are ``[y; V_1; V_2; ...]``, its rows those of the original and then the derivatives, at a fixed time,
+        of the first ones that are followed, row by row, one for each direction.
+    jump : casadi.Function
+        ``([y; V; t], [p; m_before; m_after; hit]) -> (V, tau, rows, slope, mismatch, slip)`` with the flags of the
+        guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of the
+        integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how much
+        (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c, n_s),
+        row by row; how far (relative) a direction moves the state off the edge of each switch at which a load jumps.
+    start : casadi.Function
+        ``p -> V(0)``, all columns.
+    directions : tuple of str
+    pairs : tuple of (int, int)
+        Directions of the second derivatives, whose columns follow those of the first; no event changes them.
+    followed : int
+    """
+
+    automaton: Automaton
+    jump: ca.Function
+    start: ca.Function
+    directions: tuple[str, ...]
+    pairs: tuple[tuple[int, int], ...]
+    followed: int
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of derivatives."""
+        return len(self.directions) + len(self.pairs)
+
+
+def varied(
+    automaton: Automaton, scene: Scene, directions: Sequence[str], followed: int, second: bool = False
+) -> Variations:
+    """Append the variational equations of an automaton.
+
+    Parameters
+    ----------
+    automaton : Automaton
+    scene : Scene
+        From which the automaton was made.
+    directions : sequence of str
+        Names of parameters in ``automaton.parameters``, or of states, whose starting values are meant.
+    followed : int
+        How many of the rows have derivatives.
+    second : bool
+        Whether second derivatives are wanted; they hold as long as no event occurs.
+    """
+    field, n_s = automaton.field, len(directions)
+    n_x, n_p = field.nnz_in(0), field.nnz_in(2)
+    y, V, t = ca.SX.sym("y", n_x), ca.SX.sym("V", n_x, n_s), ca.SX.sym("t")
+    p, m = ca.SX.sym("p", n_p), ca.SX.sym("m", field.nnz_in(3))
+    names = [s.name for s in automaton.parameters]
+    chosen = ca.SX(n_p, n_s)
+    for k, name in enumerate(directions):
+        if name in names:
+            chosen[names.index(name), k] = 1
+    along = lambda e: ca.jacobian(e, y) @ V + ca.jacobian(e, p) @ chosen  # noqa: E731
+    rate, guards, rows = field(y, t, p, m)
+    flat = lambda e: ca.vec(ca.densify(e).T)  # noqa: E731, row by row
+    pairs = tuple(itertools.combinations_with_replacement(range(n_s), 2)) if second else ()
+    W = ca.SX.sym("W", n_x, len(pairs))
+
+    def columns(e: ca.SX) -> ca.SX:
+        """Return the first and second derivatives of an expression of y, one column each."""
+        first = ca.densify(along(e))
+        found = [first]
+        for k, (i, j) in enumerate(pairs):
+            e_i = first[:, i]
+            rise = ca.jacobian(e_i, y) @ V[:, j] + ca.jacobian(e_i, p) @ chosen[:, j] + ca.jacobian(e, y) @ W[:, k]
+            found.append(ca.densify(rise))
+        return ca.horzcat(*found)
+
+    state = ca.vertcat(y, ca.vec(V), ca.vec(W))
+    out = [ca.vertcat(rate, ca.vec(columns(rate))), guards, ca.vertcat(rows, flat(columns(rows[:followed])))]
+    wide = ca.Function("field", [state, t, p, m], out, field.name_in(), field.name_out())
+    gauge = automaton.gauge(y, t, p)
+    names_out = automaton.gauge.name_out()
+    return Variations(
+        automaton=replace(
+            automaton,
+            field=wide,
+            gauge=ca.Function("gauge", [state, t, p], list(gauge), ["y", "t", "p"], names_out),
+            states=(*automaton.states, *(f"d{x}/d{s}" for s in [*directions, *pairs] for x in automaton.states)),
+        ),
+        jump=_jump(automaton, y, V, W, t, p, along, flat, followed),
+        start=_start(automaton, scene, directions, pairs),
+        directions=tuple(directions),
+        pairs=pairs,
+        followed=followed,
+    )
+
+
+def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
+    n_m, n_g, n_c = automaton.n_mode, automaton.n_guards, len(automaton.contacts)
+    before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
+    rate, guards, rows = automaton.field(y, t, p, before)
+    next_rate, _, next_rows = automaton.field(y, t, p, after)
+    slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
+    gain = ca.densify(along(guards))
+    firsts, any_before = [], ca.SX(0)
+    for g in range(n_g):
+        firsts.append(ca.if_else(any_before > 0.5, 0, hit[g]))
+        any_before = ca.fmax(any_before, hit[g])
+    first = ca.vertcat(*firsts) if firsts else ca.SX(0, 1)
+    divisor = ca.dot(first, slope) if n_g else ca.SX(0)
+    tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
+    moved = V + (rate - next_rate) @ tau
+    jumps = (rows - next_rows)[:followed] @ tau
+    both = slope @ tau
+    apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
+    mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
+    gauge = dict(zip(automaton.gauge.name_out(), automaton.gauge(y, t, p), strict=True))
+    slips = ca.substitute(ca.densify(along(gauge["w"])), V, moved) if n_c else ca.SX(0, V.shape[1])
+    if n_c:
+        n_u = automaton.n_q
+        u = slice(automaton.n_q, automaton.n_q + n_u)
+        J, back = ca.jacobian(gauge["w"], y)[:, u], ca.reshape(gauge["spread"], n_c, n_u).T
+        rest, stick = ca.SX.zeros(n_u), after[:n_c] == 1
+        for k in range(V.shape[1]):
+            moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
+    state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
+    data = ca.vertcat(p, before, after, hit)
+    n_w = W.shape[1]  # zeros where second derivatives have nothing to say
+    tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
+    jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
+    edges = [2 * n_c + j for j in automaton.at_edges]
+    most = ca.fabs(ca.jacobian(guards[edges], y)) @ ca.fabs(V) if edges else ca.SX(0, V.shape[1])
+    off = [ca.mmax(ca.fabs(gain[g, :])) / (ca.mmax(most[k, :]) + 1e-300) for k, g in enumerate(edges)]
+    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)
+    return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
+
+
+def _start(automaton: Automaton, scene: Scene, directions: Sequence[str], pairs) -> ca.Function:
+    """Return how the start depends on the directions."""
+    p = ca.SX.sym("p", len(automaton.parameters))
+    symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
+    of = {s.name: s for s in scene.values}
+    show = Printer(symbols, set(), Switches())
+    fixed = {s: v for s, v in scene.parameter_values().items() if s not in symbols}
+    columns = []
+    for name in directions:
+        if name in automaton.states:
+            columns.append(ca.SX([float(s.name == name) for s in scene.system.states]))
+        else:
+            columns.append(ca.vertcat(*(show(_slope(e, [of[name]], fixed)) for e in scene.initial.values())))
+    for names in ([directions[k] for k in pair] for pair in pairs):
+        if any(name in automaton.states for name in names):
+            columns.append(ca.SX.zeros(len(automaton.states)))
+        else:
+            twice = [of[name] for name in names]
+            columns.append(ca.vertcat(*(show(_slope(e, twice, fixed)) for e in scene.initial.values())))
+    return ca.Function("start", [p], [ca.densify(ca.vertcat(*columns))])
+
+
+def _slope(e, symbols: Sequence[sp.Symbol], fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
+    return sp.sympify(e).diff(*symbols).xreplace({s: sp.Float(v) for s, v in fixed.items()})

@@ -1,0 +1,19 @@
+"""Ready scenes of the sources; symbols carry the argument's name, so ``scene.where({"v_b": .3})`` works."""
+
+from symfric.model.scenes.absorber import absorber
+from symfric.model.scenes.belt import mass_on_belt
+from symfric.model.scenes.damper import contact_damper
+from symfric.model.scenes.isolator import rolling_isolator
+from symfric.model.scenes.oscillators import coulomb_oscillator
+from symfric.model.scenes.slides import drive_slide, drive_stop, two_slides
+
+__all__ = [
+    "absorber",
+    "contact_damper",
+    "coulomb_oscillator",
+    "drive_slide",
+    "drive_stop",
+    "mass_on_belt",
+    "rolling_isolator",
+    "two_slides",
+]

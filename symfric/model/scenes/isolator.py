@@ -1,0 +1,176 @@
+"""The ready scene of a mass on rolling bearings with a damper, shaken by the ground."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model import laws
+from symfric.model.outputs import At, Max
+from symfric.model.scene import Scene
+from symfric.model.symbols import finite
+from symfric.model.system import Contact, Signal, System
+
+_U, _W = sp.symbols("u w", real=True)
+_STRETCH = sp.Symbol("stretch", positive=True)
+_RUN_OUT = 20.0  # s after the record, in which the mass comes to rest
+
+
+@alone(SYMBOLIC)
+def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
+    r"""Mass on a rough floor that moves with the ground: :math:`m(w' + a_g) = -C w - \mathrm{sgn}(w)\,\mu(u)\,m g`.
+
+    Parameters
+    ----------
+    C : float
+        Damping constant between mass and ground, N s/m.
+    m : float
+        Mass, kg.
+    motion : Signal or Motion
+        Acceleration of the ground, m/s^2, linear between its samples.
+    profile : float, pair of floats, or (edges, values)
+        Coefficient of rolling friction over the displacement u: a number mu; (mu0, R) for ``mu0 + R |u|``; or arrays of
+        n + 1 increasing edges of cells, in m, with n values (constant in each cell) or n + 1 (linear between the edges,
+        constant beyond the outermost).
+    g : float
+        Gravity, m/s^2.
+    horizon : float, optional
+        s; unless given, 20 s longer than the record, so that the mass comes to rest.
+
+    Notes
+    -----
+    u and w are displacement and velocity of the mass relative to the ground; a roller moves half of u. ``amplitude``, 1
+    unless changed by ``where``, multiplies the motion, ``stretch`` the positions of the cells where that changes the
+    floor (an edge at u = 0 stays there). Outputs:
+    `peak_acceleration` of the mass in space, `peak_velocity` and `peak_displacement` relative to the ground, `residual`
+    displacement at the horizon and `residual_end_of_record`. From the study of scaled rolling isolation, figure 1, with
+    sticking as the set-valued law has it; its own scheme tests w == 0 at the ends of fixed steps.
+    """
+    signal = motion if isinstance(motion, Signal) else _signal(motion)
+    values = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
+    C_, m_, g_, a_g, amplitude = sp.symbols("C m g a_g amplitude", real=True)
+    values["amplitude"] = 1.0
+    coefficient, more = _profile(profile)
+    friction = sp.Symbol("friction_force(floor)", real=True)
+    horizon = signal.t_end + _RUN_OUT if horizon is None else finite(horizon, "horizon")
+    return Scene(
+        system=System(q=[_U], u=[_W], mass=[[m_]], force=[-C_ * _W - m_ * amplitude * a_g]),
+        contacts=[Contact("floor", slip=_W, normal=m_ * g_, law=laws.coulomb(1), profile=coefficient)],
+        values={**values, **more},
+        inputs={a_g: signal},
+        initial={_U: 0.0, _W: 0.0},
+        horizon=horizon,
+        outputs={
+            "peak_acceleration": Max(sp.Abs((friction - C_ * _W) / m_)),
+            "peak_velocity": Max(sp.Abs(_W)),
+            "peak_displacement": Max(sp.Abs(_U)),
+            "residual": At(_U),
+            "residual_end_of_record": At(_U, signal.t_end),
+        },
+    )
+
+
+def _signal(motion) -> Signal:
+    samples, dt = getattr(motion, "samples", None), getattr(motion, "dt", None)
+    if samples is None or dt is None:
+        raise SceneError(f"motion is {motion!r}; give a sf.Signal or what sf.motions reads")
+    return Signal(samples, dt, unit="m/s^2")
+
+
+def _profile(profile) -> tuple[sp.Expr, dict]:
+    """Return the coefficient of friction over u and the values of its symbols."""
+    if not isinstance(profile, Sequence | np.ndarray):
+        return sp.Symbol("mu", real=True), {"mu": _coefficient(profile, "mu")}
+    if len(profile) != 2:
+        raise SceneError(f"profile has {len(profile)} parts; give mu, (mu0, R), or (edges, values)")
+    if all(np.ndim(part) == 0 for part in profile):
+        values = {"mu0": _coefficient(profile[0], "mu0"), "R": finite(profile[1], "R")}
+        return sp.Symbol("mu0", real=True) + sp.Symbol("R", real=True) * sp.Abs(_U), values
+    edges, numbers = (np.asarray(part, dtype=float) for part in profile)
+    _check_cells(edges, numbers)
+    if numbers.size == edges.size - 1:
+        lines = [sp.Float(v) for v in numbers]
+        pieces = [(line, _U < _STRETCH * edge) for line, edge in zip(lines[:-1], edges[1:-1].tolist(), strict=True)]
+        return _stretched(sp.Piecewise(*pieces, (lines[-1], True)))
+    slopes = np.diff(numbers) / np.diff(edges)
+    lines = [
+        sp.Float(v) + sp.Float(k) * (_U / _STRETCH - sp.Float(e))
+        for v, k, e in zip(numbers, slopes, edges, strict=False)
+    ]
+    pieces = [(sp.Float(numbers[0]), _U < _STRETCH * edges[0])]
+    pieces += [(line, _U < _STRETCH * edge) for line, edge in zip(lines, edges[1:].tolist(), strict=True)]
+    return _stretched(sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)))
+
+
+def _stretched(profile: sp.Expr) -> tuple[sp.Expr, dict]:
+    """Return a profile and the value of its stretch, which one without edges or with one at u = 0 does not have."""
+    return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
+
+
+def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.ndarray, np.ndarray]:
+    """Return edges and coefficients of n equal cells about u = 0, drawn at random and then given their mean exactly.
+
+    Parameters
+    ----------
+    length : float
+        Of the floor, m.
+    n : int
+        At least two.
+    mean, deviation : float
+        Mean and standard deviation of the coefficients, which they have exactly.
+    spread : float, optional
+        Largest distance from the mean of the distribution they are drawn from, a symmetric beta distribution with this
+        range and deviation; the uniform one, ``sqrt(3) deviation``, unless given.
+    seed : int
+
+    Returns
+    -------
+    edges : ndarray, shape (n + 1,)
+    values : ndarray, shape (n,)
+
+    Raises
+    ------
+    SceneError
+        If a number is out of range, or a coefficient comes out negative.
+
+    Notes
+    -----
+    The study of scaled rolling isolation gives range, mean and deviation of its cases 2 and 3, and neither their cells
+    nor how they were drawn: a beta distribution is a choice.
+    """
+    length, mean, deviation = finite(length, "length"), finite(mean, "mean"), finite(deviation, "deviation")
+    spread = math.sqrt(3) * deviation if spread is None else finite(spread, "spread")
+    if not (length > 0 and isinstance(n, int) and n >= 2 and deviation > 0):
+        raise SceneError("a patched floor needs a positive length, at least two cells and a positive deviation")
+    if spread <= deviation:
+        raise SceneError(f"spread is {spread:g}; nothing within it has the deviation {deviation:g}")
+    shape = 0.5 * ((spread / deviation) ** 2 - 1.0)
+    drawn = np.random.default_rng(seed).beta(shape, shape, n)
+    values = mean + deviation * (drawn - drawn.mean()) / drawn.std()
+    if np.any(values < 0):
+        raise SceneError(f"a coefficient comes out as {values.min():.3g}; take a smaller deviation or spread")
+    return length * np.linspace(-0.5, 0.5, n + 1), values
+
+
+def _coefficient(value, name: str) -> float:
+    number = finite(value, name)
+    if number < 0:
+        raise SceneError(f"{name} is {number:g}; a coefficient of friction must not be negative")
+    return number
+
+
+def _check_cells(edges: np.ndarray, values: np.ndarray) -> None:
+    if edges.ndim != 1 or values.ndim != 1 or edges.size < 2 or values.size not in (edges.size, edges.size - 1):
+        raise SceneError(
+            f"profile has {edges.size} edges and {values.size} values; give n + 1 edges with n values (constant "
+            "cells) or n + 1 values (straight lines)"
+        )
+    if not (np.all(np.isfinite(edges)) and np.all(np.isfinite(values))):
+        raise SceneError("profile holds a number that is not finite")
+    if np.any(np.diff(edges) <= 0):
+        raise SceneError(f"the edges of the profile must increase; edge {int(np.argmin(np.diff(edges))) + 1} does not")
+    if np.any(values < 0):
+        raise SceneError(f"value {int(np.argmin(values))} of the profile is negative; friction must not be")

@@ -1,0 +1,152 @@
+"""Checks of a scene's input that need more than one of its parts, or numbers."""
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.numeric import numeric_function
+from symfric.model.symbols import SPEED, TIME, nearest
+from symfric.model.system import Contact, System
+
+_SEED = 19
+
+
+def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
+    """Raise unless the names differ, the slips are linear in u and the normal loads free of u-dependent friction."""
+    names = [c.name for c in contacts]
+    for i, contact in enumerate(contacts):
+        if contact.name in names[:i]:
+            raise SceneError(f"two contacts are called {contact.name!r}; give each its own name")
+        slopes = [contact.slip.diff(u) for u in system.u]
+        if any(slope.free_symbols & set(system.u) for slope in slopes):
+            raise SceneError(
+                f"slip of contact {contact.name!r} is {contact.slip}, which is not linear in the velocities u"
+            )
+        if all(slope.is_zero for slope in slopes):
+            raise SceneError(
+                f"slip of contact {contact.name!r} is {contact.slip}; it contains no velocity of the system"
+            )
+        if contact.slip.free_symbols & set(system.z):
+            raise SceneError(f"slip of contact {contact.name!r} is {contact.slip}; it may not depend on z")
+        if contact.profile.free_symbols & {*system.u, *system.z, TIME}:
+            raise SceneError(f"profile of contact {contact.name!r} is {contact.profile}; it may depend on q only")
+
+
+def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parameters: set[str]) -> None:
+    """Raise on a symbol that nobody gives a value, on a reserved one, and on two that share a name."""
+    seen: dict[str, sp.Symbol] = {}
+    for symbol in sorted(symbols, key=str):
+        name = symbol.name
+        if symbol == SPEED:
+            raise SceneError("sf.SPEED is used outside a law; name your own velocity with another symbol")
+        if name == TIME.name and symbol != TIME:
+            raise SceneError("t is reserved for time; use sf.TIME")
+        if name in allowed:
+            if allowed[name] != symbol:
+                raise SceneError(
+                    f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
+                )
+            continue
+        if name not in parameters:
+            hint = nearest(name, parameters | set(allowed)) if parameters else ""
+            raise SceneError(f"no value for {name}; add it to Scene.values" + (hint if "did you" in hint else ""))
+        if seen.setdefault(name, symbol) != symbol:
+            raise SceneError(
+                f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
+            )
+
+
+def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str) -> None:
+    """Raise if a Piecewise in `expr` jumps where its condition changes.
+
+    Each condition's boundary is solved for a symbol in which it is linear or quadratic, and the two neighbouring
+    branches are compared there for three random values of the others. Other boundaries are not looked at.
+    """
+    for piecewise in expr.atoms(sp.Piecewise):
+        relations = sorted({r for _, c in piecewise.args for r in c.atoms(sp.core.relational.Relational)}, key=str)
+        for relation in relations:
+            boundary = (relation.lhs - relation.rhs).xreplace(numbers)
+            for unknown in sorted(boundary.free_symbols, key=str):
+                if boundary.is_polynomial(unknown) and sp.degree(boundary, unknown) <= 2:
+                    _compare_across(piecewise.xreplace(numbers), boundary, unknown, what)
+                    break
+
+
+def made_of_cells(profile: sp.Expr) -> bool:
+    """Return whether a friction profile is a number in each of several intervals of one coordinate.
+
+    It may jump then: a body passes an edge of such a cell with a velocity, and the jump of its friction is that of a
+    floor patched from different pieces.
+    """
+    if not isinstance(profile, sp.Piecewise):
+        return False
+    values, conditions = zip(*profile.args, strict=True)
+    edges = [c for c in conditions if c != sp.true]
+    if not all(isinstance(c, sp.core.relational.Relational) and c.lhs.is_Symbol for c in edges):
+        return False
+    coordinates = {c.lhs for c in edges}
+    return len(coordinates) == 1 and not any(v.free_symbols & coordinates for v in values)
+
+
+def _compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symbol, what: str) -> None:
+    rng = np.random.default_rng(_SEED)
+    others = sorted((piecewise.free_symbols | boundary.free_symbols) - {unknown}, key=str)
+    evaluate = numeric_function((unknown, *others), piecewise)
+    for _ in range(3):
+        point = dict(zip(others, rng.uniform(0.5, 1.5, len(others)), strict=True))
+        coefficients = [complex(c) for c in sp.Poly(boundary.xreplace(point), unknown).all_coeffs()]
+        roots = np.roots(coefficients) if np.all(np.isfinite(coefficients)) else np.zeros(0)
+        for root in (r.real for r in roots if abs(r.imag) < 1e-12 and not (unknown.is_positive and r.real <= 0)):
+            step = 1e-7 * max(1.0, abs(root))
+            at = [float(evaluate(root + d, *point.values())) for d in (-2 * step, -step, step, 2 * step)]
+            slope = max(abs(at[1] - at[0]), abs(at[3] - at[2]))
+            if abs(at[2] - at[1]) > 20 * slope + 1e-9 * max(1.0, abs(at[1])):
+                raise SceneError(
+                    f"{what} jumps by {at[2] - at[1]:.3g} at {unknown} = {root:.6g}; "
+                    "a Piecewise must be continuous, and jumps of friction are contacts"
+                )
+
+
+def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:
+    """Evaluate in floating point (exactly, cosh(exp(1e9)) has more digits than memory); None if symbols remain."""
+    symbols = tuple(sorted(expr.free_symbols, key=str))
+    if not set(symbols) <= set(numbers):
+        return None
+    return float(numeric_function(symbols, expr)(*(numbers[s] for s in symbols)))
+
+
+def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
+    """Return what terms that cancel may leave of zero."""
+    terms = [_number(term, numbers) for term in sp.Add.make_args(sp.expand(expr))]
+    return 1e-14 * sum(abs(term) for term in terms if term is not None) if len(terms) > 1 else 0.0
+
+
+def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float]) -> None:
+    """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
+    entries = [_number(e, numbers) for e in system.mass]
+    if None in entries:
+        return
+    mass = np.array(entries).reshape(system.mass.shape)
+    if not np.all(np.isfinite(mass)) or np.min(np.linalg.eigvalsh(mass)) <= 0:
+        raise SceneError(f"the mass matrix is not positive definite at the start: {mass.tolist()}")
+    fixed = {s: v for s, v in numbers.items() if s not in {*system.states, TIME}}
+    for i, e in enumerate(system.force):
+        value = _number(e, numbers)
+        if value is not None and not np.isfinite(value):
+            raise SceneError(f"force[{i}] is {value} at the start; it must be finite")
+    for contact in contacts:
+        normal = _number(contact.normal, numbers)
+        if normal is not None and not normal >= -_rounding(contact.normal, numbers):
+            raise SceneError(
+                f"normal of contact {contact.name!r} is {normal:.6g} at the start; it must not be negative"
+            )
+        rest, stick = (_number(e, numbers) for e in (contact.law.at_rest, contact.law.stick))
+        if rest is not None and stick is not None and rest > stick * (1 + 1e-12) + 1e-300:
+            raise SceneError(
+                f"law of contact {contact.name!r}: the static coefficient {stick:.6g} is smaller than the "
+                f"kinetic one at rest, {rest:.6g}; neither sticking nor slipping would be possible between them"
+            )
+        check_continuous(contact.law.kinetic, fixed, f"law of contact {contact.name!r}")
+        if not made_of_cells(contact.profile):
+            check_continuous(contact.profile, fixed, f"profile of contact {contact.name!r}")
+        check_continuous(contact.normal, fixed, f"normal of contact {contact.name!r}")

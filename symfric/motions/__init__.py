@@ -1,0 +1,81 @@
+"""Ground motions: read from files, made from nothing, scaled as one or as a set."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.model.numeric import Floats
+from symfric.model.symbols import finite
+from symfric.motions.motion import Motion
+from symfric.motions.record_files import read_at2, read_text
+from symfric.motions.spectrum import Spectrum
+from symfric.motions.synthetic import Misfit, eurocode8, misfit, sine_burst, synthetic
+from symfric.motions.units import factor_of
+
+__all__ = [
+    "Misfit",
+    "Motion",
+    "Spectrum",
+    "eurocode8",
+    "mean_spectrum",
+    "misfit",
+    "read_at2",
+    "read_text",
+    "scaled_set",
+    "sine_burst",
+    "synthetic",
+]
+
+
+def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0.05) -> Spectrum:
+    """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs."""
+    found = [m.spectrum(periods, damping) for m in _set(motions)]
+    return Spectrum(
+        found[0].periods,
+        found[0].damping,
+        np.mean([s.displacement for s in found], axis=0),
+        np.mean([s.pseudo_velocity for s in found], axis=0),
+        np.mean([s.pseudo_acceleration for s in found], axis=0),
+        f"mean of {len(found)} motions",
+    )
+
+
+def scaled_set(
+    motions: Sequence[Motion], pga: float, unit: str = "m/s^2", *, by: str = "mean spectrum"
+) -> tuple[Motion, ...]:
+    """Scale a set of motions to a peak acceleration.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    pga : float
+        In `unit`.
+    unit : str
+    by : {'mean spectrum', 'record'}
+        'mean spectrum': all by one factor, so that the mean spectrum has `pga` at period 0, as the study of scaled
+        rolling isolation does (its section 2.2): the motions keep their ratios, and most of them have another PGA.
+        'record': each by its own factor, so that each has `pga`.
+
+    Returns
+    -------
+    tuple of Motion
+    """
+    motions = _set(motions)
+    wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
+    if wanted <= 0:
+        raise SceneError(f"pga is {pga}; it must be positive")
+    if by == "record":
+        return tuple(m.scaled(wanted) for m in motions)
+    if by != "mean spectrum":
+        raise SceneError(f"by is {by!r}; scale by 'mean spectrum' or by 'record'")
+    mean = float(np.mean([m.pga for m in motions]))
+    if mean == 0:
+        raise SceneError("every motion of the set is zero; it cannot be scaled")
+    return tuple(m.times(wanted / mean) for m in motions)
+
+
+def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:
+    if isinstance(motions, Motion) or not all(isinstance(m, Motion) for m in motions) or not len(motions):
+        raise SceneError("a set of motions is a list of sf.motions.Motion, at least one")
+    return tuple(motions)

@@ -1,0 +1,167 @@
+"""A ground motion: acceleration at a constant step, and what it does to oscillators."""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symfric.axes import new_axes
+from symfric.errors import SceneError
+from symfric.locks import DRAWING, alone
+from symfric.model.notebook import html_table
+from symfric.model.numeric import Floats
+from symfric.model.symbols import finite
+from symfric.model.system import Signal
+from symfric.motions.units import G, factor_of
+
+if TYPE_CHECKING:
+    from symfric.motions.spectrum import Spectrum
+
+_WHOLE = 1e-9  # of a step: nearer than that a time is a sample's own
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion:
+    """Acceleration of the ground, linear between its samples.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        At least two. In `unit` when given, in m/s^2 ever after.
+    dt : float
+        Sampling interval, s.
+    unit : str
+        'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2' when given; 'm/s^2' ever after.
+    name, note : str
+        For reading: the name of the file, what its header says.
+    """
+
+    samples: np.ndarray
+    dt: float
+    unit: str = "m/s^2"
+    name: str = "motion"
+    note: str = field(default="")
+
+    def __post_init__(self):
+        factor = factor_of(self.unit, f"the unit of {self.name}")
+        try:
+            samples = np.array(self.samples, dtype=float)
+        except (TypeError, ValueError):
+            raise SceneError(f"the samples of {self.name} are no numbers; give a row of accelerations") from None
+        if samples.ndim != 1 or samples.size < 2:
+            raise SceneError(f"{self.name} has samples of shape {samples.shape}; give a row of at least two")
+        if not np.all(np.isfinite(samples)):
+            raise SceneError(f"sample {int(np.flatnonzero(~np.isfinite(samples))[0])} of {self.name} is not finite")
+        if factor != 1.0:
+            samples *= factor
+        samples.setflags(write=False)
+        object.__setattr__(self, "samples", samples)
+        object.__setattr__(self, "unit", "m/s^2")
+        object.__setattr__(self, "dt", finite(self.dt, f"dt of {self.name}"))
+        if self.dt <= 0:
+            raise SceneError(f"dt of {self.name} is {self.dt}; it must be positive")
+
+    @property
+    def pga(self) -> float:
+        """Largest magnitude, m/s^2."""
+        return float(np.max(np.abs(self.samples)))
+
+    @property
+    def pga_g(self) -> float:
+        """Largest magnitude in units of g = 9.81 m/s^2."""
+        return self.pga / G
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return self.dt * (self.samples.size - 1)
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times of the samples from 0, shape (n,)."""
+        return self.dt * np.arange(self.samples.size)
+
+    @property
+    def final_velocity(self) -> float:
+        """Velocity left at the end, m/s; exact for straight lines between the samples."""
+        a = self.samples
+        return float(self.dt * (a.sum() - 0.5 * (a[0] + a[-1])))
+
+    def scaled(self, pga: float, unit: str = "m/s^2") -> "Motion":
+        """Return the motion with another peak acceleration, given in `unit`."""
+        wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
+        if wanted <= 0:
+            raise SceneError(f"pga is {pga}; it must be positive")
+        if self.pga == 0:
+            raise SceneError(f"{self.name} is zero throughout; it cannot be scaled to a peak")
+        return self.times(wanted / self.pga)
+
+    def times(self, factor: float) -> "Motion":
+        """Return the motion with every sample multiplied."""
+        return replace(self, samples=self.samples * finite(factor, "factor"))
+
+    def resampled(self, dt: float) -> "Motion":
+        """Return the motion at another step, on its own straight lines.
+
+        The same motion if `dt` divides the present step. A longer step skips samples, with their peaks, and nothing is
+        filtered; the part of the record beyond the last whole step is left out.
+        """
+        dt = finite(dt, "dt")
+        if not 0 < dt <= self.duration * (1 + _WHOLE):
+            raise SceneError(f"dt is {dt:g}; {self.name} can be resampled at steps up to its {self.duration:g} s")
+        count = int(np.floor(self.duration / dt + _WHOLE)) + 1
+        place = np.arange(count) * (dt / self.dt)
+        whole = np.rint(place)
+        place = np.where(np.abs(place - whole) < _WHOLE * np.maximum(whole, 1.0), whole, place)
+        left = np.minimum(place.astype(int), self.samples.size - 2)
+        a = self.samples
+        part = place - left
+        between = a[left] + part * (a[left + 1] - a[left])
+        return replace(self, samples=np.where(part == 1.0, a[left + 1], between), dt=dt)
+
+    def signal(self, t0: float = 0.0) -> Signal:
+        """Return the input of a scene: ``inputs={a_g: motion.signal()}``."""
+        return Signal(self.samples, self.dt, t0, self.unit)
+
+    def spectrum(self, periods: Floats, damping: float = 0.05) -> "Spectrum":
+        """Return the response spectrum; see `symfric.motions.spectrum.spectrum`."""
+        from symfric.motions.spectrum import spectrum
+
+        return spectrum(self, periods, damping)
+
+    @alone(DRAWING)
+    def plot(self, ax=None):
+        """Draw acceleration against time; return the Axes."""
+        if ax is None:
+            ax = new_axes(layout="constrained")
+        ax.plot(self.t, self.samples, lw=0.8)
+        ax.set_xlabel("time t [s]")
+        ax.set_ylabel("acceleration [m/s²]")
+        ax.set_title(self.name)
+        return ax
+
+    def _repr_html_(self) -> str:
+        seen = {"samples": self.samples.size, "dt [s]": self.dt, "duration [s]": self.duration, "PGA [g]": self.pga_g}
+        return html_table(self.name, seen | ({"note": self.note} if self.note else {}))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data, samples included."""
+        return {
+            "name": self.name,
+            "note": self.note,
+            "unit": self.unit,
+            "dt": self.dt,
+            "npts": self.samples.size,
+            "pga": self.pga,
+            "samples": self.samples.tolist(),
+        }
+
+    def to_xarray(self):
+        """Return an xarray.DataArray over time."""
+        import xarray as xr
+
+        attrs = {"units": self.unit, "dt": self.dt, "note": self.note}
+        return xr.DataArray(self.samples, dims="t", coords={"t": self.t}, name=self.name, attrs=attrs)
+
+    def __repr__(self) -> str:
+        return f"Motion({self.name}, {self.samples.size} samples, dt={self.dt:g} s, PGA {self.pga_g:.4g} g)"

@@ -1,0 +1,1 @@
+"""Branches of limit cycles, their special points, and curves of these."""

@@ -1,0 +1,263 @@
+"""Where a branch of closed orbits changes its kind: the equations that hold there."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symfric.errors import NotFound
+from symfric.lower.relaxed_guards import GAPS
+from symfric.orbits.cycle import multipliers_of
+from symfric.orbits.flow_map import Flow, Guard, Passage
+from symfric.orbits.shooting import Point, System, Test, ranges, solve
+
+LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
+EDGE = 3e-6  # of the size of a guard: how far from an edge an orbit is from which the one on it is extrapolated
+WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
+_NEAR = 1e-8  # of the ranges: steps of differences that stay on one side of the edge
+_BISECTIONS = 60
+TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard is touched
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What holds at a special point.
+
+    Attributes
+    ----------
+    kind : str
+        "fold", "flip", "neimark-sacker", "stick-onset", "grazing", or "half-range": that of the first state is `level`.
+    guard : int
+        Of `Passage.gaps`, the one that is touched, if one is; else -1.
+    landing : bool
+        Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
+        the orbit is followed as if it ignored the touch.
+    turn : (int, int) or None
+        A contact, and which of the ends of its slips in one period just fails to be a stick: the force that holds it
+        there is all that static friction can bear.
+    side : int
+        Where static friction exceeds kinetic friction, the orbits on both sides differ, and the edge is approached from
+        one of them. Of a turn, 1 by orbits that stick there, -1 by orbits that slip back; of a guard, 1 by orbits that
+        do not touch it. Otherwise 0.
+    event : int
+        Of the orbit, one whose guard just touches zero, by its place among the events in a period; else -1. Such orbits
+        are the less differentiable the nearer they are to the edge, so they keep a distance of `deep`.
+    deep : float
+    level : float
+    """
+
+    kind: str
+    guard: int = -1
+    landing: bool = False
+    turn: tuple[int, int] | None = None
+    side: int = 0
+    event: int = -1
+    deep: float = 0.0
+    level: float = 0.0
+
+    @property
+    def depth(self) -> float:
+        """What the solutions of `system` lack of the edge itself, in sizes of the guard."""
+        return self.deep if self.event >= 0 else EDGE if self.landing else -self.side * EDGE
+
+    def system(self, system: System, size: float) -> System:
+        """Return the equations of closed orbits with this condition; `size` is that of the guard."""
+        if self.kind == "half-range":
+            return replace(system, test=Test(lambda z, passage: 0.5 * ranges(passage)[0] / self.level - 1.0))
+        if self.turn:
+            return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, self)))
+        if self.event >= 0:
+            return replace(system, test=_graze(system, self))
+        if self.guard < 0:
+            return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
+        if self.side:
+            return replace(system, test=_touch(self, size))
+        lift = lift_of(system.flow, self.guard, size)
+        if self.landing:
+            return replace(system, test=_landing(system, self.guard, size, lift))
+        return replace(system, test=_touch(self, size), lift=lift)
+
+
+def signature(passage: Passage) -> tuple[tuple[int, int, int], ...]:
+    """Return the changes of mode in their cyclic order, beginning with the least."""
+    changes = [(i, a, b) for _, i, a, b in passage.events]
+    turns = [tuple(changes[k:] + changes[:k]) for k in range(len(changes))]
+    return min(turns, default=())
+
+
+def flip(passage: Passage, free: bool) -> float:
+    """Return what vanishes where a nontrivial multiplier is -1."""
+    return float(np.prod(1.0 + _others(passage, free)).real)
+
+
+def fold(passage: Passage, free: bool) -> float:
+    """Return what vanishes where a nontrivial multiplier is 1."""
+    return float(np.prod(1.0 - _others(passage, free)).real)
+
+
+def torus(passage: Passage, free: bool) -> float:
+    """Return what vanishes where two nontrivial multipliers have the product 1: a pair on the unit circle."""
+    pairs = itertools.combinations(_others(passage, free), 2)
+    return float(np.prod([1.0 - a * b for a, b in pairs]).real)
+
+
+SMOOTH: dict[str, Callable[[Passage, bool], float]] = {"fold": fold, "flip": flip, "neimark-sacker": torus}
+
+
+def is_pair(passage: Passage, free: bool) -> bool:
+    """Whether the pair of multipliers whose product is nearest to 1 is complex; a real one is a neutral saddle."""
+    pairs = list(itertools.combinations(_others(passage, free), 2))
+    nearest = min(pairs, key=lambda pair: abs(1.0 - pair[0] * pair[1]))
+    return abs(np.imag(nearest[0])) > 0
+
+
+def _others(passage: Passage, free: bool) -> np.ndarray:
+    multipliers, trivial = multipliers_of(passage, free)
+    return np.delete(multipliers, trivial) if trivial is not None else multipliers
+
+
+def _touch(condition: Condition, size: float) -> Test:
+    """Return the equation that a guard just touches zero, or is as far from it as the condition says."""
+    k = condition.guard
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        n_p = passage.gaps_by_value.shape[1]
+        parts = passage.gaps_by_start[k], np.zeros(z.size - passage.end.size - n_p), passage.gaps_by_value[k]
+        return np.concatenate(parts) / size
+
+    return Test(lambda z, passage: float(passage.gaps[k] / size) + condition.depth, slopes)
+
+
+def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
+    """Return the equation that the first event of the orbit lies where guard k only just touches zero."""
+    flow = system.flow
+
+    def ignoring(z: np.ndarray, passage: Passage) -> Passage:
+        start, period, values = system.unpack(z)
+        first = passage.events[0][0] if passage.events else 0.0
+        return flow.run(start, values, first + WINDOW * period, lift)
+
+    def value(z: np.ndarray, passage: Passage) -> float:
+        return float(ignoring(z, passage).gaps[k] / size) + EDGE
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        beyond = ignoring(z, passage)
+        return np.concatenate([beyond.gaps_by_start[k], np.zeros(int(system.free)), beyond.gaps_by_value[k]]) / size
+
+    return Test(value, slopes)
+
+
+def has_others(passage: Passage, k: int) -> bool:
+    """Whether guard k ends a mode somewhere on the orbit: a lift would do away with that as well."""
+    contact, row = divmod(k, GAPS)
+    begins = [before == 0 for _, i, before, _ in passage.events if i == contact]
+    return not all(begins) if row == 0 else any(begins)
+
+
+def at_the_edge(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+    """Return what leads from an orbit with a condition to the edge itself, (n_z,).
+
+    At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
+    """
+    if not condition.depth:
+        return np.zeros(point.z.size)
+    A, rest = point.slopes, np.append(np.zeros(point.rest.size - 1), condition.depth)
+    if normal is not None:
+        A, rest = np.vstack([A, normal]), np.append(rest, 0.0)
+    return np.linalg.lstsq(A, rest, rcond=None)[0]
+
+
+def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
+    """Return what static friction has left to hold a contact at one of the ends of its slips.
+
+    Raises
+    ------
+    NotFound
+        If there is no such end.
+    """
+    ends = slip_ends(passage, contact)
+    if which >= len(ends):
+        raise NotFound("the contact no longer turns there")
+    start, _, values = system.unpack(z)
+    return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
+
+
+def _turn(system: System, z: np.ndarray, passage: Passage, condition: Condition) -> float:
+    """Return what is left of the static bound where a slip ends, relative to it, from the depth of the condition."""
+    assert condition.turn is not None
+    return holding_at(system, z, passage, *condition.turn).left + condition.depth
+
+
+def _graze(system: System, condition: Condition) -> Test:
+    """Return the equation that the guard of an event only just touches zero.
+
+    The motion that ignores the event would be deepest below zero by ``g'^2/(2 g'')``, to the leading order, after
+    ``-g'/g''``. A contact that begins to slip with less friction than held it makes the orbits depend on this time, the
+    root of the depth.
+    """
+
+    def value(z: np.ndarray, passage: Passage) -> float:
+        if condition.event >= len(passage.events):
+            raise NotFound("the event is missed")
+        start, _, values = system.unpack(z)
+        time, contact, before, after = passage.events[condition.event]
+        guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
+        size = 1.0 if before == 0 else guard_size(passage, GAPS * contact, system.flow)
+        if not guard.bend > 0:
+            raise NotFound("the event is no graze")
+        depth = 0.5 * guard.rate**2 / (guard.bend * size)
+        return condition.depth - (np.sqrt(depth) if before == 0 and system.flow.peaked(contact, values) else depth)
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
+        ends = [
+            [value(z + way * step, system.follow(z + way * step)) for way in (1, -1)] for step in _NEAR * np.diag(size)
+        ]
+        return np.array([(ahead - behind) / (2 * _NEAR * h) for (ahead, behind), h in zip(ends, size, strict=True)])
+
+    return Test(value, slopes)
+
+
+def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
+    """Return when the slips of a contact end, and their directions."""
+    return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
+
+
+def lift_of(flow: Flow, k: int, size: float) -> np.ndarray:
+    """Return the lift that makes a motion ignore guard k of `Passage.gaps`."""
+    contact, row = divmod(k, GAPS)
+    lift = np.zeros(2 * len(flow.contacts))
+    lift[2 * contact + (row > 0)] = LIFTED * size
+    return lift
+
+
+def guard_size(passage: Passage, k: int, flow: Flow) -> float:
+    """Return a size of guard k: for a slip the range of the velocities, for a bound what is left at the most."""
+    if k % GAPS == 0:
+        n_q = len(flow.scene.system.q)
+        return float(np.max(ranges(passage)[n_q : 2 * n_q]))
+    return float(max(abs(passage.gaps[k]) if np.isfinite(passage.gaps[k]) else 0.0, 1.0))
+
+
+def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
+    """Bisect along the branch for the place where a property of the orbits changes; return the orbits on both sides.
+
+    Where the orbits jump there may be none at a trial; then the first of the two ends before it.
+    """
+    start, chord = one.z, other.z - one.z
+    low, high, mark = 0.0, 1.0, where(one.passage)
+    for _ in range(_BISECTIONS):
+        share = 0.5 * (low + high)
+        if np.max(np.abs((high - low) * chord) / np.maximum(np.abs(start), 1e-9)) < 1e-13:
+            break
+        try:
+            middle = solve(system, start + share * chord, chord / np.linalg.norm(chord), most=12)
+        except NotFound:
+            high = share
+            continue
+        if where(middle.passage) == mark:
+            low, one = share, middle
+        else:
+            high, other = share, middle
+    return one, other

@@ -1,0 +1,217 @@
+"""Branches of limit cycles: pseudo-arclength continuation through folds and across the onset of sticking."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.model.notebook import html_table
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
+from symfric.orbits.continuation.bifurcations import Condition
+from symfric.orbits.continuation.hopf import birth
+from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
+from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, values_of
+from symfric.orbits.flow_map import flow_of
+from symfric.orbits.shooting import Point, System, solve
+from symfric.theory.hopf import HopfPoint
+
+
+@dataclass(frozen=True, eq=False)
+class Special:
+    """A point of a branch where the orbits change their kind.
+
+    Attributes
+    ----------
+    kind : str
+        "hopf" (the orbit shrinks to steady sliding), "fold", "flip", "neimark-sacker", "stick-onset" (the orbit just
+        reaches zero slip and sticks beyond) or "grazing" (another guard is touched). A corner where the parameter
+        turns back is a fold as well.
+    value : float
+        Of the parameter.
+    orbit : Orbit
+        There; at a Hopf point the smallest one found, and where static friction exceeds kinetic friction one that is
+        3e-6 of the bound away, on the side from which the branch was followed.
+    condition : Condition
+        What holds there, for `continue_special`.
+    jump : bool
+        Whether the orbits end there: with a static coefficient above the kinetic one a contact that begins to stick may
+        stick for a while at once. The branch goes on with the orbit to which the last one settles, if there is one.
+    """
+
+    kind: str
+    value: float
+    orbit: Orbit
+    condition: Condition = field(repr=False)
+    jump: bool = False
+
+    def __repr__(self) -> str:
+        return f"Special({self.kind}, value={self.value:.14g}{', jump' if self.jump else ''})"
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Limit cycles in the order of the branch.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray, shape (n,)
+        Of the parameter; not monotonic where the branch folds.
+    orbits : tuple of Orbit, length n
+    special : tuple of Special
+        In the order of the branch.
+    ends : (str, str)
+        Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "jump" (static
+        friction above kinetic friction ends the orbits there, and beyond, the motion settles to no other orbit),
+        "closed", "budget", or "lost" if no orbit was found further on.
+    """
+
+    parameter: str
+    values: np.ndarray
+    orbits: tuple[Orbit, ...]
+    special: tuple[Special, ...]
+    ends: tuple[str, str]
+
+    def plot(self, ax=None):
+        """Draw the half range of the first coordinate against the parameter; return the Axes."""
+        from symfric.orbits.plotting import plot_branch
+
+        return plot_branch(self, ax)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "parameter": self.parameter,
+            "values": self.values.tolist(),
+            "half_range": [o.half_range.tolist() for o in self.orbits],
+            "period": [o.period for o in self.orbits],
+            "stick_fraction": [o.stick_fraction for o in self.orbits],
+            "stable": [o.stable for o in self.orbits],
+            "special": [{"kind": s.kind, "value": s.value, "jump": s.jump} for s in self.special],
+            "ends": list(self.ends),
+        }
+
+    def to_xarray(self):
+        """Return half ranges, periods, stick fractions and stability along the branch as an xarray.Dataset."""
+        import xarray as xr
+
+        data = {
+            "half_range": (("point", "state"), np.array([o.half_range for o in self.orbits])),
+            "period": ("point", [o.period for o in self.orbits]),
+            "stick_fraction": ("point", [o.stick_fraction for o in self.orbits]),
+            "stable": ("point", [o.stable for o in self.orbits]),
+        }
+        coordinates = {"state": list(self.orbits[0].names), self.parameter: ("point", self.values)}
+        return xr.Dataset(data, coords=coordinates)
+
+    def _repr_html_(self) -> str:
+        return html_table("Branch", self.to_dict())
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(f"{s.kind}{' with a jump' * s.jump} at {s.value:.9g}" for s in self.special)
+        kinds = kinds or "no special points"
+        low, high = np.min(self.values), np.max(self.values)
+        return f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds})"
+
+
+def continue_cycle(
+    scene: Scene,
+    parameter: Key,
+    span: tuple[float, float],
+    start: Orbit | HopfPoint | tuple[Sequence[float], float] | None = None,
+    most: int = 1000,
+    tolerance: float = 1e-13,
+) -> Branch:
+    """Follow a limit cycle as a parameter changes, in both directions, to the ends of a span.
+
+    Parameters
+    ----------
+    scene : Scene
+        The value of the parameter in it is where the branch starts.
+    parameter : Symbol or str
+    span : (float, float)
+    start : Orbit, HopfPoint, or (state, period), optional
+        The orbit to start from, or something near it; by default what the motion of the scene settles to. From a Hopf
+        point the branch starts with its small cycles.
+    most : int
+        Orbits in each direction.
+    tolerance : float
+        Of the motion.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    NotFound
+        If there is no cycle to start from.
+    SceneError
+        If the start lies outside the span, or names and numbers are wrong.
+
+    Notes
+    -----
+    The branch goes on across the onset of sticking, where it has a corner: the orbit that touches zero slip is found
+    by Newton's method on orbits that ignore the touch, and the orbits beyond start there. A reversal begins to stick
+    where static friction can just bear the force that holds the contact. Special points are located to the precision of
+    the orbits; where static friction exceeds kinetic friction, from orbits 3e-6 of the bound away on one side.
+    """
+    name = scene.parameter(parameter).name
+    low, high = (finite(v, f"an end of the span of {name}") for v in span)
+    if not low < high:
+        raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")
+    begins = start.value if isinstance(start, HopfPoint) else values_of(scene)[name]
+    if not low <= begins <= high:
+        raise SceneError(f"{name} = {begins:g} lies outside the span from {low:g} to {high:g}")
+    scene = scene.where({name: begins})
+    if isinstance(start, HopfPoint):
+        return _from_hopf(scene, name, (low, high), start, most, tolerance)
+    orbit = limit_cycle(scene, start, tolerance)
+    system = _system(scene, name, orbit, tolerance)
+    first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
+    upward = _parameter_alone(system)
+    sides: list[Found] = []
+    for way, end in ((-1, low), (1, high)):
+        if begins == end or (sides and sides[0].end == "closed"):
+            sides.append(Found(end="span" if begins == end else "closed"))
+            continue
+        sides.append(Walk(scene, system, (low, high), most).go(first, way * upward))
+    return _joined(scene, system, first, *sides)
+
+
+def _system(scene: Scene, name: str, orbit: Orbit | None, tolerance: float) -> System:
+    flow, values = flow_of(scene, (name,), tolerance), values_of(scene)
+    if flow.period is None or orbit is None:
+        return System(flow, values)
+    return System(flow, values, read_guess(orbit, flow, flow.period(values)).multiple)
+
+
+def _parameter_alone(system: System) -> np.ndarray:
+    return np.append(np.zeros(len(system.flow.states) + system.free), 1.0)
+
+
+def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, tolerance: float) -> Branch:
+    if start.parameter != name:
+        raise SceneError(f"the Hopf point is one of {start.parameter}, the branch is to follow {name}")
+    system = _system(scene, name, None, tolerance)
+    first, grows = birth(scene, system, start)
+    walk = Walk(scene, system, span, most)
+    begin = Found(special=[Met(Condition("hopf"), Placed(system, first), start.value)], end="hopf")
+    return _joined(scene, system, first, begin, walk.go(first, grows))
+
+
+def _joined(scene: Scene, system: System, first: Point, back: Found, there: Found) -> Branch:
+    """Return the branch of two walks from one orbit, backward and forward."""
+    orbits = [*reversed(back.orbits), Placed(system, first), *there.orbits]
+    special = [*reversed(back.special), *there.special]
+    return Branch(
+        parameter=system.flow.parameters[0],
+        values=np.array([p.point.z[-1] for p in orbits]),
+        orbits=tuple(orbit_of(scene, *p) for p in orbits),
+        special=tuple(
+            Special(m.condition.kind, m.value, orbit_of(scene, *m.orbit), m.condition, m.jump) for m in special
+        ),
+        ends=(back.end, there.end),
+    )

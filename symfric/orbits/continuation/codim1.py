@@ -1,0 +1,214 @@
+"""Curves of special points in two parameters: where in a plane a fold, a touch or a torus begins."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.lower.relaxed_guards import FAR
+from symfric.model.notebook import html_table
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
+from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
+from symfric.orbits.continuation.bifurcations import TOUCHES, Condition, at_the_edge, guard_size
+from symfric.orbits.continuation.branch import Special
+from symfric.orbits.cycle import Orbit, orbit_of, read_guess
+from symfric.orbits.flow_map import flow_of
+from symfric.orbits.shooting import Point, System, ranges, solve
+
+_FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03  # of a step, in units of the spans, the period and the ranges of the states
+_NEARLY = 1e-3  # of the size of a guard
+_TURN = 0.9  # least cosine between the directions of two steps
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Special points of one kind in the plane of two parameters, in the order of the curve.
+
+    Attributes
+    ----------
+    kind : str
+    parameters : (str, str)
+    values : ndarray, shape (2, n)
+    periods : ndarray, shape (n,)
+    ends : (str, str)
+        "span", "budget", "grazing" where the orbits touch a guard, or "lost" if no point was found further on.
+    condition : Condition
+        What holds on it.
+    """
+
+    kind: str
+    parameters: tuple[str, str]
+    values: np.ndarray
+    periods: np.ndarray
+    ends: tuple[str, str]
+    condition: Condition
+    _points: tuple[Point, ...] = field(repr=False)
+    _system: System = field(repr=False)
+    _base: Scene = field(repr=False)
+
+    def orbit(self, k: int) -> Orbit:
+        """Return the orbit at point k."""
+        return orbit_of(self._base, self._system, self._points[k])
+
+    def at(self, value: float) -> np.ndarray:
+        """Return the values of the second parameter where the first one has a value, to the precision of the orbits.
+
+        Shape (number of passages,), in the order of the curve.
+        """
+        found = []
+        for one, other in zip(self._points[:-1], self._points[1:], strict=True):
+            before, after = one.z[-2] - value, other.z[-2] - value
+            if before * after > 0 or before == after or (after == 0 and other is not self._points[-1]):
+                continue
+            near = one if abs(before) < abs(after) else other
+            there = near.z.copy()
+            there[-2] = value
+            point = solve(self._system, near.z, _unit(self._system, -2), through=there)
+            found.append(_exact(point, self.condition, _unit(self._system, -2))[-1])
+        return np.array(found)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "kind": self.kind,
+            "parameters": list(self.parameters),
+            "values": self.values.tolist(),
+            "periods": self.periods.tolist(),
+            "ends": list(self.ends),
+        }
+
+    def to_xarray(self):
+        """Return the curve as an xarray.Dataset."""
+        import xarray as xr
+
+        data = {name: ("point", row) for name, row in zip(self.parameters, self.values, strict=True)}
+        return xr.Dataset({**data, "period": ("point", self.periods)}, attrs={"kind": self.kind})
+
+    def plot(self, ax=None):
+        """Draw the second parameter against the first; return the Axes."""
+        from symfric.orbits.plotting import plot_curve
+
+        return plot_curve(self, ax)
+
+    def _repr_html_(self) -> str:
+        return html_table("Curve", self.to_dict())
+
+    def __repr__(self) -> str:
+        low, high = np.min(self.values, axis=1), np.max(self.values, axis=1)
+        spans = " and ".join(f"{n} from {a:.6g} to {b:.6g}" for n, a, b in zip(self.parameters, low, high, strict=True))
+        return f"Curve({self.kind}, {spans}, {self.values.shape[1]} points)"
+
+
+def continue_special(
+    special: Special,
+    parameters: tuple[Key, Key],
+    spans: tuple[tuple[float, float], tuple[float, float]],
+    most: int = 1000,
+    tolerance: float = 1e-13,
+) -> Curve:
+    """Follow a special point of a branch of limit cycles as two parameters change.
+
+    Parameters
+    ----------
+    special : Special
+        A fold, flip, Neimark-Sacker point, onset of sticking or grazing from a `Branch`; a Hopf point needs no orbits.
+    parameters : (Symbol or str, Symbol or str)
+    spans : two pairs of floats
+        Of either parameter.
+    most : int
+        Points in each direction.
+    tolerance : float
+        Of the motion.
+
+    Returns
+    -------
+    Curve
+
+    Raises
+    ------
+    NotFound
+        If the condition cannot be stated: the guard that is touched has other events on the orbit.
+    SceneError
+        If names and numbers are wrong, or the point lies outside the spans.
+    """
+    if special.kind == "hopf":
+        raise SceneError("a Hopf point is one of steady sliding; repeat sf.hopf for values of the other parameter")
+    orbit = special.orbit
+    scene = orbit.scene
+    names = tuple(scene.parameter(p).name for p in parameters)
+    if names[0] == names[1]:
+        raise SceneError(f"both parameters are {names[0]}; give two")
+    limits = np.array([[finite(v, f"an end of the span of {n}") for v in s] for n, s in zip(names, spans, strict=True)])
+    values = {s.name: v for s, v in scene.parameter_values().items()}
+    here = np.array([values[n] for n in names])
+    if np.any(here < limits[:, 0]) or np.any(here > limits[:, 1]):
+        raise SceneError(f"the point {dict(zip(names, here.tolist(), strict=True))} lies outside the spans")
+    flow = flow_of(scene, names, tolerance)
+    multiple = read_guess(orbit, flow, flow.period(values)).multiple if flow.period else 0
+    system = _conditioned(System(flow, values, multiple), special.condition, orbit)
+    first = solve(system, system.pack(orbit.start, orbit.period, values), _unit(system, -1))
+    along = np.linalg.svd(first.slopes)[2][-1]
+    sides = [_trace(system, first, way * along, limits, most) for way in (-1, 1)]
+    points = (*reversed(sides[0][0]), first, *sides[1][0])
+    return Curve(
+        kind=special.kind,
+        parameters=names,
+        values=np.array([_exact(p, special.condition)[-2:] for p in points]).T,
+        periods=np.array([system.unpack(p.z)[1] for p in points]),
+        ends=(sides[0][1], sides[1][1]),
+        condition=special.condition,
+        _points=points,
+        _system=system,
+        _base=scene,
+    )
+
+
+def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
+    """Return the equations of the special point; of a touch with the guard in units of its size on the orbit."""
+    if condition.kind in TOUCHES and condition.guard < 0 and not condition.turn:
+        raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
+    if condition.guard < 0:
+        return condition.system(system, 1.0)
+    passage = system.follow(system.pack(orbit.start, orbit.period, system.values))
+    return condition.system(system, guard_size(passage, condition.guard, system.flow))
+
+
+def _unit(system: System, place: int) -> np.ndarray:
+    """Return the direction of one unknown."""
+    direction = np.zeros(len(system.flow.states) + system.free + 2)
+    direction[place] = 1.0
+    return direction
+
+
+def _exact(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+    """Return the unknowns at the edge itself; see `at_the_edge`."""
+    return point.z + at_the_edge(point, condition, normal)
+
+
+def _grazes(system: System, point: Point) -> bool:
+    """Whether a guard is nearly touched, so that the orbits beyond have other events."""
+    gaps = [k for k, gap in enumerate(point.passage.gaps) if abs(gap) < FAR]
+    return any(abs(point.passage.gaps[k]) < _NEARLY * guard_size(point.passage, k, system.flow) for k in gaps)
+
+
+def _trace(system: System, start: Point, along: np.ndarray, limits: np.ndarray, most: int) -> tuple[list[Point], str]:
+    """Follow the curve from a point to the end of a span; return the points and why it ended."""
+    points: list[Point] = []
+    point, step, largest = start, _FIRST, ranges(start.passage)
+    way = tangent(point, units(system, point, limits, largest), along)
+    while len(points) < most:
+        largest = np.maximum(largest, ranges(point.passage))
+        size = units(system, point, limits, largest)
+        new, ends = step_along(system, point, way, step, size, limits)
+        ahead = way if new is None else tangent(new, size, way)
+        if new is None or (cosine(ahead, way, size) < _TURN and step > _LEAST):
+            if step <= _LEAST:
+                return points, "grazing" if _grazes(system, point) else "lost"
+            step *= 0.4
+            continue
+        points.append(new)
+        if ends:
+            return points, "span"
+        point, way, step = new, ahead, min(1.5 * step, _LARGEST)
+    return points, "budget"

@@ -1,0 +1,274 @@
+"""Corners of a branch: orbits that touch a guard, beyond which it goes on with another sequence of events, or ends."""
+
+from collections import Counter
+from dataclasses import replace
+from typing import NamedTuple, TypeGuard
+
+import numpy as np
+
+from symfric.errors import NotFound
+from symfric.lower.relaxed_guards import FAR, GAPS
+from symfric.orbits.continuation.bifurcations import (
+    Condition,
+    at_the_edge,
+    between,
+    guard_size,
+    has_others,
+    holding_at,
+    lift_of,
+    signature,
+    slip_ends,
+)
+from symfric.orbits.flow_map import Passage
+from symfric.orbits.shooting import Point, System, solve
+
+_BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # of the span: how far from a corner its other side is looked for
+_CLOSE = 0.3  # of the ranges of the states, the period and the span: corners farther away are others
+_HALT = 1e-3  # the same where the orbits end, and a walk stopped just before
+_GRAZES = 0.01  # of the size of a guard, or its root: how deep the motion would be below an event it all but misses
+_BEHIND = 1e-5  # of a step's unit: how far behind the walk a corner ahead of it may be found, by rounding
+_REACH = 3.0  # lengths of a step: how far from its ends the corner on it may be
+
+
+class Corner(NamedTuple):
+    """An orbit where the events of a branch change, what holds there, and an orbit of the other side, if there is one.
+
+    Attributes
+    ----------
+    condition : Condition
+    point : Point
+        On the edge, or as near to it as the condition says.
+    beyond : Point or None
+    jump : bool
+        Whether the orbits of the other side are not near: static friction above kinetic friction makes a contact that
+        sticks at all stick for a while.
+    """
+
+    condition: Condition
+    point: Point
+    beyond: Point | None = None
+    jump: bool = False
+
+    @property
+    def edge(self) -> np.ndarray:
+        """The unknowns on the edge, (n_z,)."""
+        return self.point.z + at_the_edge(self.point, self.condition)
+
+    @property
+    def value(self) -> float:
+        """Of the parameter there."""
+        return float(self.edge[-1])
+
+
+def corner_between(system: System, one: Point, other: Point, size: np.ndarray, span: tuple[float, float]) -> Corner:
+    """Find the corner between two orbits of a branch with different events, in units `size` of the unknowns."""
+    untouched, touched = _in_order(one, other)
+    contact = _contact_that_differs(untouched.passage, touched.passage)
+    kind = _kind(untouched.passage, touched.passage)
+    reach = _REACH * np.linalg.norm((other.z - one.z) / size)
+
+    def lies_there(corner: Corner | None) -> TypeGuard[Corner]:
+        """Whether it is one on this step."""
+        if corner is None or not span[0] <= corner.value <= span[1]:
+            return False
+        return bool(max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach)
+
+    for which in _turns_that_differ(untouched.passage, touched.passage, contact):
+        for near in (untouched, touched):
+            corner = _turned(system, near, contact, which, kind)
+            if lies_there(corner):
+                return corner._replace(beyond=other)
+    peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
+    for k in _guards(untouched.passage, contact, system):
+        corner = _touch(system, untouched, Condition(kind, k, side=int(peaked)))
+        if lies_there(corner):
+            return corner._replace(beyond=other)
+    first, _ = between(system, one, other, signature)
+    return Corner(Condition(kind), first, other)
+
+
+def corner_ahead(
+    system: System, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
+) -> Corner | None:
+    """Find the corner at which a walk came to a halt, and an orbit beyond it if there is one near.
+
+    Parameters
+    ----------
+    system : System
+    point : Point
+        The last orbit.
+    way : ndarray, shape (n_z,)
+        Direction of the walk.
+    size : ndarray, shape (n_z,)
+        Units of the unknowns, the span of the parameter last.
+    span : (float, float)
+    """
+
+    def near(corner: Corner, most: float) -> bool:
+        """Whether a corner is ahead, and not far."""
+        away = (corner.edge - point.z) / size
+        return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
+
+    ends = []
+    for contact in range(len(system.flow.contacts)):
+        for corner in _edges(system, point, contact):
+            if not near(corner, _HALT):
+                continue
+            beyond = None if corner.jump else _other_side(system, point, corner.point, size)
+            if beyond is not None:
+                return corner._replace(beyond=beyond)
+            ends += [corner] if corner.jump else []
+        for other in (point, _without_sticking(system, point, contact)):
+            if other is None or ends:
+                continue
+            for k in _guards(other.passage, contact, system):
+                graze = _touch(system, other, Condition("grazing", k))
+                if graze is None or not near(graze, _CLOSE):
+                    continue
+                beyond = _other_side(system, point, graze.point, size)
+                if beyond is not None:
+                    kind = _kind(*(p.passage for p in _in_order(point, beyond)))
+                    return graze._replace(condition=Condition(kind, k), beyond=beyond)
+    ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
+    inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
+    return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
+
+
+def _edges(system: System, point: Point, contact: int) -> list[Corner]:
+    """Return the orbits near one at which its family comes to an edge, whether or not the contact has other events."""
+    n = len(slip_ends(point.passage, contact))
+    found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
+    if system.flow.peaked(contact, system.unpack(point.z)[2]):
+        for k in _guards(point.passage, contact, system):
+            kind = "grazing" if k % GAPS else "stick-onset"
+            found.append(_touch(system, point, Condition(kind, k, side=1)))
+    return [corner for corner in found if corner]
+
+
+def _turned(system: System, near: Point, contact: int, which: int, kind: str) -> Corner | None:
+    """Return the orbit near one on which the end of a slip is on the edge between a stick and a reversal."""
+    values = system.unpack(near.z)[2]
+    ends = [after for _, i, before, after in near.passage.events if i == contact and before]
+    peaked = system.flow.peaked(contact, values)
+    condition = Condition(kind, turn=(contact, which), side=(1 if ends[which] == 0 else -1) if peaked else 0)
+    try:
+        found = solve(condition.system(system, 1.0), near.z)
+        holding = holding_at(system, found.z, found.passage, contact, which)
+    except NotFound:
+        return None
+    if condition.side and signature(found.passage) != signature(near.passage):
+        return None
+    return Corner(condition, found, jump=peaked and holding.rate > 0)
+
+
+def _touch(system: System, untouched: Point, condition: Condition) -> Corner | None:
+    """Return the orbit that touches a guard near one that does not, None if it is not found.
+
+    Unless it is approached from its side, it is one that ignores the touch, so the contact must have no other events of
+    this kind.
+    """
+    if not condition.side and has_others(untouched.passage, condition.guard):
+        return None
+    size = guard_size(untouched.passage, condition.guard, system.flow)
+    try:
+        found = solve(condition.system(system, size), untouched.z)
+    except NotFound:
+        return None
+    same = signature(found.passage) == signature(untouched.passage)
+    return Corner(condition, found, jump=bool(condition.side)) if same else None
+
+
+def _landing(system: System, point: Point) -> Corner | None:
+    """Return the orbit whose first event lies where its guard only just touches zero: beyond, it would be missed."""
+    if not point.passage.events:
+        return None
+    _, contact, before, _ = point.passage.events[0]
+    rows = (0,) if before else (1, 2)
+    for k in (GAPS * contact + row for row in rows):
+        condition = Condition("grazing", k, landing=True)
+        try:
+            return Corner(
+                condition, solve(condition.system(system, guard_size(point.passage, k, system.flow)), point.z)
+            )
+        except NotFound:
+            continue
+    return None
+
+
+def _grazes(system: System, point: Point) -> list[Corner]:
+    """Return the same of every other event, to the leading order, from the orbit itself."""
+    found = []
+    for k in range(1, len(point.passage.events)):
+        condition = Condition("grazing", event=k)
+        try:
+            test = condition.system(system, 1.0).test
+            assert test is not None
+            deep = -test.value(point.z, point.passage)
+            if deep < _GRAZES:
+                condition = replace(condition, deep=deep)
+                there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])
+                found.append(Corner(condition, there))
+        except NotFound:
+            continue
+    return found
+
+
+def _without_sticking(system: System, point: Point, contact: int) -> Point | None:
+    """Return the orbit near one in which a contact sticks that ignores its zero slip."""
+    if all(i != contact for _, i, _, _ in point.passage.events):
+        return None
+    k = GAPS * contact
+    lift = lift_of(system.flow, k, guard_size(point.passage, k, system.flow))
+    try:
+        return solve(replace(system, lift=lift), point.z, _parameter_alone(point))
+    except NotFound:
+        return None
+
+
+def _other_side(system: System, point: Point, corner: Point, size: np.ndarray) -> Point | None:
+    """Return an orbit near a corner whose events are not those of the side from which it was reached."""
+    normal, mark = _parameter_alone(point), signature(point.passage)
+    for distance in _BEYOND:
+        for way in (1, -1):
+            try:
+                found = solve(system, corner.z + way * distance * size[-1] * normal, normal)
+            except NotFound:
+                continue
+            near = np.max(np.abs(found.z - corner.z) / size) < _CLOSE
+            if near and signature(found.passage) != mark:
+                return found
+    return None
+
+
+def _parameter_alone(point: Point) -> np.ndarray:
+    return np.append(np.zeros(point.z.size - 1), 1.0)
+
+
+def _in_order(one: Point, other: Point) -> tuple[Point, Point]:
+    """Return the orbit with fewer events first: it does not touch."""
+    return (one, other) if len(one.passage.events) <= len(other.passage.events) else (other, one)
+
+
+def _contact_that_differs(untouched: Passage, touched: Passage) -> int:
+    count = [Counter((i, a, b) for _, i, a, b in p.events) for p in (touched, untouched)]
+    more = (count[0] - count[1]) or (count[1] - count[0])
+    return min((i for i, _, _ in more), default=0)
+
+
+def _turns_that_differ(untouched: Passage, touched: Passage, contact: int) -> list[int]:
+    """Return which slips end by a reversal on one orbit and by a stick on the other."""
+    ends = [[after for _, i, before, after in p.events if i == contact and before] for p in (untouched, touched)]
+    if len(ends[0]) != len(ends[1]):
+        return []
+    return [k for k, (a, b) in enumerate(zip(*ends, strict=True)) if (a == 0) != (b == 0)]
+
+
+def _kind(untouched: Passage, touched: Passage) -> str:
+    sticks = [sum(b == 0 for _, _, _, b in p.events) for p in (untouched, touched)]
+    return "stick-onset" if sticks[0] < sticks[1] else "grazing"
+
+
+def _guards(passage: Passage, contact: int, system: System) -> list[int]:
+    """Return the guards of a contact that turn somewhere on the orbit, the nearest to zero first."""
+    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if abs(passage.gaps[k]) < FAR]
+    return sorted(rows, key=lambda k: abs(passage.gaps[k]) / guard_size(passage, k, system.flow))

@@ -1,0 +1,50 @@
+"""Where a branch goes on after its orbits end: what the motion settles to beyond a jump."""
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.scene import Scene
+from symfric.orbits.continuation.arclength import REST
+from symfric.orbits.continuation.bifurcations import signature
+from symfric.orbits.cycle import limit_cycle, read_guess
+from symfric.orbits.shooting import Point, System, ranges, solve
+
+_BEYOND = (1e-6, 1e-4)  # of the span: how far behind the end
+
+
+def settled_beyond(
+    scene: Scene, system: System, end: Point, value: float, way: float, span: tuple[float, float]
+) -> tuple[System, Point] | None:
+    """Return the orbit to which the last orbit of a family settles a little beyond its end; None if to none.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+        With one parameter.
+    end : Point
+        The last orbit.
+    value : float
+        Of the parameter there.
+    way : float
+        Its sign is the direction in which the parameter goes on.
+    span : (float, float)
+    """
+    (name,), normal = system.flow.parameters, np.append(np.zeros(end.z.size - 1), 1.0)
+    states = dict(zip(system.flow.states, end.z.tolist(), strict=False))
+    for distance in _BEYOND:
+        there = value + np.copysign(distance, way) * (span[1] - span[0])
+        if not span[0] < there < span[1]:
+            continue
+        try:
+            orbit = limit_cycle(scene.where({name: there}).starting(states), tolerance=system.flow.tolerance)
+            period = None if system.free else system.flow.period
+            forcing = period({**system.values, name: there}) if period else None
+            other = System(system.flow, system.values, read_guess(orbit, system.flow, forcing).multiple)
+            found = solve(other, other.pack(orbit.start, orbit.period, {**system.values, name: there}), normal)
+        except (NotFound, SceneError):
+            continue
+        rests = np.all(ranges(found.passage) <= REST * ranges(end.passage))
+        if not rests and signature(found.passage) != signature(end.passage):
+            return other, found
+    return None

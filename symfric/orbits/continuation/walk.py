@@ -1,0 +1,230 @@
+"""One walk along a branch of closed orbits: predictor, corrector, step control, and what is met on the way."""
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from symfric.errors import NotFound
+from symfric.model.scene import Scene
+from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
+from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
+from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
+from symfric.orbits.continuation.hopf import vanishing_point
+from symfric.orbits.continuation.jump import settled_beyond
+from symfric.orbits.shooting import Point, System, ranges, solve
+
+_FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03  # of a step, in units of the span, the period and the ranges of the states
+_TURN = 0.95  # least cosine between the directions of two steps on one smooth piece
+_SMALL, _SMALLEST = 0.2, 0.03  # of the largest half range: where an end is looked for, and where the walk stops
+_RECENT = 3  # orbits that are near the new one because the walk was just there
+_SAME = 1e-7  # of the ranges of the states: orbits that are one
+_ENDS = ("lost", "jump", "grazing")  # of a walk that found no further orbit
+_NEAR_START = 0.02  # part of the period: events so near to the start of the orbit make it move
+
+
+class Placed(NamedTuple):
+    """An orbit with the equations that it solves: beyond a jump it may take another number of excitations."""
+
+    system: System
+    point: Point
+
+
+class Met(NamedTuple):
+    """A special point: what holds there, the orbit, the value of the parameter, and whether the orbits jump."""
+
+    condition: Condition
+    orbit: Placed
+    value: float
+    jump: bool = False
+
+
+@dataclass
+class Found:
+    """What a walk met, in order; why it ended."""
+
+    orbits: list[Placed] = field(default_factory=list)
+    special: list[Met] = field(default_factory=list)
+    end: str = ""
+
+
+class Walk:
+    """Walks along a branch.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+        With one parameter.
+    span : (float, float)
+    most : int
+        Orbits of one walk.
+    """
+
+    def __init__(self, scene: Scene, system: System, span: tuple[float, float], most: int):
+        self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
+        self._largest = np.zeros(len(system.flow.states))
+
+    def go(self, start: Point, direction: np.ndarray) -> Found:
+        """Walk from an orbit in a direction of its unknowns, (n_z,), to the end of the branch or of the span."""
+        found, point, step, hopf = Found(), start, _FIRST, None
+        way, trail = self.tangent(point, direction), [Placed(self._system, start)]
+        while len(found.orbits) < self._most and not found.end:
+            self._largest = np.maximum(self._largest, ranges(point.passage))
+            before, known = point, len(found.special)
+            point, way, step = self._advance(found, point, way, step)
+            if found.end in _ENDS:
+                break
+            again = self._passed_again(trail, point)
+            if again is not None:
+                found.end = "closed" if again == 0 else "lost"
+                del found.special[known:]
+                break
+            found.orbits.append(Placed(self._system, point))
+            trail.append(found.orbits[-1])
+            hopf = hopf or self._hopf_ahead(before, point)
+            if hopf and ranges(point.passage)[0] <= _SMALLEST * self._largest[0]:
+                found.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf.value))
+                found.end = "hopf"
+            if not found.end:
+                point, way = self._moved(point, way)
+        found.end = found.end or "budget"
+        return found
+
+    def tangent(self, point: Point, along: np.ndarray) -> np.ndarray:
+        """Return the direction of the branch at an orbit, on the side of `along`."""
+        return tangent(point, self._units(point), along)
+
+    def _units(self, point: Point) -> np.ndarray:
+        return units(self._system, point, self._limits, self._largest)
+
+    def _advance(self, found: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
+        """Return the next orbit, the direction there, and the next step; note what lies between."""
+        size, span = self._units(point), tuple(self._limits[0])
+        while True:
+            new, ends = step_along(self._system, point, way, step, size, self._limits)
+            found.end = "span" if ends else ""
+            if new is None and step <= _LEAST:
+                corner = corner_ahead(self._system, point, way, size, span)
+                if corner is None:
+                    found.end = "lost"
+                    return point, way, step
+                return self._beyond(found, corner, point, way)
+            if new is None:
+                step *= 0.3
+                continue
+            if signature(new.passage) != signature(point.passage):
+                corner = corner_between(self._system, point, new, size, span)
+                if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
+                    return self._beyond(found, corner._replace(beyond=None), point, way)
+                self._note_corner(found, corner, point)
+                return new, self.tangent(new, new.z - corner.point.z), min(step, _FIRST)
+            ahead = self.tangent(new, way)
+            if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST:
+                step *= 0.4
+                continue
+            self._note_smooth(found, point, new, way, ahead)
+            return new, ahead, min(1.5 * step, _LARGEST)
+
+    def _beyond(self, found: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
+        """Go on behind a corner at which the walk came to a halt: near it, or where the motion settles."""
+        if corner.beyond is not None:
+            self._note_corner(found, corner, point)
+            return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.point.z), _FIRST
+        span = tuple(self._limits[0])
+        settled = settled_beyond(self._scene, self._system, corner.point, corner.value, way[-1], span)
+        self._note_corner(found, corner._replace(jump=corner.jump or settled is not None), point)
+        if corner.jump:
+            found.orbits.append(Placed(self._system, corner.point))
+        if settled is None:
+            found.end = "jump" if corner.jump else "grazing"
+            return point, way, _FIRST
+        self._system, new = settled
+        onward = np.append(np.zeros(way.size - 1), way[-1])
+        return new, self.tangent(new, onward), _FIRST
+
+    def _note_corner(self, found: Found, corner: Corner, before: Point) -> None:
+        met = Met(corner.condition, Placed(self._system, corner.point), corner.value, corner.jump)
+        found.special.append(met)
+        if corner.beyond and not corner.jump and (met.value - before.z[-1]) * (corner.beyond.z[-1] - met.value) < 0:
+            found.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
+
+    def _note_smooth(self, found: Found, one: Point, other: Point, way: np.ndarray, ahead: np.ndarray) -> None:
+        """Note folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
+        free = self._system.free
+        for kind, test in SMOOTH.items():
+            signs = (way[-1], ahead[-1]) if kind == "fold" else (test(p.passage, free) for p in (one, other))
+            met = np.prod(list(signs)) < 0
+            if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
+                continue
+            there = self._located(kind, one, other)
+            found.special.append(Met(Condition(kind), Placed(self._system, there), float(there.z[-1])))
+
+    def _located(self, kind: str, one: Point, other: Point) -> Point:
+        free, span = self._system.free, np.abs(other.z - one.z)
+        try:
+            there = solve(Condition(kind).system(self._system, 1.0), 0.5 * (one.z + other.z))
+            if np.all(np.abs(there.z - 0.5 * (one.z + other.z)) <= span + 1e-6 * np.abs(one.z)):
+                return there
+        except NotFound:
+            pass
+        return between(self._system, one, other, lambda passage: SMOOTH[kind](passage, free) > 0)[0]
+
+    def _hopf_ahead(self, before: Point, point: Point):
+        """Return the Hopf point at which shrinking orbits will end, or None."""
+        sizes = np.array([ranges(p.passage)[0] for p in (before, point)])
+        if not self._system.free or sizes[1] >= sizes[0] or sizes[1] > _SMALL * self._largest[0]:
+            return None
+        name = self._system.flow.parameters[0]
+        return vanishing_point(self._scene, name, np.array([before.z[-1], point.z[-1]]), sizes)
+
+    def _passed_again(self, trail: list[Placed], new: Point) -> int | None:
+        """Return the first orbit of the walk behind which it passes a second time, None if there is none.
+
+        A branch does so if it is closed, and at its start then.
+        """
+        marks = np.array([_marks(old) for old in trail])
+        mark = _marks(Placed(self._system, new))
+        size = np.ptp(np.vstack([marks, mark]), axis=0)
+        marks, mark = (e / np.where(size > 0, size, 1.0) for e in (marks, mark))
+        for k in range(len(trail) - _RECENT):
+            a, b = marks[k], marks[k + 1]
+            length = float(np.linalg.norm(b - a))
+            share = float((mark - a) @ (b - a)) / max(length**2, 1e-300)
+            off = np.linalg.norm(mark - a - share * (b - a))
+            if 0 <= share < 1 and off < 0.1 * length and self._is_same(trail[k + (share > 0.5)], new):
+                return k
+        return None
+
+    def _is_same(self, old: Placed, new: Point) -> bool:
+        """Whether the orbit near an old one, with the parameter of a new one, is that."""
+        alone = np.append(np.zeros(new.z.size - 1), 1.0)
+        try:
+            there = solve(old.system, np.append(old.point.z[:-1], new.z[-1]), alone, most=8)
+        except NotFound:
+            return False
+        apart = np.abs(_marks(Placed(old.system, there)) - _marks(Placed(self._system, new)))
+        size = np.tile(np.maximum(ranges(new.passage), ranges(there.passage)), 2)
+        return bool(np.all(apart[: size.size] <= _SAME * size))
+
+    def _moved(self, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray]:
+        """Return the same orbit with its start in the middle of its longest stretch without events, if one is near."""
+        system, n = self._system, len(self._system.flow.states)
+        start, period, values = system.unpack(point.z)
+        times = np.array([e[0] for e in point.passage.events])
+        near = np.any((times < _NEAR_START * period) | (times > (1 - _NEAR_START) * period))
+        if not system.free or not near:
+            return point, way
+        edges = np.append(times, times[0] + period)
+        k = int(np.argmax(np.diff(edges)))
+        passage = system.flow.run(start, values, (edges[k] + 0.5 * (edges[k + 1] - edges[k])) % period)
+        carried = passage.by_start @ way[:n] + passage.by_value @ way[n + 1 :]
+        moved = solve(system, np.concatenate([passage.end, point.z[n:]]), np.append(np.zeros(n + 1), 1.0))
+        return moved, self.tangent(moved, np.concatenate([carried, way[n:]]))
+
+
+def _marks(orbit: Placed) -> np.ndarray:
+    """Return what tells orbits apart: extremes, the parameter, and the period or, of forced ones, the start."""
+    passage, z = orbit.point.passage, orbit.point.z
+    n = passage.low.size
+    return np.concatenate([passage.low, passage.high, z[n:] if orbit.system.free else z])

@@ -1,0 +1,319 @@
+"""The flow of a scene over a time that varies from call to call, with its derivatives: what every orbit is made of."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound, SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.relaxed_guards import GAPS, lifted
+from symfric.lower.variational_equations import varied
+from symfric.model.excitation import common_rate, frequencies
+from symfric.model.outputs import End, Trajectory
+from symfric.model.scene import Scene
+from symfric.solve.loop.workspace import DOUBTS, T_END, Workspace
+from symfric.solve.observables import RANGE, TURN, Row, Wanted
+from symfric.solve.program import Numbers
+from symfric.solve.routes import Program, prepare
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+from symfric.solve.taylor.route import Taylor
+from symfric.solve.taylor.sensitive_route import sensitive_model
+
+BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
+_PEAK = 1e-9  # of the static coefficient: what it exceeds the kinetic one by, if it does
+_ROUGH = 1e-8  # tolerance of a motion that serves as a guess
+_MOST_FLOWS, _MOST_MOTIONS = 16, 8  # programs kept
+_FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations
+
+
+class Passage(NamedTuple):
+    """One passage of the flow.
+
+    Attributes
+    ----------
+    end : ndarray, shape (n_x,)
+    by_start : ndarray, shape (n_x, n_x)
+        Derivatives of the end by the start: the monodromy matrix if the passage is a period.
+    by_value : ndarray, shape (n_x, n_p)
+        By the parameters of the flow.
+    rate : ndarray, shape (n_x,)
+        State derivative at the end.
+    events : tuple of (float, int, int, int)
+        Time, contact, mode before and after.
+    modes : tuple of int
+        Of the contacts at the end.
+    gaps : ndarray, shape (3 n_c,)
+        Least value of each guard where it turns, infinite if it does not: the slip, what is left to either bound.
+    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
+    low, high : ndarray, shape (n_x,)
+        Extremes of the states.
+    doubtful : bool
+        Whether the derivatives do not exist.
+    """
+
+    end: np.ndarray
+    by_start: np.ndarray
+    by_value: np.ndarray
+    rate: np.ndarray
+    events: tuple[tuple[float, int, int, int], ...]
+    modes: tuple[int, ...]
+    gaps: np.ndarray
+    gaps_by_start: np.ndarray
+    gaps_by_value: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    doubtful: bool
+
+
+class Guard(NamedTuple):
+    """A guard at one moment, and its first and second derivative in time, in units of `size`.
+
+    Attributes
+    ----------
+    left, rate, bend : float
+    size : float
+        Of what is left to a bound, that to both bounds; of a slip 1.
+    """
+
+    left: float
+    rate: float
+    bend: float
+    size: float
+
+
+class Flow:
+    """The compiled flow of a scene; may be followed from any thread.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without sampled inputs; its horizon, start and outputs play no part.
+    parameters : sequence of str
+        By which derivatives are wanted.
+    tolerance : float
+
+    Attributes
+    ----------
+    period : callable or None
+        From parameter values by name to the period of the excitation; None if nothing depends on time.
+    period_by : callable or None
+        The same for its derivatives by the parameters of the flow, (n_p,).
+    """
+
+    @alone(SYMBOLIC)
+    def __init__(self, scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13):
+        if scene.inputs:
+            raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
+        self.scene = scene.wanting({"end": End()})
+        self.parameters = tuple(parameters)
+        self.states = tuple(s.name for s in scene.system.states)
+        self.contacts = tuple(c.name for c in scene.contacts)
+        self.tolerance = tolerance
+        rows = [Row(RANGE, s) for s in scene.system.states]
+        self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
+        n_gaps = GAPS * len(self.contacts)
+        variations = varied(self._automaton, self.scene, (*self.states, *self.parameters), n_gaps)
+        wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
+        self._model = sensitive_model(self.scene, variations, wanted, tolerance, BUDGETS)
+        own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
+        self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
+        self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
+        self._guards = _guard_rates(self._automaton)
+        self._motions: dict[float, Program] = {}
+        self.period: Callable[[Mapping[str, float]], float] | None = None
+        self.period_by: Callable[[Mapping[str, float]], np.ndarray] | None = None
+        if not self._automaton.autonomous:
+            zero = vanishing(self.scene, frozenset(self.parameters))
+            self.period, self.period_by = _period(self.scene, zero, self.parameters)
+
+    def motion(self, scene: Scene, horizon: float) -> Run:
+        """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
+        with SYMBOLIC:
+            if horizon not in self._motions:
+                if len(self._motions) == _MOST_MOTIONS:
+                    self._motions.pop(next(iter(self._motions)))
+                self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
+            program = self._motions[horizon]
+        numbers = scene.numbers()
+        initial = {s.name: numbers[s] for s in scene.system.states}
+        return program.run({s.name: v for s, v in scene.parameter_values().items()}, initial)
+
+    def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
+        """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
+        _, p = self._numbers.changed(values, {})
+        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(2 * len(self.contacts))))[0]).ravel()
+
+    def guard(
+        self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
+    ) -> Guard:
+        """Return what is left, at a time, until a contact that slips in direction `way` stops, or one that sticks slips
+        in the other direction."""
+        passage, p, mode = self._follow(y, values, time, None)
+        parallels, n_c = self._automaton.parallels, len(self.contacts)
+        alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
+        mode[n_c + contact] = way
+        mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
+        found = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
+        row = 2 * contact + (sticks and way < 0)
+        size = float(np.sum(np.abs(found[0][2 * contact : 2 * contact + 2]))) if sticks else 1.0
+        left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in found)
+        return Guard(left, rate, bend, size)
+
+    @alone(SYMBOLIC)
+    def peaked(self, contact: int, values: dict[str, float]) -> bool:
+        """Whether the static coefficient of a contact exceeds its kinetic one at rest."""
+        law, numbers = self.scene.contacts[contact].law, {s: values[s.name] for s in self.scene.values}
+        stick, rest = (float(sp.sympify(e).subs(numbers)) for e in (law.stick, law.at_rest))
+        return stick - rest > _PEAK * abs(stick)
+
+    def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
+        """Follow the flow from state y for a time.
+
+        Parameters
+        ----------
+        y : ndarray, shape (n_x,)
+        values : dict
+            Changes of the scene's values.
+        time : float
+        lift : ndarray, shape (2 n_c,), optional
+            Added to the guards of every contact while it slips and while it sticks; see `symfric.lower.relaxed_guards`.
+
+        Raises
+        ------
+        NotFound
+            If the motion ends before; with the advice of its status.
+        """
+        return self._follow(y, values, time, lift)[0]
+
+    def _follow(
+        self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None
+    ) -> tuple[Passage, np.ndarray, np.ndarray]:
+        """Return the passage, and at its end the parameters and the mode as the automaton takes them."""
+        n_c = len(self.contacts)
+        _, p = self._numbers.changed(values, {})
+        raised = np.zeros(2 * n_c) if lift is None else lift
+        workspace = self._model.workspace()
+        workspace.arrays.clock[T_END] = time
+        status = workspace.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
+        w = workspace.arrays
+        log = workspace.take_log()
+        if status == Status.OK:
+            found = self._passage(w, log), w.p.copy(), w.m.copy()
+        self._model.give_back(workspace)
+        if status != Status.OK:
+            raise NotFound(f"the motion from this start ends early: {status.name}")
+        return found
+
+    def _passage(self, w: Workspace, log: tuple[np.ndarray, np.ndarray]) -> Passage:
+        """Copy what a run has left in its arrays."""
+        n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
+        n_e, n_s, n_g = n_x + GAPS * n_c, n_x + n_p, GAPS * n_c
+        V = w.y[n_x:-1].reshape(n_s, n_x).T
+        follow = w.total[n_e:, 0].reshape(n_g, n_s)
+        events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
+        modes = np.where(w.m[:n_c] > 0.5, 0, w.m[n_c : 2 * n_c])
+        rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
+        return Passage(
+            end=w.y[:n_x].copy(),
+            by_start=V[:, :n_x].copy(),
+            by_value=V[:, n_x:].copy(),
+            rate=np.array(rate).ravel(),
+            events=events,
+            modes=tuple(int(k) for k in modes),
+            gaps=w.total[:n_g, 0].copy(),
+            gaps_by_start=follow[:, :n_x].copy(),
+            gaps_by_value=follow[:, n_x:].copy(),
+            low=w.total[n_g:n_e, 0].copy(),
+            high=w.total[n_g:n_e, 1].copy(),
+            doubtful=bool(w.counts[DOUBTS]),
+        )
+
+
+def _guard_rates(automaton: Automaton) -> ca.Function:
+    """Return ``(y, t, p, m) -> (g, g', g'')`` for both guards of every contact."""
+    field = automaton.field
+    y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
+    rate, guards, _ = field(y, t, p, m)
+    out = [guards[: 2 * len(automaton.contacts)] if automaton.contacts else ca.SX(0, 1)]
+    for _ in range(2):
+        out.append(ca.jtimes(out[-1], y, rate) + ca.jacobian(out[-1], t))
+    return ca.Function("guards", [y, t, p, m], [ca.densify(e) for e in out])
+
+
+@alone(SYMBOLIC)
+def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:
+    """Return the compiled flow of a scene; that of the same equations with other numbers is kept in memory.
+
+    Its own numbers may be those of another scene: give all values to `Flow.run`.
+    """
+    dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
+    integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
+    key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance
+    if scene.inputs or integrals:
+        return Flow(scene, parameters, tolerance)
+    if key not in _FLOWS:
+        while len(_FLOWS) >= _MOST_FLOWS:
+            _FLOWS.pop(next(iter(_FLOWS)))
+        _FLOWS[key] = Flow(scene, parameters, tolerance)
+    return _FLOWS[key]
+
+
+@alone(SYMBOLIC)
+def excitation(scene: Scene, varied: frozenset[str] = frozenset()) -> Callable[[dict[str, float]], float] | None:
+    """Return the period of the excitation as a function of parameter values by name; None if nothing depends on time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Terms with a factor that is zero do not count.
+    varied : frozenset of str
+        Parameters that will not stay zero.
+
+    Raises
+    ------
+    SceneError
+        If the excitation has no period.
+    """
+    zero = vanishing(scene, varied)
+    if not frequencies(scene, zero):
+        return None
+    period = _period(scene, zero, ())[0]
+    if all(v is not None for v in scene.values.values()):
+        period({s.name: v for s, v in scene.values.items()})
+    return period
+
+
+def _period(scene: Scene, zero: Mapping[sp.Symbol, sp.Expr], parameters: Sequence[str]) -> tuple[Callable, Callable]:
+    """Return the period of the excitation, and its derivatives, as functions of parameter values by name.
+
+    Both raise SceneError if the frequencies have no common period.
+    """
+    rates = frequencies(scene, zero)
+    symbols = sorted(set().union(*(rate.free_symbols for rate in rates)), key=str)
+    of = {s.name: s for s in symbols}
+    slopes = [[sp.diff(rate, of[n]) / rate if n in of else sp.S.Zero for n in parameters] for rate in rates]
+    numbers, relative = sp.lambdify(symbols, rates), sp.lambdify(symbols, slopes)
+
+    def period(values: dict[str, float]) -> float:
+        found = numbers(*(values[s.name] for s in symbols))
+        base = common_rate(found)
+        if base is None:
+            told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(rates, found, strict=True))
+            raise SceneError(f"the frequencies of the excitation have no common period: {told}")
+        return 2 * np.pi / base
+
+    def period_by(values: dict[str, float]) -> np.ndarray:
+        found = np.array(relative(*(values[s.name] for s in symbols)), dtype=float).reshape(len(rates), len(parameters))
+        if not np.allclose(found, found[0], rtol=1e-9, atol=0.0):
+            raise SceneError(
+                f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
+                f"{', '.join(map(str, rates))}: they keep no common period; let it change all or none"
+            )
+        return -period(values) * found[0]
+
+    return period, period_by

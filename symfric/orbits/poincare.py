@@ -1,0 +1,214 @@
+"""Poincare sections: the states of a motion once in every period of the excitation, or where it crosses a surface."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.numeric import numeric_function
+from symfric.model.outputs import Trajectory, slip
+from symfric.model.scene import Scene
+from symfric.model.symbols import TIME, expression, finite, name_of, nearest
+from symfric.orbits.crossings import crossings
+from symfric.orbits.flow_map import excitation
+from symfric.solve.routes import prepare
+from symfric.solve.run import Run
+
+_LATE = 1e-12  # part of a period by which the end of a run may miss the last one
+
+
+@dataclass(frozen=True, eq=False)
+class PoincareSection:
+    """The points of a motion on a surface.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+    states : ndarray, shape (n_x, n)
+    names : tuple of str
+        Of the states.
+    about : str
+        The surface in words.
+    drawn : (str, str)
+        The first coordinate and the first velocity.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    names: tuple[str, ...]
+    about: str
+    drawn: tuple[str, str]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the values of a state, shape (n,)."""
+        if name not in self.names:
+            raise SceneError(f"{name!r} is no state{nearest(name, self.names)}")
+        return self.states[self.names.index(name)]
+
+    def plot(self, ax=None):
+        """Draw the first velocity against the first coordinate; return the Axes."""
+        from symfric.orbits.plotting import plot_section
+
+        return plot_section(self, ax)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        states = dict(zip(self.names, self.states.tolist(), strict=True))
+        return {"section": self.about, "times": self.times.tolist(), "states": states}
+
+    def to_xarray(self):
+        """Return the points as an xarray.Dataset with one variable for each state, over ``t``."""
+        import xarray as xr
+
+        data = {n: ("t", row) for n, row in zip(self.names, self.states, strict=True)}
+        return xr.Dataset(data, coords={"t": self.times}, attrs={"section": self.about})
+
+    def __repr__(self) -> str:
+        return f"PoincareSection({self.about}; {self.times.size} points)"
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where motions of a scene are cut; made by `cut_of`.
+
+    Attributes
+    ----------
+    about : str
+    period : callable or None
+        From parameter values by name to the period of the excitation.
+    phase : float
+        Part of the period.
+    function : callable or None
+        Of the states, time, and the parameters, in the order of the scene.
+    direction : int
+    """
+
+    about: str
+    period: Callable | None
+    phase: float
+    function: Callable | None = field(repr=False)
+    direction: int
+
+    def points(self, run: Run, after: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (n,) and states (n_x, n) of a run on the section, from a time on."""
+        values = {s.name: v for s, v in run.base.parameter_values().items()}
+        values |= {name_of(k): v for k, v in run.values.items()}
+        if self.period:
+            period = self.period(values)
+            first, last = after / period - self.phase, run.t_final / period - self.phase
+            turns = np.arange(max(0, np.ceil(first - _LATE)), np.floor(last + _LATE) + 1)
+            times = np.minimum((turns + self.phase) * period, run.t_final)
+            return times, run(times)
+        assert self.function is not None
+        numbers, height = [values[s.name] for s in run.base.parameters], self.function
+        return crossings(run.path, lambda x, t: height(*x, t, *numbers), self.direction, after)
+
+
+@alone(SYMBOLIC)
+def cut_of(
+    scene: Scene,
+    section: sp.Expr | str | None,
+    level: float,
+    direction: int,
+    phase: float,
+    varied: frozenset[str] = frozenset(),
+) -> Cut:
+    """Read what the user says of a section; `varied` are parameters that will not stay zero. See `poincare`."""
+    level, phase = finite(level, "level"), finite(phase, "phase")
+    if direction not in (-1, 0, 1):
+        raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
+    if section is None:
+        period = excitation(scene, varied)
+        if period is None:
+            u = scene.system.u[0]
+            raise SceneError(f"nothing depends on time; give a section, such as section={u.name!r} for turning points")
+        if not 0 <= phase < 1:
+            raise SceneError(f"phase is {phase:g}; give a part of the period, at least 0 and below 1")
+        return Cut(f"phase {phase:g} of the period of the excitation", period, phase, None, 0)
+    surface = _read(scene, section)
+    ways = {1: "rising", -1: "falling", 0: "either way"}
+    symbols = *scene.system.states, TIME, *scene.parameters
+    function = numeric_function(symbols, surface - level)
+    return Cut(f"{surface} = {level:g}, {ways[direction]}", None, 0.0, function, direction)
+
+
+def _read(scene: Scene, section: sp.Expr | str) -> sp.Expr:
+    """Return the expression of a section in the scene's own symbols."""
+    states = {s.name: s for s in scene.system.states}
+    if isinstance(section, str):
+        if section not in states:
+            raise SceneError(f"the section {section!r} is no state{nearest(section, states)}")
+        return states[section]
+    section = expression(section, "the section")
+    section = section.xreplace({slip(c.name): c.slip for c in scene.contacts})
+    known = states | {s.name: s for s in (TIME, *scene.parameters)}
+    for s in sorted(section.free_symbols, key=str):
+        if s.name not in known:
+            raise SceneError(f"{s} in the section is neither a state nor a parameter{nearest(s.name, known)}")
+    section = section.xreplace({s: known[s.name] for s in section.free_symbols})
+    if not section.free_symbols & set(states.values()):
+        raise SceneError(f"the section {section} holds no state; give an expression that the motion changes")
+    return section
+
+
+def poincare(
+    motion: Run | Scene,
+    section: sp.Expr | str | None = None,
+    *,
+    level: float = 0.0,
+    direction: int = 1,
+    phase: float = 0.0,
+    after: float = 0.0,
+    tolerance: float = 1e-9,
+) -> PoincareSection:
+    """Return the points of a motion on a surface.
+
+    Parameters
+    ----------
+    motion : Run or Scene
+        A run with its trajectory; a scene is run.
+    section : expression or name of a state, optional
+        Where it passes `level`; it may hold states, time, parameters and ``sf.slip("contact")``. A velocity passes zero
+        where its coordinate turns. Without it the motion is looked at once in every period of the excitation.
+    level : float
+        In units of the section.
+    direction : int
+        1 where the section rises, -1 where it falls, 0 for both.
+    phase : float
+        Of the excitation, as a part of its period; without a section only.
+    after : float
+        Time that is left out, such as a transient.
+    tolerance : float
+        Of the run of a scene.
+
+    Returns
+    -------
+    PoincareSection
+
+    Raises
+    ------
+    SceneError
+        If the section cannot be read, nothing depends on time and there is none, or the run kept no trajectory.
+    RunFailed
+        If the run of a scene ends early.
+
+    Notes
+    -----
+    Crossings are roots of the dense output, to rounding, and none is missed; see `symfric.orbits.crossings`.
+    """
+    if not isinstance(motion, Run | Scene):
+        raise SceneError(f"{motion!r} is neither a run nor an sf.Scene")
+    cut = cut_of(motion.scene if isinstance(motion, Run) else motion, section, level, direction, phase)
+    after = finite(after, "after")
+    if isinstance(motion, Run):
+        run = motion
+    else:
+        run = prepare(motion.wanting({"path": Trajectory()}), tolerance).run().checked()
+    if not 0 <= after < run.t_final:
+        raise SceneError(f"after is {after:g}; the run covers 0 to {run.t_final:g}")
+    system = run.base.system
+    times, states = cut.points(run, after)
+    return PoincareSection(times, states, run.names, cut.about, (system.q[0].name, system.u[0].name))

@@ -1,0 +1,244 @@
+"""What the explorer shows for one set of values: computed fast enough to follow a slider."""
+
+import itertools
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.numeric import numeric_function
+from symfric.model.outputs import Max, Min
+from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
+from symfric.report.study.measurement import PATH, as_run, is_excited
+from symfric.scenefile import SceneFile, belt_speeds
+from symfric.solve.routes import Program, prepare
+
+SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
+SHOWN = 0.25  # of the horizon, its end, where a fast excitation fills the whole phase portrait
+TOLERANCE = 1e-7
+SETTLE = 4  # horizons before the amplitude is measured
+MOST_ZEROS = 3  # values that are zero leave the equations: each choice of them is compiled before the page opens
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a slider covers.
+
+    Attributes
+    ----------
+    name, unit : str
+    low, high, value : float
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Numbers of the first two pictures.
+
+    Attributes
+    ----------
+    x, u : ndarray, shape (n,)
+        Motion of the first coordinate.
+    speed, friction : ndarray, shape (m,)
+        Law of the first contact; empty without contacts.
+    effective : ndarray, shape (m,)
+        Under the fast excitation; NaN without one.
+    status : str
+        Empty if the run came to its end.
+    """
+
+    x: np.ndarray
+    u: np.ndarray
+    speed: np.ndarray
+    friction: np.ndarray
+    effective: np.ndarray
+    status: str
+
+
+@dataclass(frozen=True, eq=False)
+class Explorer:
+    """A scene prepared for being asked again and again.
+
+    Attributes
+    ----------
+    file : SceneFile
+    ranges : tuple of Range
+    swept : str
+        Parameter of the amplitude diagram; "" if there is none to sweep.
+    speeds : ndarray, shape (POINTS,)
+        Its values, in the order in which they are computed: coarse first.
+    """
+
+    file: SceneFile
+    ranges: tuple[Range, ...]
+    swept: str
+    speeds: np.ndarray
+    motion: Program
+    steady: Program
+    friction: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+    def excited(self, values: Mapping[str, float]) -> bool:
+        """Return whether time enters the equations with some values."""
+        return is_excited(self.file.scene.where(values))
+
+    def view(self, values: Mapping[str, float]) -> View:
+        """Return the motion and the friction for some values."""
+        run = self.motion.run(values=values)
+        x, u = np.zeros(0), np.zeros(0)
+        if run.t_final > 0:
+            begin = (1 - SHOWN) * run.t_final if self.excited(values) else 0.0
+            t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), run.t[run.t >= begin])
+            states = run(t)
+            x, u = states[0], states[len(self.file.scene.system.q)]
+        return View(x, u, *self.friction(values), run.advice)
+
+    def half_range(self, values: Mapping[str, float], at: float) -> float:
+        """Return half the range of the first coordinate after settling, with the swept value; NaN if a run fails."""
+        run = self.steady.run(values={**values, self.swept: at})
+        return float("nan") if run.advice else 0.5 * float(run["high"] - run["low"])
+
+    def amplitudes(self, values: Mapping[str, float], seconds: float) -> Iterator[list[tuple[float, float]]]:
+        """Yield points of the amplitude diagram as many at a time as the seconds allow, coarse first."""
+        points: list[tuple[float, float]] = []
+        begin = time.perf_counter()
+        for at in self.speeds if self.swept else ():
+            points.append((float(at), self.half_range(values, float(at))))
+            if time.perf_counter() - begin > seconds:
+                yield points
+                points, begin = [], time.perf_counter()
+        yield points
+
+
+def explorer(file: SceneFile) -> Explorer:
+    """Prepare a scene file; everything that will be needed is compiled here.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no values to change.
+    """
+    scene = file.scene
+    if not scene.parameters:
+        raise SceneError(f"{file.path}: the scene has no values to change; name some in [values]")
+    swept, speeds = _sweep(file)
+    motion = prepare(as_run(scene).wanting({PATH: as_run(scene).outputs[PATH]}), TOLERANCE)
+    found = Explorer(
+        file,
+        _ranges(file, swept, speeds),
+        swept,
+        _coarse_first(speeds),
+        motion,
+        _steady(scene, float(np.ptp(motion.run().x[0]))),
+        _friction(file),
+    )
+    for values in _choices_of_zeros(found.ranges):
+        found.view(values)
+        if swept:
+            found.half_range(values, float(speeds[-1]))
+    return found
+
+
+def _steady(scene: Scene, reach: float) -> Program:
+    """Prepare the range of the first coordinate over the last horizon of several, in one run.
+
+    A restart after the settling would begin the excitation anew; so what lies before counts less, the steeper the
+    earlier, until the settling ends.
+    """
+    q, end = scene.system.q[0], SETTLE * scene.horizon
+    before = 1e3 * max(reach, 1e-12) / scene.horizon * sp.Max(0, end - TIME)
+    wanted = {"high": Max(q - before), "low": Min(q + before)}
+    return prepare(scene.wanting(wanted).until(end + scene.horizon), TOLERANCE)
+
+
+def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
+    """Return the parameter of the amplitude diagram and its values."""
+    if file.sweep is not None:
+        return file.sweep.parameter, np.linspace(file.sweep.start, file.sweep.stop, POINTS)
+    values = file.scene.parameter_values()
+    found = [s for s in belt_speeds(file.scene) if values[s] != 0]
+    if not found:
+        return "", np.zeros(0)
+    return found[0].name, np.linspace(0.1, 3.0, POINTS) * values[found[0]]
+
+
+def _coarse_first(values: np.ndarray) -> np.ndarray:
+    """Return values with both ends first, then the middle, then the middles of the halves."""
+    order, step = list(range(0, values.size, max(values.size - 1, 1))), (values.size - 1) // 2
+    while step:
+        order += [k for k in range(step, values.size, step) if k not in order]
+        step //= 2
+    return values[order]
+
+
+def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...]:
+    """Return a range around each value; those that are zero take the bounds of the design, or 0 to 1."""
+    plan = file.plan("quench")
+    bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
+    found = []
+    for symbol, value in file.scene.parameter_values().items():
+        low, high = (value / 10, 3 * value) if value > 0 else (3 * value, value / 10) if value < 0 else (0.0, 1.0)
+        if value == 0 and symbol.name in bounds:
+            high = float(bounds[symbol.name][1])
+        if symbol.name == swept:
+            low, high = min(float(speeds.min()), value), max(float(speeds.max()), value)
+        found.append(Range(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
+    return tuple(found)
+
+
+def _choices_of_zeros(ranges: tuple[Range, ...]) -> list[dict[str, float]]:
+    """Return values for every choice of which of the zero ones stay zero."""
+    zeros = [r for r in ranges if r.value == 0][:MOST_ZEROS]
+    base = {r.name: r.value for r in ranges}
+    choices = itertools.product((False, True), repeat=len(zeros))
+    return [base | {r.name: r.high for r, on in zip(zeros, chosen, strict=True) if on} for chosen in choices]
+
+
+def _friction(file: SceneFile) -> Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return a function of values: speeds, coefficients, and coefficients under the fast excitation."""
+    from symfric.theory.separation import fast_slips
+
+    scene = file.scene
+    if not scene.contacts:
+        nothing = np.zeros(0)
+        return lambda _values: (nothing, nothing, nothing)
+    contact = scene.contacts[0]
+    parameters = tuple(scene.values)
+    law = numeric_function((SPEED, *parameters), contact.law.kinetic)
+    shaken = scene.where({r.name: r.high for r in _ranges(file, "", np.zeros(0)) if r.value == 0})
+    try:
+        fast = fast_slips(shaken)[contact.name] if is_excited(shaken) else sp.Integer(0)
+    except SceneError:
+        fast = sp.Integer(0)
+    top = 1.5 * max([float(b.subs(scene.values)) for b in contact.law.breaks] + [_reach(file)])
+    return partial(_curves, parameters, law, numeric_function(parameters, fast), top)
+
+
+def _reach(file: SceneFile) -> float:
+    """Return the largest belt speed of the file."""
+    swept, speeds = _sweep(file)
+    values = file.scene.parameter_values()
+    given = [abs(values[s]) for s in belt_speeds(file.scene)]
+    return max([1e-9, *given, *(np.abs(speeds) if swept in {s.name for s in belt_speeds(file.scene)} else ())])
+
+
+def _curves(parameters, law, fast, top: float, values: Mapping[str, float]) -> tuple:
+    """Return both curves; the mean over a period of the fast slip is that of as many phases."""
+    given = [values[s.name] for s in parameters]
+    v = np.linspace(top / SPEEDS, top, SPEEDS)
+    q = abs(float(fast(*given)))
+    effective = np.full(SPEEDS, np.nan)
+    if q > 0:
+        slip = v[:, None] - q * np.cos((np.arange(PHASES) + 0.5) * np.pi / PHASES)
+        effective = np.mean(np.sign(slip) * law(np.abs(slip), *given), axis=1)
+    return v, law(v, *given) * np.ones(SPEEDS), effective

@@ -1,0 +1,49 @@
+"""One page that shows what was made again, with what the sources say and what was found."""
+
+from collections.abc import Mapping
+
+from symfric.report.html.versions import used
+from symfric.report.sources.registry import SOURCES, Entry, Made, title
+from symfric.report.sources.reproduction import NOT_MADE
+from symfric.templates import render
+
+VERDICTS = {True: "true", False: "not so", None: "open"}
+
+
+def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    made : mapping of name to (Entry, Made, seconds)
+        The pictures lie beside the page, as ``name.png``.
+    versions : mapping of str to str
+    """
+    return render(
+        "gallery.html",
+        title="Reproduction",
+        sources=[_source(s, made) for s in SOURCES if any(name.startswith(f"{s}-") for name in made)],
+        seconds=sum(time for _, _, time in made.values()),
+        used=used(versions),
+    )
+
+
+def _source(source: str, made: Mapping[str, tuple[Entry, Made, float]]) -> dict:
+    """Return what the page shows of one source."""
+    return {
+        "name": source,
+        "title": SOURCES[source],
+        "entries": [_entry(n, *found) for n, found in made.items() if n.startswith(f"{source}-")],
+        "left_out": [(n, why) for n, why in NOT_MADE.items() if n.startswith(source)],
+    }
+
+
+def _entry(name: str, entry: Entry, made: Made, seconds: float) -> dict:
+    return {
+        "name": name,
+        "title": title(name),
+        "caption": entry.caption,
+        "made": made,
+        "findings": [[f.claim, VERDICTS[f.holds], f.found] for f in made.findings],
+        "seconds": seconds,
+    }

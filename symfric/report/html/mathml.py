@@ -1,0 +1,190 @@
+"""Equations for a browser: presentation MathML, through SymPy's printer with what a reader of mechanics expects."""
+
+import inspect
+import re
+from collections.abc import Iterable
+
+import sympy as sp
+from markupsafe import Markup, escape
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws import Law
+from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED
+from symfric.model.system import Contact
+from symfric.scenefile import LawSpec, friction_laws
+
+SHOWN = {  # what SymPy prints, and what a browser is given
+    "<mo>&lt;=</mo>": "<mo>≤</mo>",
+    "<mo>&gt;=</mo>": "<mo>≥</mo>",
+    "<mo>==</mo>": "<mo>=</mo>",
+    "<mo>!=</mo>": "<mo>≠</mo>",
+    "&InvisibleTimes;": "&#x2062;",
+    "&ApplyFunction;": "&#x2061;",
+    "&ExponentialE;": "e",
+}
+ENTITY = re.compile(r"&(#x?)?\w+;")
+W, MU, BAR, EQUALS = Markup("<mi>w</mi>"), Markup("<mi>μ</mi>"), Markup("<mo>|</mo>"), Markup("<mo>=</mo>")
+OPEN, CLOSE, DOT = Markup("<mo>(</mo>"), Markup("<mo>)</mo>"), Markup("<mo>·</mo>")
+COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
+HIDDEN = "D_of_"  # before a velocity's name: its rate, written with a dot
+
+
+class _Printer(MathMLPresentationPrinter):
+    """Velocities' rates with a dot, cases with a brace, and every text escaped that is not SymPy's own entity."""
+
+    def __init__(self):
+        super().__init__()
+        unescaped = self.dom.createTextNode  # SymPy's, which writes what it is given
+        self.dom.createTextNode = lambda text: unescaped(text if ENTITY.fullmatch(text) else str(escape(text)))
+
+    def _print_Symbol(self, sym, style="plain"):
+        if sym.name.startswith(HIDDEN):
+            over = self.dom.createElement("mover")
+            over.appendChild(super()._print_Symbol(sp.Symbol(sym.name.removeprefix(HIDDEN))))
+            dot = self.dom.createElement("mo")
+            dot.appendChild(self.dom.createTextNode("˙"))
+            over.appendChild(dot)
+            return over
+        return super()._print_Symbol(sym)
+
+    def _print_Piecewise(self, expr):
+        row, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
+        brace = self.dom.createElement("mo")
+        brace.appendChild(self.dom.createTextNode("{"))
+        row.appendChild(brace)
+        for value, condition in expr.args:
+            line = self.dom.createElement("mtr")
+            word = "otherwise" if condition == sp.true else "if "
+            cells = [self._print(value), self._text(word)]
+            if condition != sp.true:
+                both = self.dom.createElement("mrow")
+                both.appendChild(cells[1])
+                both.appendChild(self._print(condition))
+                cells[1] = both
+            for content in cells:
+                cell = self.dom.createElement("mtd")
+                cell.appendChild(content)
+                line.appendChild(cell)
+            table.appendChild(line)
+        row.appendChild(table)
+        return row
+
+    def _text(self, words: str):
+        node = self.dom.createElement("mtext")
+        node.appendChild(self.dom.createTextNode(words.replace(" ", "\u2002")))
+        return node
+
+    def _print_Float(self, expr):
+        number = self.dom.createElement("mn")
+        number.appendChild(self.dom.createTextNode(format(float(expr), ".6g")))
+        return number
+
+
+@alone(SYMBOLIC)
+def to_mathml(expr) -> Markup:
+    """Return the inside of a ``<math>`` element."""
+    text = _Printer().doprint(sp.sympify(expr))
+    for printed, shown in SHOWN.items():
+        text = text.replace(printed, shown)
+    return Markup(text)
+
+
+def block(parts: Iterable[Markup], label: str) -> Markup:
+    """Return one displayed equation from its parts; `label` is what a screen reader says."""
+    inside = Markup("").join(parts)
+    return Markup('<math display="block" aria-label="{}"><mrow>{}</mrow></math>').format(label, inside)
+
+
+def inline(expr) -> Markup:
+    """Return an expression within a sentence."""
+    return Markup("<math>{}</math>").format(to_mathml(expr))
+
+
+def operator(sign: str) -> Markup:
+    """Return an operator."""
+    return Markup("<mo>{}</mo>").format(sign)
+
+
+def number_in_letters(value: float) -> Markup:
+    """Return a number as it stands in a matrix."""
+    mantissa, _, exponent = f"{abs(value):.6g}".partition("e")
+    sign = operator("−") if value < 0 else ""
+    power = Markup("<mo>·</mo><msup><mn>10</mn><mn>{}</mn></msup>").format(int(exponent)) if exponent else ""
+    return Markup("{}<mn>{}</mn>{}").format(sign, mantissa, power)
+
+
+def _in_brackets(expr) -> Markup:
+    """Return an expression, in brackets if it is a sum."""
+    inside = to_mathml(expr)
+    return Markup("<mrow><mo>(</mo>{}<mo>)</mo></mrow>").format(inside) if expr.is_Add else inside
+
+
+def _force_name(contact: Contact) -> Markup:
+    return Markup("<msub><mi>F</mi><mtext>{}</mtext></msub>").format(contact.name)
+
+
+@alone(SYMBOLIC)
+def equations_of_motion(scene: Scene) -> list[Markup]:
+    """Return one displayed equation for each coordinate and each first-order state, friction as F_contact."""
+    system, lines = scene.system, []
+    rates = [sp.Symbol(HIDDEN + u.name) for u in system.u]
+    same = [_dotted(q) + EQUALS + to_mathml(u) for q, u in zip(system.q, system.u, strict=True)]
+    lines.append(block([COMMA.join(same)], "velocities are the rates of the coordinates"))
+    for i, force in enumerate(system.force):
+        left = sum((m * r for m, r in zip(system.mass.row(i), rates, strict=True)), sp.Integer(0))
+        parts = [to_mathml(left), EQUALS]
+        pulls = [(c, c.slip.diff(system.u[i])) for c in scene.contacts]
+        pulls = [(c, slope) for c, slope in pulls if not slope.is_zero]
+        if not (force.is_zero and pulls):
+            parts.append(to_mathml(force))
+        for contact, slope in pulls:
+            negative = slope.could_extract_minus_sign()
+            parts.append(operator("−" if negative else "+") if len(parts) > 2 or negative else Markup(""))
+            size = -slope if negative else slope
+            if size != 1:
+                parts.append(_in_brackets(size))
+            parts.append(_force_name(contact))
+        lines.append(block(parts, f"equation of motion of {system.q[i].name}"))
+    for z, rate in zip(system.z, system.z_rate, strict=True):
+        lines.append(block([_dotted(z), EQUALS, to_mathml(rate)], f"rate of {z.name}"))
+    return lines
+
+
+def _dotted(symbol: sp.Symbol) -> Markup:
+    return to_mathml(sp.Symbol(HIDDEN + symbol.name))
+
+
+@alone(SYMBOLIC)
+def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
+    """Return a contact's law in its own letters where the file names it, else as it is."""
+    if spec is None or spec.law in ("custom", "piecewise_linear"):
+        return contact.law
+    function = friction_laws()[spec.law]
+    given = {n: sp.Symbol(n, positive=True) for n in inspect.signature(function).parameters if n in spec.coefficients}
+    return function(**given)
+
+
+@alone(SYMBOLIC)
+def friction_of_contact(contact: Contact, law: Law) -> list[Markup]:
+    """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient."""
+    load = contact.normal * contact.profile
+    size = [] if load == 1 else [_in_brackets(load), DOT]
+    name = _force_name(contact)
+    slipping = [name, EQUALS, operator("−"), *size, MU, OPEN, BAR, W, BAR, CLOSE, DOT, Markup("<mi>sgn</mi>"), OPEN, W]
+    slipping += [CLOSE, _words("while"), W, EQUALS, to_mathml(contact.slip)]
+    slipping += [operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
+    sticking = [BAR, name, BAR, operator("≤"), *size, to_mathml(law.stick), _words("while it sticks,"), W, EQUALS]
+    sticking += [Markup("<mn>0</mn>")]
+    mu = [MU, OPEN, to_mathml(SPEED), CLOSE, EQUALS, to_mathml(law.kinetic)]
+    label = f"friction of contact {contact.name}"
+    return [
+        block(slipping, f"{label} while it slips"),
+        block(sticking, f"{label} while it sticks"),
+        block(mu, f"coefficient of {label}"),
+    ]
+
+
+def _words(text: str) -> Markup:
+    return Markup("<mspace width='1em'/><mtext>{}</mtext><mspace width='.5em'/>").format(text)

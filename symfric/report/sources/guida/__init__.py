@@ -1,0 +1,1 @@
+"""Guida, Nilvetti and Pappalardo: drawn slides."""

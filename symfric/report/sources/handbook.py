@@ -1,0 +1,176 @@
+"""Reproduction of the handbook's section 19.5: friction laws, the decay under Coulomb friction, gears, chatter."""
+
+import numpy as np
+
+from symfric.model import laws, scenes
+from symfric.model.symbols import SPEED
+from symfric.report.sources.panels import Curve, FigureData, Panel, panels_entry
+from symfric.report.sources.registry import Finding
+from symfric.theory import transient
+
+DELTA = 0.08  # mu g/omega_n^2 over x0 of figure 19.17, ours: the source draws a sketch
+VELOCITY, FORCE = "relative velocity $v$", "damping force $f$"
+STIFF = (30.0, 0.35)  # rad/s and m, of the interface in 19.5.2, ours
+
+
+def _combined(law: laws.Law, top: float, number: int = 600) -> tuple[np.ndarray, np.ndarray]:
+    """Return speeds and forces from the vertical piece at rest on."""
+    v = np.linspace(0.0, top, number)[1:]
+    return np.concatenate([[0.0, 0.0], v]), np.concatenate([[0.0, float(law.stick)], law(v)])
+
+
+def figure_15() -> FigureData:
+    """Main characteristics of interface damping: stiction, Coulomb, Stribeck and viscous regions."""
+    import sympy as sp
+
+    law = laws.lorentz(0.8, 0.3, mu_s=1.0, b=0.35)
+    slope = sp.lambdify(SPEED, law.kinetic.diff(SPEED))
+    from scipy.optimize import brentq
+
+    turn = float(brentq(slope, 0.1, 3.0))
+    steepest = float(brentq(sp.lambdify(SPEED, law.kinetic.diff(SPEED, 2)), 0.01, 1.0))
+    first = 0.5 * steepest
+    marks = (("1 | 2", first), ("unstable | stable", turn))
+    levels = (("$f_s$", 1.0), ("$f_d$", 0.8))
+    panel = Panel(
+        "", VELOCITY, FORCE, (Curve("", *_combined(law, 2.0)),), y_range=(0, 1.15), marks=marks, levels=levels
+    )
+    findings = (
+        Finding(
+            "the slope is negative in regions 1 and 2, which is the unstable region", f"up to v = {turn:.3f}", True
+        ),
+        Finding(
+            "regions 1 and 2 are apart",
+            "the models (19.106) to (19.108) fall from rest on; where Coulomb friction ends is a choice",
+            None,
+        ),
+    )
+    caption = (
+        "(19.105) with (19.106): $f_s$ = 1, $f_d$ = 0.8, $v_c$ = 0.3, $b$ = 0.35, ours; the source draws a sketch."
+    )
+    return FigureData("handbook-19.15", caption, (panel,), 1, findings)
+
+
+def models() -> FigureData:
+    """The three models of the Stribeck effect, (19.106) to (19.108), with viscous friction."""
+    found = {
+        "(19.106)": laws.lorentz(0.8, 0.3, mu_s=1.0, b=0.35),
+        "(19.107)": laws.gauss(0.8, 0.3, mu_s=1.0, b=0.35),
+        "(19.108)": laws.square_root(0.8, -0.9, mu_s=1.0, b=0.9),
+    }
+    curves = tuple(Curve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(found.items()))
+    panel = Panel("", VELOCITY, FORCE, curves, y_range=(0, 1.15), levels=(("$f_s$", 1.0), ("$f_d$", 0.8)))
+    findings = (
+        Finding(
+            "f_d represents dynamic Coulomb friction", "it is the value as v tends to 0; (19.106), (19.107) go to 0"
+        ),
+        Finding("(19.108) models the Stribeck effect", "it falls only for alpha < 0, and carries sgn(v) already", None),
+    )
+    caption = r"$f_s$ = 1, $f_d$ = 0.8, $v_c$ = 0.3, $b$ = 0.35; (19.108) with $\alpha$ = -0.9, $b$ = 0.9; ours."
+    return FigureData("handbook-models", caption, (panel,), 1, findings)
+
+
+def figure_17() -> FigureData:
+    """Response of a mass on a spring under Coulomb friction, with the equilibria of both directions."""
+    from symfric.solve.routes import simulate
+
+    scene = scenes.coulomb_oscillator(DELTA)
+    run = simulate(scene).checked()
+    count = transient.half_cycles(DELTA)
+    t = np.linspace(0.0, (count + 1) * np.pi, 2000)
+    drawn = [Curve("", t, run(t)[0])]
+    turns = np.arange(count + 1) * np.pi
+    envelope = np.abs(run(turns)[0])
+    drawn.append(Curve("turning points", turns, run(turns)[0], 1, dash="none", marker="o"))
+    marks = ((r"$\pi/\omega_n$", np.pi), (r"$2\pi/\omega_n$", 2 * np.pi))
+    panel = Panel(
+        "", r"$\omega_n t$", "$x/x_0$", tuple(drawn), marks=marks, levels=((r"$\Delta$", DELTA), (r"$-\Delta$", -DELTA))
+    )
+    lost = np.diff(envelope[: count + 1])
+    stop = transient.stop_position(DELTA)
+    findings = (
+        Finding(
+            "each half cycle loses 2 Delta, (xiii), (xiv)", f"between {-lost.max():.6f} and {-lost.min():.6f}", True
+        ),
+        Finding(
+            "a half cycle needs x0 > (4i - 3) Delta or (4i - 1) Delta",
+            f"{count} half cycles, rest at {stop:+.4f}: within Delta, where the static friction holds it",
+            len(run.events) == count,
+        ),
+    )
+    caption = rf"$\Delta = \mu g/\omega_n^2$ = {DELTA:g} $x_0$, ours; the source draws a sketch."
+    return FigureData("handbook-19.17", caption, (panel,), 1, findings)
+
+
+def gear() -> laws.Law:
+    """Return friction with two straight sections, within the axes of figure 19.18."""
+    return laws.piecewise_linear(0.05, [0.0, 2.0], [0.05, 0.014], last_slope=0.0012)
+
+
+def figure_19() -> FigureData:
+    """Friction model for rotatory devices: two straight lines."""
+    v = np.linspace(0.0, 10.0, 501)
+    curve = Curve("", np.concatenate([[0.0], v]), np.concatenate([[0.0], gear()(np.maximum(v, 1e-12))]))
+    panel = Panel("", "pitch line velocity [m/s]", "coefficient of friction", (curve,), y_range=(0, 0.055))
+    finding = Finding("the measured curve of figure 19.18 is close to two straight lines", "no data is printed", None)
+    caption = "Slopes and corner are ours, within the axes of figure 19.18, of which no data is printed."
+    return FigureData("handbook-19.19", caption, (panel,), 1, (finding,))
+
+
+def chatter() -> FigureData:
+    """Instability by the falling section, 19.5.2: growth from steady sliding to a cycle."""
+    panels, found = [], {}
+    for title, speed, start in (("falling section, $v_b$ = 1", 1.0, 0.02), ("rising section, $v_b$ = 3", 3.0, 0.5)):
+        t, x, u, rest = _interface(speed, start)
+        found[speed] = np.ptp(x[t > 0.9 * t[-1]]) / np.ptp(x[t < 0.1 * t[-1]])
+        panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (Curve("", t, x),), levels=(("", rest),)))
+    t, x, u, _ = _interface(1.0, 0.02)
+    panels.append(
+        Panel("phase plane, $v_b$ = 1", "$x$ [m]", r"$\dot x$ [m/s]", (Curve("", x, u),), levels=(("$v_b$", 1.0),))
+    )
+    findings = (
+        Finding(
+            "a slight disturbance grows where the slope is negative", f"{found[1.0]:.1f} times, up to a cycle", True
+        ),
+        Finding("it decays where the slope is positive", f"to {found[3.0]:.2f} of its range", found[3.0] < 1),
+        Finding(
+            "initially the velocity is x' = 0, there b is negative and (19.109) unstable",
+            "b must be the slope at a sliding speed that is not 0: without one, friction only takes energy",
+            False,
+        ),
+    )
+    caption = "Two straight lines as figure 19.19, ten times as high, on a belt; ours."
+    return FigureData("handbook-chatter", caption, tuple(panels), 3, findings)
+
+
+def _interface(speed: float, start: float) -> tuple:
+    """Return times, place, velocity and the place of steady sliding of a mass on a belt with two-slope friction."""
+    import sympy as sp
+
+    from symfric.model.scene import Scene
+    from symfric.model.system import Contact, System
+    from symfric.solve.routes import simulate
+    from symfric.theory.equilibrium import equilibrium
+
+    x, u, omega, v_b, x0 = sp.symbols("x u omega v_b x_0", real=True)
+    law = laws.piecewise_linear(0.5, [0.0, 2.0], [0.5, 0.14], last_slope=0.012)
+    scene = Scene(
+        system=System(q=[x], u=[u], mass=[[1]], force=[-(omega**2) * x]),
+        contacts=[Contact("interface", slip=u - v_b, normal=9.81, law=law)],
+        values={omega: STIFF[0], v_b: speed, x0: 0.0},
+        initial={x: x0, u: 0.0},
+        horizon=12.0,
+    )
+    rest = float(equilibrium(scene.where({x0: 0.0})).x[0])
+    run = simulate(scene.where({x0: rest + start * STIFF[1] / 10}), tolerance=1e-10).checked()
+    t = np.union1d(np.linspace(0.0, 12.0, 6000), run.t)
+    return t, *run(t), rest
+
+
+FIGURES = {
+    "handbook-19.15": panels_entry(figure_15),
+    "handbook-19.17": panels_entry(figure_17),
+    "handbook-19.19": panels_entry(figure_19),
+    "handbook-models": panels_entry(models),
+    "handbook-chatter": panels_entry(chatter),
+}

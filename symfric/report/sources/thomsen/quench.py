@@ -1,0 +1,165 @@
+"""Where fast vibration quenches, and at what cost: Thomsen, figure 9 and section 5."""
+
+from functools import cache
+
+import numpy as np
+import sympy as sp
+
+from symfric.model import scenes
+from symfric.model.numeric import numeric_function
+from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.registry import Finding
+from symfric.theory import belt
+from symfric.theory.belt.scene import numbers
+
+A = 0.01
+DAMPINGS = (0.05, 0.1)  # the second one is ours: the source does not print its own
+FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 33.0, 35.0, 40.0)
+FASTEST, SETTLE = 0.46, 300.0  # belt speed and time from which the forced orbit is sought
+OMEGA, SPEED, INTENSITY = r"$\Omega$", r"$v_b$", r"$a\Omega$"
+
+
+def scene_of(beta: float, Omega: float = 0.0):
+    """Return the belt of figure 9."""
+    return scenes.mass_on_belt(v_b=0.3, beta=beta, a=A if Omega else 0.0, Omega=Omega)
+
+
+@cache
+def bounds(beta: float) -> np.ndarray:
+    """Return Omega and the lower and upper belt speed of self-excited vibration in the full model, shape (3, n)."""
+    from symfric.orbits.continuation.branch import continue_cycle
+
+    found = []
+    for Omega in FREQUENCIES:
+        scene = scene_of(beta, Omega).where({"v_b": FASTEST}).until(SETTLE)
+        special = continue_cycle(scene, "v_b", (0.995 * A * Omega, FASTEST)).special
+        upper = [s.value for s in special if s.kind == "neimark-sacker"]
+        if upper:
+            found.append((Omega, max(s.value for s in special if s.kind == "stick-onset"), *upper))
+    return np.array(found).T
+
+
+def _averaged(beta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return Omega and both bounds of (55)."""
+    end = belt.quench_intensity(scene_of(beta)) / A
+    Omega = end * np.sin(np.linspace(0.0, 0.5 * np.pi, 200))[:-1]
+    return Omega, *_limits(beta, Omega)
+
+
+def _limits(beta: float, Omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return both bounds of (55)."""
+    return tuple(_over(f, belt.SYMBOLS.Omega, Omega, beta) for f in belt.unstable_speeds(symbolic=True))
+
+
+def _over(formula: sp.Expr, letter: sp.Symbol, values: np.ndarray, beta: float = DAMPINGS[0], q: float | None = None):
+    """Evaluate a closed form over the values of one letter, the others those of figure 9 or an intensity q."""
+    given = dict(zip(belt.SYMBOLS, numbers(scene_of(beta)), strict=True))
+    given |= {belt.SYMBOLS.a: A if q is None else q, belt.SYMBOLS.Omega: 1.0}
+    known = {symbol: value for symbol, value in given.items() if symbol != letter}
+    return numeric_function((letter,), formula.subs(known))(values) * np.ones_like(values)
+
+
+def figure_9() -> FigureData:
+    """Belt speeds of self-excited vibration against the frequency of the excitation."""
+    curves, findings = [], []
+    for k, (beta, dash) in enumerate(zip(DAMPINGS, ("solid", "dashed"), strict=True)):
+        Omega, low, high = _averaged(beta)
+        around = np.concatenate([low, high[::-1]])
+        curves.append(Curve(rf"(55), $\beta$ = {beta:g}", np.concatenate([Omega, Omega[::-1]]), around, k, dash=dash))
+        found = bounds(beta)
+        for row, marker in zip(found[1:], ("s", "o"), strict=True):
+            name = rf"full model, $\beta$ = {beta:g}"
+            curves.append(Curve(name, found[0], row, k, dash="none", marker=marker))
+        exact = np.array(_limits(beta, found[0]))
+        off = np.max(np.abs(exact / found[1:] - 1))
+        at = ", ".join(f"Omega = {w:g}: {a:.5f} to {b:.5f}" for w, a, b in found.T if w in (20.0, 30.0))
+        findings.append(
+            Finding(
+                f"agreement with simulation is very good (beta = {beta:g})", f"within {100 * off:.1f} %; {at}", True
+            )
+        )
+    last = max(bounds(DAMPINGS[0])[0])
+    star = [belt.quench_intensity(scene_of(b)) / A for b in DAMPINGS]
+    findings.append(
+        Finding(
+            "no self-excited vibration above a Omega*",
+            f"(56): Omega* = {star[0]:.2f}; the full model has some at {last:g} and none at {_next(last):g}",
+            last < star[0] < _next(last),
+        )
+    )
+    findings.append(Finding("damping narrows the range", f"Omega* falls from {star[0]:.2f} to {star[1]:.2f}", True))
+    panel = Panel("", OMEGA, SPEED, tuple(curves), x_range=(0, 42), y_range=(0, 0.5))
+    caption = (
+        r"$a$ = 0.01, as figure 4 else; the second $\beta$ is ours. "
+        "Squares: the motion grazes the belt's speed; circles: Neimark-Sacker point."
+    )
+    return FigureData("thomsen-9", caption, (panel,), 1, tuple(findings))
+
+
+def _next(Omega: float) -> float:
+    return min(w for w in FREQUENCIES if w > Omega)
+
+
+def quench_speeds() -> FigureData:
+    """Intensity that quenches at one belt speed, and at all up to it; (57) and (58)."""
+    scene = scene_of(0.05)
+    star, v_b1 = belt.quench_intensity(scene), belt.onset_speed(scene)
+    speeds = np.union1d(np.linspace(0.002, 0.5, 250), [star, v_b1 - 1e-9, v_b1])
+    v_hat = sp.Symbol("v_hat", positive=True)
+    at, below = (
+        _over(f(v=v_hat, symbolic=True), v_hat, speeds) for f in (belt.quench_intensity_at, belt.quench_intensity_below)
+    )
+    Omega, low, high = bounds(0.05)
+    curves = (
+        Curve("(57): at this speed", speeds, at),
+        Curve("(58): at this speed and below", speeds, below, 1, dash="dashed"),
+        Curve("full model, grazing", low, A * Omega, 2, dash="none", marker="s"),
+        Curve("full model, Neimark-Sacker", high, A * Omega, 2, dash="none", marker="o"),
+    )
+    findings = (
+        Finding(
+            "(57) holds for all speeds", f"its root is imaginary above v_b1 = {v_b1:.4f}; 0 is enough there", False
+        ),
+        Finding(
+            f"a Omega* is about 0.8 v_m for small damping, (56): {star:.4f} here", "sqrt(2/3) v_m = 0.816 v_m", True
+        ),
+    )
+    marks = ((r"$a\Omega^*$", star), ("$v_{b1}$", v_b1))
+    panel = Panel("", r"$\hat v_b$", INTENSITY, curves, x_range=(0, 0.5), y_range=(0, 0.5), marks=marks)
+    return FigureData("thomsen-quench-speeds", r"$\beta$ = 0.05, as figure 4 else; $a$ = 0.01.", (panel,), 1, findings)
+
+
+def quench_energy() -> FigureData:
+    """Kinetic energy and mean power of the fast motion that quenches, section 5.3."""
+    scene, q = scene_of(0.05), belt.quench_intensity(scene_of(0.05))
+    speeds = np.linspace(0.002, 0.5, 250)
+    power = _over(belt.mean_power(symbolic=True), belt.SYMBOLS.v_b, speeds, q=q)
+    phase = np.linspace(0.0, 2 * np.pi, 400)
+    largest = belt.largest_pure_slip_amplitude(scene)
+    waves = (
+        Curve("fast motion, (59)", phase, 0.5 * q**2 * np.cos(phase) ** 2),
+        Curve(r"largest pure slip, (60) with 2/5", phase, 0.5 * largest**2 * np.cos(phase) ** 2, 1),
+        Curve("(60) as printed, 2/3", phase, 2 / 3 * 0.25 * (1 - 0.1 / 0.45) * np.cos(phase) ** 2, 1, dash="dotted"),
+    )
+    ratio = belt.energy_ratio()
+    findings = (
+        Finding("(60): 2/3 v_m^2 (1 - 2 beta/eta)", "2/5: A0,max^2/2 with sqrt(4/5), and (61) needs it", False),
+        Finding("(61): ratio of the energies 5/6", f"{ratio:.6f}", True),
+        Finding(
+            "(59) is the energy required",
+            f"it is the kinetic energy; the mean power spent is up to {power.max():.3f}, on the slowest belt",
+            False,
+        ),
+    )
+    panels = (
+        Panel("kinetic energy", r"phase: $\Omega\tau$ or $\tau + \theta_0$", "energy", waves, y_range=(0, 0.18)),
+        Panel(
+            r"mean power of the excitation at $a\Omega^*$",
+            SPEED,
+            "power",
+            (Curve("", speeds, power),),
+            y_range=(0, None),
+            marks=((r"$a\Omega^*$", q),),
+        ),
+    )
+    return FigureData("thomsen-quench-energy", r"$\beta$ = 0.05, $a\Omega$ = $a\Omega^*$.", panels, 2, findings)

@@ -1,0 +1,30 @@
+"""Reproduction of Younes and Ashour: figures 3-10 as data, its word claims tested."""
+
+from symfric.report.sources.panels import panels_entry
+from symfric.report.sources.registry import Entry, Finding, Inputs
+from symfric.report.sources.younes_ashour import figures
+from symfric.report.sources.younes_ashour.claims import Claim, Reading, claims, claims_table
+
+CLAIMS = "What the text claims, and which readings of it hold."
+
+
+def _table(_inputs: Inputs) -> list[dict]:
+    return claims_table()
+
+
+def _text(rows: list[dict]) -> str:
+    lines = [f"{r['where']}: {r['claim']}\n    {r['verdict']}; {r['reading']}: {r['holds']}" for r in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _findings(rows: list[dict]) -> tuple[Finding, ...]:
+    words = (f"{r['reading']}: " + (", ".join(f"{k} {v:.4g}" for k, v in r["evidence"].items()) or "-") for r in rows)
+    return tuple(Finding(f"{r['where']}: {r['claim']}", w, r["holds"]) for r, w in zip(rows, words, strict=True))
+
+
+FIGURES = {
+    **{name: panels_entry(make) for name, make in figures.FIGURES.items()},
+    "younes-claims": Entry(CLAIMS, _table, text=_text, plain=list, findings=_findings),
+}
+
+__all__ = ["FIGURES", "Claim", "Reading", "claims", "claims_table"]

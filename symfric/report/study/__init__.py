@@ -1,0 +1,1 @@
+"""The study of a scene file: computed, drawn and written."""

@@ -1,0 +1,199 @@
+"""Predicted beside computed: each formula that applies, and the number the solver gives for the same quantity."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from symfric.design.comparison import Comparison
+from symfric.design.result import Design
+from symfric.errors import NotFound, SceneError
+from symfric.model.outputs import End, Max
+from symfric.model.scene import Scene
+from symfric.report.study.measurement import SETTLE, is_excited
+from symfric.scenefile import DesignPlan, SceneFile
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of predicted against computed.
+
+    Attributes
+    ----------
+    quantity, formula : str
+    predicted, computed : float
+    """
+
+    quantity: str
+    predicted: float
+    computed: float
+    formula: str
+
+    @property
+    def difference(self) -> float:
+        """``predicted / computed - 1``; NaN where the computed value is zero."""
+        return self.predicted / self.computed - 1 if self.computed else float("nan")
+
+
+def closed_forms_apply(file: SceneFile) -> bool:
+    """Return whether the belt's closed forms hold: the ready scene with the cubic law, not excited."""
+    cubic = not file.laws or file.laws[0].law == "cubic"
+    return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
+
+
+def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -> tuple[Row, ...]:
+    """Return the lines of the table.
+
+    Parameters
+    ----------
+    base : Scene
+        Of the slow motion if the file's scene is excited.
+    equilibrium, onset, steady : result or None
+        What the study found.
+    designs : tuple of DesignResult
+    """
+    rows = []
+    steady = steady if steady is not None and steady.settled else None  # nothing to compare with otherwise
+    if steady is not None:
+        rows += _of_vibration(file, base, equilibrium, steady)
+    if closed_forms_apply(file):
+        rows += _of_belt(file.scene, onset, steady)
+    for found in designs:
+        if found.design.value is not None:
+            rows += of_design(file, found.plan, found.design.value)
+    first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
+    rows.sort(key=lambda r: first[r.quantity])  # one quantity after the other
+    return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
+
+
+def _try(formula: Callable[[], float]) -> float:
+    """Return a number, NaN where the formula does not apply."""
+    try:
+        return float(formula())
+    except (SceneError, NotFound):
+        return math.nan
+
+
+def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row]:
+    """Return averaging against the steady vibration, or the position of rest where nothing vibrates."""
+    from symfric.theory.averaging import average
+
+    name = file.sweep.coordinate if file.sweep else base.system.q[0].name
+    try:
+        flow = average(base)
+        stable = flow.amplitudes[flow.stable]
+    except (SceneError, NotFound):
+        return []
+    if name != base.system.q[0].name:
+        return []
+    if not stable.size:
+        vibrates = steady.half_range > 1e-3 * max(abs(steady.largest), abs(steady.smallest))
+        if equilibrium is None or (vibrates and not is_excited(file.scene)):
+            return []
+        place = float(equilibrium.x[equilibrium.names.index(name)])
+        words = "of the slow motion" if is_excited(file.scene) else "of steady sliding"
+        return [Row(f"mean of {name}", place, steady.mean, f"equilibrium {words}")]
+    if is_excited(file.scene):
+        return []
+    amplitude = float(stable[-1])
+    period = 2 * math.pi / float(flow.frequency_at(amplitude))
+    return [
+        Row(f"half range of {name}", amplitude, steady.half_range, "averaging, first order"),
+        Row("period", period, steady.period, "averaging, first order"),
+    ]
+
+
+def _of_belt(scene: Scene, onset, steady) -> list[Row]:
+    """Return the belt's closed forms against eigenvalues and motions."""
+    from symfric.theory import belt
+
+    rows = []
+    if onset is not None and onset.parameter == "v_b":
+        formula = _try(lambda: belt.onset_speed(scene))
+        rows.append(
+            Row("belt speed where vibration starts", formula, onset.value, "Thomsen (19); computed: eigenvalues")
+        )
+    sticks = steady is not None and steady.stick_fraction > 0
+    amplitude = belt.stick_slip_amplitude if sticks else belt.pure_slip_amplitude
+    frequency = belt.stick_slip_frequency if sticks else belt.pure_slip_frequency
+    sources = (
+        ("Thomsen (28), (29)", "(28), (29) to second order")
+        if sticks
+        else ("Thomsen (20), (16)", "(20) to second order")
+    )
+    for order, source in zip((1, 2), sources, strict=True):
+        if steady is None:
+            break
+        half, rate = (_try(partial(formula, scene, order=order)) for formula in (amplitude, frequency))
+        rows.append(Row("half range of x", half, steady.half_range, source))
+        rows.append(Row("period", 2 * math.pi / rate, steady.period, source))
+    first = _try(lambda: belt.stick_speed(scene))
+    if math.isfinite(first):
+        found = _try(lambda: stick_onset(scene, 0.8 * first, 1.1 * first))
+        words = "belt speed below which it sticks"
+        rows.append(Row(words, first, found, "Thomsen (21)"))
+        rows.append(Row(words, _try(lambda: belt.stick_speed(scene, order=2)), found, "(21) to second order"))
+    return rows
+
+
+def stick_onset(scene: Scene, low: float, high: float) -> float:
+    """Return the belt speed between two at which the steady vibration just reaches the belt's speed, by bisection.
+
+    Raises
+    ------
+    NotFound
+        If it sticks at both ends or at none.
+    """
+    from symfric.solve.routes import prepare
+
+    (u,) = scene.system.u
+    first = prepare(scene.wanting({"end": End()}).until(SETTLE * scene.horizon))
+    second = prepare(scene.wanting({"fastest": Max(u)}))
+    names = [s.name for s in scene.system.states]
+
+    def sticks(v_b: float) -> bool:
+        end = first.run(values={"v_b": v_b}).checked()
+        run = second.run(values={"v_b": v_b}, initial=dict(zip(names, end.final.tolist(), strict=True))).checked()
+        return float(run["fastest"]) > v_b * (1 - 1e-12)
+
+    if not sticks(low) or sticks(high):
+        raise NotFound(f"sticking does not start between v_b = {low:g} and {high:g}")
+    while high - low > 1e-9 * high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if sticks(middle) else (low, middle)
+    return 0.5 * (low + high)
+
+
+def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
+    """Return the closed forms of a design, and what it says of itself against the event-driven model."""
+    rows = []
+    if closed_forms_apply(file) and plan.kind == "quench":
+        rows += _of_quench(file.scene, plan.arguments, design)
+    if closed_forms_apply(file) and plan.kind == "damper":
+        rows += _of_damper(plan.arguments, design)
+    if isinstance(design.check, Comparison):
+        words = f"[design.{plan.kind}]; computed: event-driven"
+        rows += [Row(r.quantity, r.predicted, r.computed, words) for r in design.check.rows]
+    return rows
+
+
+def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
+    """Return the closed forms for the smallest intensity against the design."""
+    from symfric.theory import belt
+
+    if asked["minimise"] != "intensity" or asked["margin"] or asked.get("limits"):
+        return []
+    low, high = asked["speeds"]
+    worst = min(max(_try(lambda: belt.quench_intensity(scene)), low), high)  # (57) is largest at v_b = a Omega*
+    formula = _try(lambda: belt.quench_intensity_at(scene, worst))
+    return [Row("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
+
+
+def _of_damper(asked: Mapping, design: Design) -> list[Row]:
+    """Return the onset of vibration with the designed damping against the speed that decided, if stability did."""
+    from symfric.theory import belt
+
+    if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):
+        return []
+    formula = _try(lambda: belt.onset_speed(design.scene))
+    return [Row("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")]

@@ -1,0 +1,182 @@
+"""A study in sentences; plain text, the page escapes it."""
+
+import math
+
+import numpy as np
+import sympy as sp
+
+from symfric.report.study import designs
+from symfric.report.study.measurement import is_excited
+from symfric.report.study.study import StudyResult
+from symfric.scenefile import SceneFile, belt_speeds
+
+STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
+
+
+def paragraphs(text: str) -> list[str]:
+    """Return the paragraphs of a description."""
+    return [" ".join(p.split()) for p in text.split("\n\n") if p.strip()]
+
+
+def shown(value) -> str:
+    """Return a number, the text of an expression, or a list of them."""
+    if isinstance(value, list):
+        return "[" + ", ".join(shown(v) for v in value) + "]"
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def counted(n: int, noun: str) -> str:
+    """Return a number of things."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def percent(value: float) -> str:
+    """Return a relative difference."""
+    if not math.isfinite(value):
+        return "–"
+    if abs(value) < 1e-12:
+        return "< 10⁻¹²"
+    size = 100 * value
+    text = f"{size:+.2f} %" if abs(size) >= 0.01 else f"{size:+.1e} %"
+    return text.replace("-", "−")
+
+
+def _measure(value: float, name: str, file: SceneFile) -> str:
+    unit = file.units.get(name, "")
+    return f"{value:.5g}{' ' + unit if unit else ''}"
+
+
+def scene_in_words(file: SceneFile) -> str:
+    """Return what moves, what rubs, from where and for how long."""
+    scene = file.scene
+    q, u = scene.system.q, scene.system.u
+    pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
+    start = ", ".join(f"{s.name} = {float(scene.numbers()[s]):g}" for s in scene.system.states)
+    origin = f"The ready scene {file.model}" if file.model else "Own equations"
+    count = counted(len(q), "coordinate")
+    rubs = ", ".join(
+        f"{c.name}, slipping at {c.slip} under the normal load {c.normal}"
+        + (f" with the profile {c.profile}" if c.profile != 1 else "")
+        for c in scene.contacts
+    )
+    contacts = {0: "No dry contact", 1: "One dry contact"}.get(
+        len(scene.contacts), f"{len(scene.contacts)} dry contacts"
+    )
+    end = _measure(scene.horizon, "t", file)
+    return (
+        f"{origin}: {count}, {', '.join(pairs)}. {contacts}{': ' + rubs if rubs else ''}. "
+        f"The motion starts at {start} and is followed to t = {end}."
+    )
+
+
+def role(symbol: sp.Symbol, file: SceneFile) -> str:
+    """Return what a value does, where the scene tells."""
+    roles = []
+    if symbol in belt_speeds(file.scene):
+        roles.append("drives a contact")
+    if file.sweep is not None and file.sweep.parameter == symbol.name:
+        roles.append(f"swept from {file.sweep.start:g} to {file.sweep.stop:g}")
+    if any(symbol.name in plan.varied for plan in file.designs):
+        roles.append("designed")
+    return ", ".join(roles)
+
+
+def summary(result: StudyResult) -> list[str]:
+    """Return the three or four sentences a reader in a hurry needs."""
+    file, lines = result.file, []
+    speeds = belt_speeds(file.scene)
+    at = f" at {speeds[0].name} = {_measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
+    stability = result.stability.value
+    if stability is not None:
+        verdict = "is stable" if stability.stable else "is not stable: a small disturbance grows"
+        lines.append(f"Steady sliding{at} {verdict}.")
+    if result.steady.value is not None:
+        lines.append(_settled(result))
+    if result.hopf.value is not None:
+        lines.append(onset(result))
+    made = ((d.plan, d.design.value) for d in result.designs if d.design.value is not None)
+    lines += [designs.sentence(plan, design, file) for plan, design in made]
+    return lines or ["Nothing could be said of this scene; the reasons are at the end of the page."]
+
+
+def _settled(result: StudyResult) -> str:
+    v, name, file = result.steady.found, result.plan.coordinate, result.file
+    size = max(abs(v.largest), abs(v.smallest), 1e-300)
+    if not v.settled:
+        low, high = _measure(v.smallest, name, file), _measure(v.largest, name, file)
+        return f"The motion has not settled to a periodic one: {v.note}. {name} lies between {low} and {high} so far."
+    if v.half_range < STILL * size or not math.isfinite(v.period):
+        return f"The motion settles: {name} comes to rest at {_measure(0.5 * (v.largest + v.smallest), name, file)}."
+    kind = "stick-slip vibration" if v.stick_fraction > 0 else "vibration without sticking"
+    if is_excited(file.scene):
+        kind = "forced vibration"
+    text = f"The motion settles into {kind} with a half range of {_measure(v.half_range, name, file)} in {name}"
+    text += f" and a period of {_measure(v.period, 't', file)}"
+    if v.stick_fraction > 0:
+        text += f"; it sticks for {100 * v.stick_fraction:.3g} % of the time"
+    return text + "."
+
+
+def onset(result: StudyResult) -> str:
+    """Return where steady sliding starts to vibrate, and how."""
+    found = result.hopf.value
+    if found is None:
+        return f"Onset of vibration: {result.hopf.note}."
+    how = {
+        "supercritical": "gently: small stable vibrations exist beside the onset",
+        "subcritical": "by a jump: beside the onset only large vibrations are stable",
+        "degenerate": "in a way the cubic terms leave open",
+    }[found.kind]
+    value = _measure(found.value, found.parameter, result.file)
+    return (
+        f"Steady sliding changes its stability at {found.parameter} = {value} with the angular frequency "
+        f"{found.omega:.5g} ({found.kind} Hopf point); vibration sets in {how}."
+    )
+
+
+def motion(result: StudyResult) -> str:
+    """Return how the motion was computed and how far it can be trusted."""
+    m = result.motion.found
+    sticks = sum(len(v) for v in m.sticks.values())
+    text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
+    text += f"{counted(sticks, 'interval')} of sticking. "
+    text += f"The energies balance to {m.energy_residual:.1e}."
+    return text + (f" It ended early ({m.status}): {m.advice}." if m.advice else "")
+
+
+def amplitude_heading(result: StudyResult) -> str:
+    """Return the heading of the sweep."""
+    sweep = result.sweep.value
+    if sweep is None:
+        return "Amplitude against belt speed"
+    speeds = {s.name for s in belt_speeds(result.file.scene)}
+    return f"Amplitude against {'belt speed' if sweep.parameter in speeds else sweep.parameter}"
+
+
+def amplitude(result: StudyResult) -> list[str]:
+    """Return what the sweep shows."""
+    sweep, half = result.sweep.found, result.sweep.found.half_range
+    lines = []
+    failed = int(np.sum(~np.isfinite(half)))
+    if np.isfinite(half).any():
+        k = int(np.nanargmax(half))
+        value = _measure(half[k], sweep.coordinate, result.file)
+        at = _measure(sweep.values[k], sweep.parameter, result.file)
+        lines.append(f"The largest of the computed half ranges is {value}, at {sweep.parameter} = {at}.")
+    if failed:
+        lines.append(f"{failed} of {half.size} runs ended early and are left out.")
+    unsettled = sum(not v.settled for v in sweep.computed)
+    if unsettled:
+        lines.append(f"{unsettled} of {half.size} motions had not settled; shown is their range so far.")
+    for curve in sweep.curves:
+        predicted = np.array([curve(v) for v in sweep.values])
+        both = np.isfinite(predicted) & np.isfinite(half) & (half > 1e-3 * np.nanmax(half, initial=0.0))
+        if both.any() and "unstable" not in curve.label:
+            off = 100 * np.abs(predicted[both] / half[both] - 1)
+            name = curve.label[0].upper() + curve.label[1:]
+            lines.append(
+                f"{name} ({curve.source}) is off by {np.median(off):.3g} % (median), {np.max(off):.3g} % at most."
+            )
+    if sweep.curves_note:
+        lines.append(f"No prediction: {sweep.curves_note}.")
+    return lines

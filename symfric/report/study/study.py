@@ -1,0 +1,338 @@
+"""The main job: everything a scene file asks, computed; drawing and writing come after, from the result alone."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Generic, ParamSpec, TypeVar
+
+import numpy as np
+
+from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.model.scene import Scene
+from symfric.report.html.versions import versions
+from symfric.report.study.comparison import Row, closed_forms_apply, compare
+from symfric.report.study.friction_curves import FrictionCurve, friction_curves
+from symfric.report.study.measurement import (
+    Motion,
+    Vibration,
+    as_run,
+    is_excited,
+    motion,
+    settling,
+    vibration,
+    vibrations,
+)
+from symfric.report.study.prediction import Curve, averaged_curves, belt_curves
+from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
+
+if TYPE_CHECKING:
+    from symfric.design.result import Design
+    from symfric.solve.routes import Explanation
+    from symfric.theory.equilibrium import Equilibrium
+    from symfric.theory.hopf import HopfPoint
+    from symfric.theory.stability import Stability
+
+Progress = Callable[[str, float], None]
+_Found = TypeVar("_Found", covariant=True)
+_Given = ParamSpec("_Given")
+FINE = 201  # points of a predicted curve, at most
+EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer(Generic[_Found]):
+    """What one question gave: a value, or the reason why there is none."""
+
+    value: _Found | None
+    note: str = ""
+
+    @property
+    def found(self) -> _Found:
+        """The value of a question that has one."""
+        if self.value is None:
+            raise LookupError(self.note)
+        return self.value
+
+
+@dataclass(frozen=True, eq=False)
+class SweepResult:
+    """Steady vibration over a range of one parameter.
+
+    Attributes
+    ----------
+    parameter, coordinate : str
+    values : ndarray, shape (n,)
+    computed : tuple of Vibration
+    curves : tuple of Curve
+        Predictions.
+    curves_note : str
+        Why there is none.
+    marks : dict of str to float
+        Special values.
+    quenched : ndarray, shape (n,), or None
+        Half range with the designed excitation.
+    """
+
+    parameter: str
+    coordinate: str
+    values: np.ndarray
+    computed: tuple[Vibration, ...]
+    curves: tuple[Curve, ...]
+    curves_note: str
+    marks: Mapping[str, float]
+    quenched: np.ndarray | None = None
+
+    @property
+    def half_range(self) -> np.ndarray:
+        """Computed half range, shape (n,)."""
+        return np.array([v.half_range for v in self.computed])
+
+
+@dataclass(frozen=True, eq=False)
+class DesignResult:
+    """One design the file asks for.
+
+    Attributes
+    ----------
+    plan : DesignPlan
+    design : Answer
+        Of a Design.
+    """
+
+    plan: DesignPlan
+    design: Answer["Design"]
+
+
+@dataclass(frozen=True, eq=False)
+class QuenchResult:
+    """The designed excitation and one motion without and with it.
+
+    Attributes
+    ----------
+    design : Design
+    speed : str
+        Name of the belt speed.
+    shown : float
+        Its value in the two motions.
+    before, after : Motion
+    """
+
+    design: "Design"
+    speed: str
+    shown: float
+    before: Motion
+    after: Motion
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResult:
+    """Everything a page needs.
+
+    Attributes
+    ----------
+    file : SceneFile
+    slow : Answer
+        The scene of slow motions if the file's scene is excited, else the scene itself.
+    equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : Answer
+        The quench with its motions; its design is among `designs` too.
+    designs : tuple of DesignResult
+        All that the file asks for.
+    friction : tuple of FrictionCurve
+    rows : tuple of Row
+    versions : dict of str to str
+    seconds : float
+    """
+
+    file: SceneFile
+    slow: Answer[Scene]
+    equilibrium: Answer["Equilibrium"]
+    stability: Answer["Stability"]
+    hopf: Answer["HopfPoint"]
+    motion: Answer[Motion]
+    steady: Answer[Vibration]
+    sweep: Answer[SweepResult]
+    quench: Answer[QuenchResult]
+    designs: tuple[DesignResult, ...]
+    explanation: Answer["Explanation"]
+    friction: tuple[FrictionCurve, ...]
+    rows: tuple[Row, ...]
+    versions: Mapping[str, str]
+    seconds: float
+
+    @property
+    def plan(self) -> SweepPlan:
+        """The file's sweep, or the measuring it would do without one."""
+        return measuring(self.file)
+
+    def skipped(self) -> dict[str, str]:
+        """Return what has no answer and why."""
+        topics = ["slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep"]
+        if not self.designs or self.file.plan("quench") is not None:
+            topics.append("quench")
+        words = {"slow": "slow motion", "hopf": "onset of vibration", "steady": "steady vibration"}
+        found = {words.get(t, t): getattr(self, t).note for t in topics if getattr(self, t).value is None}
+        others = (d for d in self.designs if d.plan.kind != "quench" and d.design.value is None)
+        found |= {f"design {d.plan.kind}": d.design.note for d in others}
+        if self.sweep.value is not None and self.sweep.value.curves_note:
+            found["predicted amplitudes"] = self.sweep.value.curves_note
+        return found
+
+
+def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> Answer[_Found]:
+    """Ask; an expected failure becomes the reason why there is no answer."""
+    try:
+        return Answer(question(*given, **named))
+    except EXPECTED as error:
+        return Answer(None, str(error) or type(error).__name__)
+
+
+def measuring(file: SceneFile) -> SweepPlan:
+    """Return the file's sweep, or how to measure the vibration of the first coordinate without one."""
+    if file.sweep is not None:
+        return file.sweep
+    return SweepPlan("", 0.0, 0.0, 0, file.scene.system.q[0].name)
+
+
+def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
+    """Answer everything a scene file asks.
+
+    Parameters
+    ----------
+    file : SceneFile
+    progress : callable ``(stage, fraction) -> None``, optional
+
+    Returns
+    -------
+    StudyResult
+        A question without an answer holds the reason; nothing is raised for it.
+    """
+    from symfric.solve.routes import explain
+    from symfric.theory.equilibrium import equilibrium
+    from symfric.theory.separation import separate
+    from symfric.theory.stability import stability
+
+    started = time.monotonic()
+    tell = progress or (lambda _stage, _fraction: None)
+    scene, plan = file.scene, measuring(file)
+    tell("steady sliding and its stability", 0.0)
+    slow = answer(separate, scene) if is_excited(scene) else Answer(scene)
+    base = slow.value or scene
+    at_rest, stable = answer(equilibrium, base), answer(stability, base)
+    onset = _onset(file, base)
+    tell("motion", 0.1)
+    moved = answer(motion, scene)
+    tell("steady vibration", 0.15)
+    steady = answer(_steady, scene, plan)
+    swept = _swept(file, slow, onset, lambda f: tell("sweep", 0.2 + 0.4 * f))
+    designs = _designs(file, lambda f: tell("design", 0.6 + 0.1 * f))
+    quenched = _quench(file, designs)
+    if quenched.value is not None and swept.value is not None:
+        swept = _with_excitation(
+            scene, plan, quenched.value, swept.value, lambda f: tell("sweep with design", 0.7 + 0.2 * f)
+        )
+    tell("comparison", 0.95)
+    shaken = None if quenched.value is None else quenched.value.design
+    curves = friction_curves(scene, moved.value, at_rest.value, shaken)
+    return StudyResult(
+        file,
+        slow,
+        at_rest,
+        stable,
+        onset,
+        moved,
+        steady,
+        swept,
+        quenched,
+        designs,
+        answer(explain, as_run(scene)),
+        curves,
+        compare(file, base, at_rest.value, onset.value, steady.value, designs),
+        versions(),
+        time.monotonic() - started,
+    )
+
+
+def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
+    return vibration(scene, plan.coordinate, settling(scene, plan.settle, plan.window))
+
+
+def _onset(file: SceneFile, base: Scene) -> Answer["HopfPoint"]:
+    """Return the Hopf point on the range of the sweep."""
+    from symfric.theory.hopf import hopf
+
+    if file.sweep is None:
+        return Answer(None, "the file has no [sweep], which says where to look for the onset of vibration")
+    plan = file.sweep
+    return answer(hopf, base, plan.parameter, (plan.start, plan.stop))
+
+
+def _swept(
+    file: SceneFile, slow: Answer[Scene], onset: Answer["HopfPoint"], progress: Callable[[float], None]
+) -> Answer[SweepResult]:
+    """Return computed and predicted amplitudes over the range of the sweep."""
+    if file.sweep is None:
+        return Answer(None, "the file has no [sweep]; add one to see the amplitude against a parameter")
+    plan, scene = file.sweep, file.scene
+    values = np.linspace(plan.start, plan.stop, plan.number)
+    computed = answer(vibrations, scene, plan.parameter, values, plan, progress)
+    if computed.value is None:
+        return Answer(None, computed.note)
+    curves, note = _curves(file, plan, slow)
+    marks = {} if onset.value is None else {"onset of vibration": onset.value.value}
+    return Answer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
+
+
+def _curves(file: SceneFile, plan: SweepPlan, slow: Answer[Scene]) -> tuple[tuple[Curve, ...], str]:
+    """Return the predictions that apply, and why there is none."""
+    if slow.value is None:
+        return (), slow.note
+    if plan.coordinate != slow.value.system.q[0].name:
+        return (), f"averaging speaks of the coordinate {slow.value.system.q[0].name}, not of {plan.coordinate}"
+    fine = np.linspace(plan.start, plan.stop, min(4 * plan.number - 3, FINE))
+    averaged = answer(averaged_curves, slow.value, plan.parameter, fine)
+    curves, note = list(averaged.value or ()), averaged.note
+    if closed_forms_apply(file) and plan.parameter == "v_b":
+        closed = answer(belt_curves, slow.value, fine)
+        curves += closed.value or ()
+        note = note or closed.note
+    return tuple(curves), "" if curves else note
+
+
+def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[DesignResult, ...]:
+    """Return every design the file asks for."""
+    found = []
+    for k, plan in enumerate(file.designs):
+        progress(k / len(file.designs))
+        found.append(DesignResult(plan, answer(plan, file.scene)))
+    return tuple(found)
+
+
+def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer[QuenchResult]:
+    """Return the excitation the file asks for, with one motion without and one with it."""
+    found = next((d for d in designs if d.plan.kind == "quench"), None)
+    if found is None:
+        return Answer(None, "the file has no [design.quench]")
+    if found.design.value is None:
+        return Answer(None, found.design.note)
+    return answer(_shown, file.scene, found.plan, found.design.value)
+
+
+def _shown(scene: Scene, plan: DesignPlan, design: "Design") -> QuenchResult:
+    speeds = belt_speeds(scene)
+    if not speeds:
+        raise SceneError("no contact has a belt speed, so there is nothing to show the design at")
+    shown = 0.5 * sum(plan.arguments["speeds"])
+    still = scene.where({speeds[0].name: shown, "a": 0.0})
+    shaken = scene.where({speeds[0].name: shown, **design.values})
+    return QuenchResult(design, speeds[0].name, shown, motion(still), motion(shaken))
+
+
+def _with_excitation(
+    scene: Scene, plan: SweepPlan, quenched: QuenchResult, swept: SweepResult, progress: Callable[[float], None]
+) -> Answer[SweepResult]:
+    """Return the sweep with the half range under the designed excitation beside it."""
+    shaken = scene.where(quenched.design.values)
+    found = answer(vibrations, shaken, plan.parameter, swept.values, plan, progress)
+    if found.value is None:
+        return Answer(swept)
+    return Answer(replace(swept, quenched=np.array([v.half_range for v in found.value])))

@@ -1,0 +1,93 @@
+"""In which form the route `exact` takes a scene: one oscillator in closed form, or matrices for every mode."""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symfric.errors import NoRoute
+from symfric.lower.automaton import Automaton, lower
+from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.model.scene import Scene
+from symfric.solve.exact.record.observables import Recorded, recorded_in
+from symfric.solve.observables import RANGE, wanted_of
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Equations that are linear in every mode, with their matrices."""
+
+    automaton: Automaton
+    matrices: Matrices
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a scene that is linear between events was found to be.
+
+    Attributes
+    ----------
+    scene : Scene
+        With states for the functions of time.
+    parameters : tuple of Symbol
+    problem : Oscillator, Recorded or Modes
+        One mass in closed form, one under a sampled input, or matrices for every mode.
+    cheapest : bool
+        Whether the other routes take longer. The matrices of ten masses are compiled in half the time of their series;
+        a run by series is faster by a third, which some thousand runs pay back. Harmonics as states make every step
+        longer.
+    words : str
+        For `explain`.
+    """
+
+    scene: Scene
+    parameters: tuple[sp.Symbol, ...]
+    problem: Oscillator | Recorded | Modes
+    cheapest: bool
+    words: str
+
+
+def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
+    """Find the form of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    varied : frozenset of str
+        Parameters that will change although they are exactly zero.
+
+    Raises
+    ------
+    NoRoute
+        If it is not linear between events; the message says what is not.
+    """
+    for contact in scene.contacts:
+        lines_of(contact.law)
+    try:
+        return _in_closed_form(scene, varied)
+    except NoRoute as reason:
+        why = str(reason)
+    timeless = without_harmonics(scene)
+    automaton = lower(timeless, [r.expr for r in wanted_of(timeless).rows], varied)
+    slopes = matrices(automaton)
+    many = max(len(scene.system.q), len(scene.contacts)) > 1
+    cheapest = many and timeless is scene
+    words = f"linear between events, by powers of its matrices (no closed form: {why})"
+    return Form(timeless, automaton.parameters, Modes(automaton, slopes), cheapest, words)
+
+
+def _in_closed_form(scene: Scene, varied: frozenset[str]) -> Form:
+    """Return the form of one mass that needs no matrices."""
+    if scene.inputs:
+        recorded = recorded_in(scene, varied)
+        words = "one mass on the floor under a sampled input, from sample to sample in closed form"
+        return Form(scene, recorded.problem.parameters, recorded, True, words)
+    closed = _closed(scene, varied)
+    words = "one mass, linear between events, in closed form"
+    return Form(scene, closed.parameters, closed, True, words)
+
+
+def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:
+    rows = wanted_of(scene).rows
+    if any(r.kind != RANGE for r in rows):
+        raise NoRoute("an integral or a value at a time is wanted")
+    return oscillator(scene, [r.expr for r in rows], varied)

@@ -1,0 +1,1 @@
+"""One oscillator with one contact, from event to event in closed form."""

@@ -1,0 +1,16 @@
+"""The closed forms of an oscillator as machine code takes them; see `symfric.solve.loop.entry`."""
+
+from symfric.codegen.numba_types import compiled, opener
+from symfric.solve.exact.oscillator.event_loop import drive, reset
+from symfric.solve.exact.oscillator.workspace import Room
+
+_at_address = opener(Room)
+
+
+@compiled(ieee_division=True)
+def launch(address, fresh):
+    """Drive the room at the address of its table, from its start or on from a pause."""
+    w = _at_address(address)
+    if fresh:
+        reset(w)
+    return drive(w)

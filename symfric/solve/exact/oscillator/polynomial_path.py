@@ -1,0 +1,62 @@
+"""The motion of an oscillator between events as polynomials, for dense output."""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.exact.oscillator.closed_form import basis, integral
+from symfric.solve.exact.oscillator.workspace import DIRECTION, ORDER, RATE, STILL
+from symfric.solve.loop.workspace import KEPT_STEPS, T_LOW
+
+_LENGTH = 2.0  # of a piece, in units of the largest characteristic root that is alive
+_DEAD = 1e-18
+
+
+@compiled(ieee_division=True)
+def keep(w, f, tau):
+    """Append the motion of the next tau; return how far there was room."""
+    x, u, a = w.y[0], w.y[1], w.v[RATE]
+    if w.m[STILL]:
+        _append(w, 0.0, tau)
+        c = w.path_c[w.counts[KEPT_STEPS] - 1]
+        c[0, 0], c[0, 1], c[1, 0] = x, u, u
+        return tau
+    fastest = abs(f.alpha) + f.r
+    slow, fast = 0.0, 0.0
+    if not f.swings and f.r > 0.0:
+        slow, fast = (a - f.fast * u) / (2.0 * f.r), -(a - f.slow * u) / (2.0 * f.r)
+    at = 0.0
+    while at < tau:
+        if w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+            return at
+        g, rate = basis(f, at)
+        here = x + u * g + (a + f.C * u) * integral(f, at, g, rate) if at > 0.0 else x
+        speed = u * rate + (a + f.C * u) * g
+        slope = a * rate - f.K * u * g
+        alone = slow != 0.0 and abs(fast) * np.exp((f.fast - f.slow) * at) <= _DEAD * abs(slow)
+        root = abs(f.slow) if alone else fastest
+        h = min(tau - at, _LENGTH / root if root > 0.0 else tau)
+        if tau - at - h < 1e-3 * h:
+            h = tau - at
+        _append(w, at, h)
+        c = w.path_c[w.counts[KEPT_STEPS] - 1]
+        c[0, 0], c[1, 0], c[1, 1] = here, speed, f.slow * speed if alone else slope
+        for k in range(2, ORDER + 1):
+            if alone:
+                c[1, k] = f.slow * c[1, k - 1] / k
+            else:
+                c[1, k] = -(f.C * c[1, k - 1] + f.K * c[1, k - 2] / (k - 1)) / k
+        for k in range(1, ORDER + 1):
+            c[0, k] = c[1, k - 1] / k
+        at += h
+    return tau
+
+
+@compiled(ieee_division=True)
+def _append(w, at, h):
+    """Begin a piece."""
+    k = w.counts[KEPT_STEPS]
+    w.path_t[k, 0], w.path_t[k, 1] = w.y[2] + (w.clock[T_LOW] + at), h
+    w.path_c[k] = 0.0
+    if w.path_m.shape[1]:
+        w.path_m[k, 0] = 0 if w.m[STILL] else w.m[DIRECTION]
+    w.counts[KEPT_STEPS] += 1

@@ -1,0 +1,156 @@
+"""What is wanted of a run under a sampled input: ranges of rows, values at given times, events, pieces of the path.
+
+A row is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the mass and the input a.
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.exact.record.forced_flow import root, value
+from symfric.solve.exact.record.workspace import ORDER
+from symfric.solve.loop.step_acceptance import slope
+from symfric.solve.loop.workspace import EVENTS, KEEP_EVENTS, KEEP_PATH, KEPT_EVENTS, KEPT_STEPS
+
+# entries of `force`: damping, stiffness, input, constant force, kinetic and static friction, all over the mass
+LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
+# entries of a cell: lower edge, upper edge, coefficient and slope of the line through u = 0
+LOW, HIGH, MU, SLOPE = range(4)
+R_U, R_W, R_F, R_A, R_0 = range(5)
+# entries of `total`: smallest and largest value, value at the time in `at`
+SMALLEST, LARGEST, VALUE = range(3)
+_MARGIN = 2.0  # of the bound on a rate by its values at the ends of a piece
+_PARTS = 4  # of a piece, in each of which a wanted row turns at most once
+
+
+@compiled
+def enter(w, s):
+    """Note what the wanted rows are in the present direction and cell: slopes in u, w and the input, and a constant."""
+    line = w.cells[w.where[0]]
+    b0, b1 = -s * w.force[KINETIC] * line[MU], -s * w.force[KINETIC] * line[SLOPE]
+    for e in range(w.rows.shape[0]):
+        row, now = w.rows[e], w.now[e]
+        now[0], now[1], now[2] = row[R_U] + row[R_F] * b1, row[R_W], row[R_A]
+        now[3] = row[R_0] + row[R_F] * b0
+
+
+@compiled
+def hold(w, u):
+    """Note what the wanted rows are while the mass sticks at u: the friction carries what is applied."""
+    for e in range(w.rows.shape[0]):
+        row, now = w.rows[e], w.now[e]
+        now[0], now[1] = row[R_U] + row[R_F] * w.force[STIFF], row[R_W]
+        now[2], now[3] = row[R_A] - row[R_F] * w.force[GAIN], row[R_0] - row[R_F] * w.force[CONSTANT]
+
+
+@compiled
+def _extend(w, e, number):
+    if number < w.total[e, SMALLEST]:
+        w.total[e, SMALLEST] = number
+    if number > w.total[e, LARGEST]:
+        w.total[e, LARGEST] = number
+
+
+@compiled
+def _ends_and_turns(cr, h):
+    """Return the smallest and the largest value of a polynomial between 0 and h."""
+    low_value = min(cr[0], value(cr, h))
+    high_value = max(cr[0], value(cr, h))
+    low, rising = 0.0, cr[1] > 0.0
+    for part in range(1, _PARTS + 1):
+        high = h * part / _PARTS
+        rises = slope(cr, high) > 0.0
+        if rises != rising:
+            number = value(cr, root(cr, 0.0, low, high, True))
+            low_value, high_value = min(low_value, number), max(high_value, number)
+        low, rising = high, rises
+    return low_value, high_value
+
+
+@compiled
+def _row(w, e, a, slope_a, t):
+    """Make the series of a row in the present piece; return its value after the time t."""
+    now, size = w.now[e], w.order[0] + 1
+    cr = w.cr[:size]
+    for k in range(size):
+        cr[k] = now[0] * w.cu[k] + now[1] * w.cw[k]
+    cr[0] += now[2] * a + now[3]
+    cr[1] += now[2] * slope_a
+    return value(cr, t)
+
+
+@compiled
+def note(w, t, h, a, slope_a, s):
+    """Extend the ranges of all rows over a piece of length h, whose series is in cu and cw, and keep it if wanted."""
+    size = w.order[0] + 1
+    cu, cw = w.cu[:size], w.cw[:size]
+    far = abs(value(cu, h) - cu[0])
+    steep = h * _MARGIN * max(abs(cw[1]), abs(slope(cw, h)))
+    for e in range(w.rows.shape[0]):
+        now, at = w.now[e], w.at[e]
+        if at >= 0.0:
+            if t - 1e-9 * h <= at <= t + h * (1.0 + 1e-9):
+                w.total[e, VALUE] = _row(w, e, a, slope_a, at - t)
+            continue
+        begin = now[0] * cu[0] + now[1] * cw[0] + now[2] * a + now[3]
+        room = abs(now[0]) * far + abs(now[1]) * steep + abs(now[2] * slope_a) * h
+        if begin - room < w.total[e, SMALLEST] or begin + room > w.total[e, LARGEST]:
+            _row(w, e, a, slope_a, 0.0)
+            smallest, largest = _ends_and_turns(w.cr[:size], h)
+            _extend(w, e, smallest)
+            _extend(w, e, largest)
+    if w.limits[KEEP_PATH]:
+        k = w.counts[KEPT_STEPS]
+        if k < w.path_t.shape[0]:
+            w.path_t[k, 0], w.path_t[k, 1] = t, h
+            for j in range(ORDER + 1):
+                w.path_c[k, 0, j], w.path_c[k, 1, j] = w.cu[j], w.cw[j]
+            w.path_m[k, 0] = s
+        w.counts[KEPT_STEPS] += 1
+
+
+@compiled
+def note_end(w, u, a):
+    """Extend the ranges by the values at the end of a whole sample of sticking, in which all rows are linear."""
+    for e in range(w.rows.shape[0]):
+        now = w.now[e]
+        if now[2] != 0.0 and w.at[e] < 0.0:
+            _extend(w, e, now[0] * u + now[2] * a + now[3])
+
+
+@compiled(inline=True)
+def is_plain(w):
+    """Return whether every wanted row depends on u alone or on w alone in the present mode."""
+    mixed = 0
+    for e in range(w.rows.shape[0]):
+        mixed += w.at[e] < 0.0 and (w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0))
+    return mixed == 0
+
+
+@compiled(inline=True)
+def quiet(w, h, u, v, a, steep, turns, slope_f):
+    """Extend the ranges by the values at the end of a whole sample; return False if a row may go beyond them inside.
+
+    Rows of u alone turn where w is zero, which does not happen here, and those of w alone where its rate is.
+    """
+    quick = h * h * (abs(w.force[LAM]) * steep + w.stiffest[0] * abs(v) + abs(slope_f))
+    for e in range(w.rows.shape[0]):
+        now = w.now[e]
+        if w.at[e] >= 0.0 or (now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns))):
+            continue
+        number = now[0] * u + now[1] * v + now[2] * a + now[3]
+        room = abs(now[0]) * h * h * steep + abs(now[1]) * (h * steep if turns else quick)
+        if number - room < w.total[e, SMALLEST] or number + room > w.total[e, LARGEST]:
+            return False
+    return True
+
+
+@compiled
+def log(w, t, old, new):
+    """Note an event."""
+    if w.limits[KEEP_EVENTS]:
+        k = w.counts[KEPT_EVENTS]
+        if k < w.event_t.size:
+            w.event_t[k] = t
+            w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = 0, np.int64(old), np.int64(new)
+        w.counts[KEPT_EVENTS] += 1
+    w.counts[EVENTS] += 1

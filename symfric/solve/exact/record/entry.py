@@ -1,0 +1,16 @@
+"""The march through a record as machine code takes it; see `symfric.solve.loop.entry`."""
+
+from symfric.codegen.numba_types import compiled, opener
+from symfric.solve.exact.record.march import march, reset
+from symfric.solve.exact.record.workspace import RecordRoom
+
+_at_address = opener(RecordRoom)
+
+
+@compiled
+def launch(address, fresh):
+    """Run the room at the address of its table, from its start or again."""
+    w = _at_address(address)
+    if fresh:
+        reset(w)
+    return march(w)

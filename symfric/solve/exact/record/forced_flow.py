@@ -1,0 +1,76 @@
+"""An oscillator under a force that is linear in time: ``w' = f0 + f1 t - lam w - kappa u``, ``u' = w``.
+
+Its series in time replaces the usual exponentials, which cancel for small damping: these are the phi functions, and
+there is no case of its own for critical damping, or for none.
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.exact.record.workspace import ORDER
+from symfric.solve.loop.polynomials import value as horner
+from symfric.solve.loop.step_acceptance import slope
+
+EPS = 2.0**-52
+# entries of a transition: u and w from u, from w, from the force at the beginning, and from its slope
+UU, UW, UF, UG, WU, WW, WF, WG, KAPPA = range(9)
+_INVERSE = np.array([np.inf, *(1.0 / k for k in range(1, ORDER + 1))])
+
+
+@compiled
+def order_for(reach):
+    """Return the order that leaves out nothing, where |root| t is at most `reach`."""
+    term, order = 1.0, 0
+    while order < ORDER and (term > 0.05 * EPS or order < 4):
+        order += 1
+        term *= reach / order
+    return order
+
+
+@compiled
+def series(u, w, f0, f1, lam, kappa, cu, cw):
+    """Fill in the coefficients of u and w in powers of the time."""
+    cu[0], cw[0] = u, w
+    cu[1], cw[1] = w, f0 - lam * w - kappa * u
+    cu[2], cw[2] = 0.5 * cw[1], 0.5 * (f1 - lam * cw[1] - kappa * cu[1])
+    for k in range(3, cu.size):
+        cu[k] = cw[k - 1] * _INVERSE[k]
+        cw[k] = -(lam * cw[k - 1] + kappa * cu[k - 1]) * _INVERSE[k]
+
+
+@compiled
+def value(c, t):
+    """Evaluate a polynomial, all of its coefficients."""
+    return horner(c, c.size - 1, t)
+
+
+@compiled
+def bend(c, t):
+    """Evaluate the second derivative of a polynomial."""
+    total = 0.0
+    for k in range(c.size - 1, 1, -1):
+        total = total * t + k * (k - 1) * c[k]
+    return total
+
+
+@compiled
+def root(c, level, low, high, derivative):
+    """Return where a polynomial, or its derivative, passes a level between low and high, by Newton's safe method."""
+    f_low = (slope(c, low) if derivative else value(c, low)) - level
+    t = 0.5 * (low + high)
+    for _ in range(80):
+        f = (slope(c, t) if derivative else value(c, t)) - level
+        if f == 0.0:
+            return t
+        if (f > 0.0) == (f_low > 0.0):
+            low = t
+        else:
+            high = t
+        rate = bend(c, t) if derivative else slope(c, t)
+        step = f / rate if rate != 0.0 else np.inf
+        if abs(step) <= 4.0 * EPS * t or high - low <= 4.0 * EPS * t:
+            return t
+        t -= step
+        if not low < t < high:
+            t = 0.5 * (low + high)
+    return t

@@ -1,0 +1,369 @@
+"""One mass on a rough floor under a sampled input, from sample to sample in closed form.
+
+Between two samples, slipping in one direction inside one cell of the friction profile, the mass is an oscillator under
+a force that is linear in time: its transition over a whole sample is made once for each slope of the profile and each
+direction. Within a sample the rate of w has at most one zero, so w has at most one turning point and two zeros; each is
+bracketed.
+"""
+
+import math
+
+import numpy as np
+
+from symfric.codegen.numba_types import call_code, compiled, part
+from symfric.solve.exact.record.accumulation import (
+    CONSTANT,
+    GAIN,
+    HIGH,
+    KINETIC,
+    LAM,
+    LOW,
+    MU,
+    SLOPE,
+    STATIC,
+    STIFF,
+    enter,
+    hold,
+    is_plain,
+    log,
+    note,
+    note_end,
+    quiet,
+)
+from symfric.solve.exact.record.forced_flow import (
+    EPS,
+    KAPPA,
+    UF,
+    UG,
+    UU,
+    UW,
+    WF,
+    WG,
+    WU,
+    WW,
+    order_for,
+    root,
+    series,
+    value,
+)
+from symfric.solve.loop.step_acceptance import slope
+from symfric.solve.loop.tolerances import ROUNDING
+from symfric.solve.loop.workspace import (
+    EVENTS,
+    KEEP_EVENTS,
+    KEEP_PATH,
+    KEPT_EVENTS,
+    KEPT_STEPS,
+    KINKS,
+    MAX_EVENTS,
+    MAX_STEPS,
+    REST,
+    STEPS,
+    T_END,
+)
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
+
+INSIDE, AT_REST, AT_EDGE = range(3)  # how a piece ends
+BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
+_OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
+_CHATTER, _NAN = int(Status.CHATTER), int(Status.NOT_FINITE)
+_LOST = int(Status.LOST_CONTACT)
+_STALLED = 200  # events without time advancing
+
+
+@part
+def reset(w):
+    """Take the parameters that are given, and make the transitions."""
+    for k in range(w.given_p.size):
+        w.p[k] = w.given_p[k]
+    call_code(w.code[0], w.p.ctypes.data, w.p.ctypes.data, w.data.ctypes.data)
+    n_f, n_c, n_e = w.force.size, w.cells.shape[0], w.rows.shape[0]
+    for k in range(n_f):
+        w.force[k] = w.data[k]
+    for k in range(4 * n_c):
+        w.cells[k // 4, k % 4] = w.data[n_f + k]
+    for k in range(5 * n_e):
+        w.rows[k // 5, k % 5] = w.data[n_f + 4 * n_c + k]
+    kinds, w.stiffest[0] = 0, 0.0
+    for c in range(n_c):
+        k = 0
+        while k < kinds and w.kinds[n_c + k] != c and w.cells[w.kinds[n_c + k], SLOPE] != w.cells[c, SLOPE]:
+            k += 1
+        if k == kinds:
+            w.kinds[n_c + k] = c
+            kinds += 1
+        w.kinds[c] = k
+    for k in range(kinds):
+        friction = w.force[KINETIC] * w.cells[w.kinds[n_c + k], SLOPE]
+        w.stiffest[0] = max(w.stiffest[0], abs(w.force[STIFF]) + abs(friction))
+    fastest = max(abs(w.force[LAM]), math.sqrt(w.stiffest[0]))
+    w.parts[0] = max(1, math.ceil(w.dt[0] * fastest))
+    w.order[0] = order_for(1.7 * fastest * w.dt[0] / w.parts[0])
+    for k in range(w.cu.size):
+        w.cu[k] = w.cw[k] = 0.0
+    for k in range(kinds):
+        friction = w.force[KINETIC] * w.cells[w.kinds[n_c + k], SLOPE]
+        for side in range(2):
+            _transition(w, w.tables[2 * k + side], w.force[STIFF] + (2 * side - 1) * friction)
+
+
+@compiled
+def _transition(w, table, kappa):
+    """Fill in the transition over a whole part of a sample."""
+    h = w.dt[0] / w.parts[0]
+    cu, cw = w.cu[: w.order[0] + 1], w.cw[: w.order[0] + 1]
+    for column in range(4):
+        u, v = 1.0 if column == 0 else 0.0, 1.0 if column == 1 else 0.0
+        f, g = 1.0 if column == 2 else 0.0, 1.0 if column == 3 else 0.0
+        series(u, v, f, g, w.force[LAM], kappa, cu, cw)
+        table[column] = value(cu, h)
+        table[4 + column] = value(cw, h)
+    table[KAPPA] = kappa
+
+
+@compiled
+def _first_end(w, cu, cw, s, h):
+    """Return when a slip with these series ends within h, and how."""
+    at_start, at_end = s * cw[1], s * slope(cw, h)
+    stop, found = h, INSIDE
+    falls_from, falls_to = 0.0, h
+    if at_start < 0.0 <= at_end:
+        falls_to = root(cw, 0.0, 0.0, h, True)
+    elif at_end < 0.0 < at_start:
+        falls_from = root(cw, 0.0, 0.0, h, True)
+    elif at_start >= 0.0:
+        falls_from = h
+    if falls_from < h and s * value(cw, falls_to) <= 0.0 and s * value(cw, falls_from) > 0.0:
+        stop, found = root(cw, 0.0, falls_from, falls_to, False), AT_REST
+    line = w.cells[w.where[0]]
+    edge = line[HIGH] if s > 0.0 else line[LOW]
+    if s * (value(cu, stop) - edge) > 0.0:
+        stop, found = root(cu, edge, 0.0, stop, False), AT_EDGE
+    return stop, found
+
+
+@compiled
+def _slip(w, t, h, u, v, s, a, slope_a):
+    """Slip for h at the most; return u, w, the time spent and how the piece ends."""
+    line = w.cells[w.where[0]]
+    force = w.force[GAIN] * a + w.force[CONSTANT] - s * w.force[KINETIC] * line[MU]
+    kappa = w.force[STIFF] + s * w.force[KINETIC] * line[SLOPE]
+    cu, cw = w.cu[: w.order[0] + 1], w.cw[: w.order[0] + 1]
+    series(u, v, force, w.force[GAIN] * slope_a, w.force[LAM], kappa, cu, cw)
+    stop, found = _first_end(w, cu, cw, s, h)
+    note(w, t, stop, a, slope_a, np.int64(s))
+    u, v = value(cu, stop), value(cw, stop)
+    if found == AT_REST:
+        v = 0.0
+    elif found == AT_EDGE:
+        u = line[HIGH] if s > 0.0 else line[LOW]
+    return u, v, stop, found
+
+
+@compiled
+def _ahead(w, u, way):
+    """Return the cell into which a mass at rest at u would slip; on an edge each way has its own."""
+    c = w.where[0]
+    while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
+        c += 1
+    while way < 0.0 and c > 0 and u <= w.cells[c, LOW]:
+        c -= 1
+    return c
+
+
+@compiled
+def _settle_at(w, u):
+    """Note how much friction holds a mass at rest at u, either way; return u, or the edge that it is to rounding."""
+    w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
+    for column in (LOW, HIGH):
+        edge = w.cells[w.where[0], column]
+        if abs(u - edge) <= ROUNDING * max(w.grip[FARTHEST], abs(edge)) < np.inf:
+            u = edge
+    for side, way in ((BEHIND, -1.0), (AHEAD, 1.0)):
+        line = w.cells[_ahead(w, u, way)]
+        w.grip[side] = w.force[STATIC] * (line[MU] + line[SLOPE] * u)
+    return u
+
+
+@compiled
+def _drive(w, u, a):
+    """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
+    applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
+    if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):
+        return 1.0
+    return -1.0 if applied < -w.grip[BEHIND] * (1.0 + 4.0 * EPS) else 0.0
+
+
+@compiled
+def _stick(w, t, h, u, a, slope_a):
+    """Stick for h at the most; return the time spent and the direction of the slip that follows."""
+    stop, side = 0.0, _drive(w, u, a)
+    if side == 0.0:
+        stop, side = h, _drive(w, u, a + slope_a * h)
+        if side != 0.0:
+            bound = side * w.grip[AHEAD if side > 0.0 else BEHIND]
+            applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
+            stop = min(h, max(0.0, (bound - applied) / (w.force[GAIN] * slope_a)))
+    for k in range(w.cu.size):
+        w.cu[k] = w.cw[k] = 0.0
+    w.cu[0] = u
+    note(w, t, stop, a, slope_a, 0)
+    return stop, side
+
+
+@compiled
+def _cell_of(w, u):
+    c = 0
+    while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
+        c += 1
+    return c
+
+
+@compiled
+def _turn(w, t, old, new, u):
+    """Note a change of mode."""
+    if new != old:
+        log(w, t, old, new)
+    if new == 0.0:
+        w.clock[REST] = t
+        hold(w, u)
+    else:
+        w.clock[REST] = np.nan
+        w.where[0] = _ahead(w, u, new)
+        enter(w, new)
+
+
+@compiled
+def _next_due(w, i, whole):
+    """Return the next interval behind i in which a row is wanted at a time."""
+    due = np.int64(2**62)
+    for e in range(w.at.size):
+        if w.at[e] >= 0.0:
+            interval = np.int64(w.at[e] / whole - 1e-9)
+            if i < interval < due:
+                due = interval
+    return due
+
+
+@compiled
+def _begin(w):
+    """Set everything to its start; return displacement, velocity and mode."""
+    u, v = w.given_y[0], w.given_y[1]
+    w.counts[:] = 0
+    w.clock[REST] = np.nan
+    for e in range(w.at.size):
+        w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
+    w.where[0], w.grip[FARTHEST] = _cell_of(w, u), abs(u)
+    if v == 0.0:
+        u = _settle_at(w, u)
+    s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
+    _turn(w, 0.0, s, s, u)
+    return u, v, s
+
+
+@compiled
+def _stick_on(w, i, stop, u):
+    """Stick through whole samples; return the first in which the mass is released, or `stop`."""
+    while i < stop:
+        b = w.samples[i + 1] if i < w.samples.size - 1 else 0.0
+        if _drive(w, u, b) != 0.0:
+            break
+        note_end(w, u, b)
+        i += 1
+    return i
+
+
+@compiled(inline=True)
+def _slip_on(w, i, stop, u, v, s):
+    """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
+    c, n = w.where[0], w.samples.size - 1
+    low, high = w.cells[c, LOW], w.cells[c, HIGH]
+    steady = w.force[CONSTANT] - s * w.force[KINETIC] * w.cells[c, MU]
+    k = 2 * w.kinds[c] + (1 if s > 0.0 else 0)
+    uu, uw, uf, ug = w.tables[k, UU], w.tables[k, UW], w.tables[k, UF], w.tables[k, UG]
+    wu, ww, wf, wg = w.tables[k, WU], w.tables[k, WW], w.tables[k, WF], w.tables[k, WG]
+    kappa, lam, gain, dt = w.tables[k, KAPPA], w.force[LAM], w.force[GAIN], w.dt[0]
+    per_dt, plain = 1.0 / dt, is_plain(w)
+    a = w.samples[i] if i < n else 0.0
+    rate = gain * a + steady - lam * v - kappa * u
+    while i < stop:
+        b = w.samples[i + 1] if i < n else 0.0
+        g, g1 = gain * a + steady, gain * (b - a) * per_dt
+        v1 = (wf * g + wg * g1) + (wu * u + ww * v)
+        u1 = (uf * g + ug * g1) + (uu * u + uw * v)
+        then = gain * b + steady - lam * v1 - kappa * u1
+        turns = rate * then <= 0.0
+        if not (s * v1 > 0.0 and low < u1 < high):
+            break
+        if turns or not plain:
+            steep = max(abs(rate), abs(then))
+            if (turns and s * v1 <= 2.0 * dt * steep) or not quiet(w, dt, u1, v1, b, steep, turns, g1):
+                break
+        i, a, u, v, rate = i + 1, b, u1, v1, then
+    return i, u, v
+
+
+@part
+def march(w):
+    """Run through the record and on to the horizon; return a status."""
+    u, v, s = _begin(w)
+    dt, parts, n = w.dt[0], w.parts[0], w.samples.size - 1
+    whole = dt / parts
+    last = math.ceil(w.clock[T_END] / dt - 1e-9) - 1
+    i, part, tau, stall = 0, 0, 0.0, 0  # sample, part of it, time since its beginning, events without time
+    due = _next_due(w, -1, dt)
+    while True:
+        inside = i < n
+        a = w.samples[i] if inside else 0.0
+        slope_a = (w.samples[i + 1] - a) / dt if inside else 0.0
+        t = i * dt + part * whole + tau
+        h = min(whole, w.clock[T_END] - i * dt - part * whole)
+        if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # nothing will move it again
+            i, part, tau, h = last, parts - 1, 0.0, w.clock[T_END] - t
+        a_now = a + slope_a * (part * whole + tau)
+        if s == 0.0:
+            spent, new = _stick(w, t, h - tau, u, a_now, slope_a)
+            found = INSIDE if new == 0.0 else AT_REST
+        else:
+            u, v, spent, found = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
+            new = s
+            if found == AT_REST:
+                u = _settle_at(w, u)
+                new = _drive(w, u, a_now + slope_a * spent)
+        w.counts[STEPS] += 1
+        stall = 0 if spent > 0.0 else stall + 1
+        if found == AT_EDGE:
+            w.where[0] += np.int64(s)
+            w.counts[KINKS] += 1
+            enter(w, s)
+        elif found == AT_REST:
+            _turn(w, t + spent, s, new, u)
+            s = new
+        if stall > _STALLED:
+            return _CHATTER
+        if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
+            return _EVENTS
+        if w.counts[STEPS] > w.limits[MAX_STEPS]:
+            return _STEPS
+        if found != INSIDE:
+            tau += spent
+            continue
+        tau, part = 0.0, part + 1
+        if part == parts:
+            i, part = i + 1, 0
+        if i > last or t + spent >= w.clock[T_END]:
+            break
+        if i > due:
+            due = _next_due(w, i - 1, dt)
+        if parts == 1 and not w.limits[KEEP_PATH]:
+            stop = min(last, due, n if i < n else last)
+            if s == 0.0:
+                i = _stick_on(w, i, stop, u)
+            else:
+                i, u, v = _slip_on(w, i, stop, u, v, s)
+    w.y[0], w.y[1], w.y[2] = u, v, w.clock[T_END]
+    if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] > w.path_t.shape[0]:
+        return PATH_FULL
+    if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] > w.event_t.size:
+        return EVENTS_FULL
+    return _OK if abs(u) < np.inf and abs(v) < np.inf else _NAN

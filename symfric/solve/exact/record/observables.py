@@ -1,0 +1,29 @@
+"""What a scene under a sampled input wants, as rows of which a range or a value at a time is taken."""
+
+from typing import NamedTuple
+
+from symfric.errors import NoRoute
+from symfric.lower.sampled_oscillator import Record, record
+from symfric.model.scene import Scene
+from symfric.solve.observables import INTEGRAL, Wanted, wanted_of
+
+
+class Recorded(NamedTuple):
+    """A scene as one mass under a record, and what it wants."""
+
+    problem: Record
+    wanted: Wanted
+
+
+def recorded_in(scene: Scene, varied: frozenset[str] = frozenset()) -> Recorded:
+    """Write a scene down as one mass under a record.
+
+    Raises
+    ------
+    NoRoute
+        If the scene is something else, or wants more than the march through a record gives.
+    """
+    wanted = wanted_of(scene)
+    if any(r.kind == INTEGRAL for r in wanted.rows):
+        raise NoRoute("an integral is wanted")
+    return Recorded(record(scene, [r.expr for r in wanted.rows], varied), wanted)

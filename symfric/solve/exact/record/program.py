@@ -1,0 +1,81 @@
+"""The march through a record as a loop of the package."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from symfric.codegen.array_table import Table
+from symfric.codegen.functions import compile_functions
+from symfric.codegen.loop_loader import open_door
+from symfric.model.scene import Scene
+from symfric.solve.exact.oscillator.workspace import FOLDERS
+from symfric.solve.exact.record.observables import Recorded, recorded_in
+from symfric.solve.exact.record.workspace import SHARED, make_record_room
+from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
+from symfric.solve.loop.workspace import T_END
+from symfric.solve.observables import THEN
+
+
+def _launcher() -> Callable[[Table, bool], int]:
+    return open_door("symfric.solve.exact.record.entry", "the march through a sampled input", *FOLDERS)
+
+
+def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x: int) -> CompiledModel:
+    """Compile what the march needs; budgets are those of steps and of events."""
+    code = compile_functions([recorded.problem.data])
+    wanted = recorded.wanted
+    times = [r.time if r.kind == THEN else -math.inf for r in wanted.rows]
+    first = make_record_room(recorded.problem, code.addresses["data"], times)
+    steps = path_rows(first) if wanted.path else budgets[0]
+    first.clock[T_END] = scene.horizon
+    first.limits[:5] = min(budgets[0], steps), budgets[1], 1_000_000, wanted.path, wanted.events
+    return CompiledModel(_launcher(), code, first, SHARED, wanted, n_x, scene.horizon)
+
+
+class Marcher:
+    """A scene under a record, for many records and values: all parameters may change, and what is wanted is a row.
+
+    Parameters
+    ----------
+    scene : Scene
+        One that the march takes; its wanted rows are answered in their order.
+    """
+
+    def __init__(self, scene: Scene):
+        varied = frozenset(s.name for s in scene.values)
+        recorded = recorded_in(scene, varied)
+        self.parameters = tuple(s.name for s in recorded.problem.parameters)
+        self.row = recorded.wanted.row
+        self._model = record_model(scene, recorded, (100_000_000, 20_000_000), 2)
+        self._start = np.array([float(scene.numbers()[s]) for s in scene.system.states])
+
+    def under(self, samples: np.ndarray) -> "March":
+        """Return what runs under another record, for one thread."""
+        return March(self._model, self._start, samples)
+
+
+class March:
+    """Runs under one record, with memory of their own: for one thread at a time."""
+
+    def __init__(self, model: CompiledModel, start: np.ndarray, samples: np.ndarray):
+        arrays = own(model.first, SHARED - {"dt", "at"})
+        self._model, self._start = model, start
+        self._room = arrays._replace(samples=np.array(samples, dtype=float))
+        self._table = Table(self._room)
+
+    def run(self, p: np.ndarray, dt: float, horizon: float, times: dict[int, float]) -> tuple[int, np.ndarray]:
+        """Run with parameters p in the order of `Marcher.parameters`, and values of rows at these times.
+
+        Returns
+        -------
+        status : int
+        total : ndarray, shape (rows, 4)
+            Smallest and largest value, and the value at the time of the row; overwritten by the next run.
+        """
+        room = self._room
+        room.dt[0], room.clock[T_END] = dt, horizon
+        for row, time in times.items():
+            room.at[row] = time
+        room.given_y[:], room.given_p[:] = self._start, p
+        return self._model.launch(self._table, True), room.total

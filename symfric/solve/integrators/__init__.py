@@ -1,0 +1,1 @@
+"""The route `integrators`: CasADi's own integrators."""

@@ -1,0 +1,124 @@
+"""The CasADi functions of the route `integrators`: one mode of an automaton, integrated."""
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from symfric.errors import SceneError
+from symfric.lower.automaton import Automaton
+from symfric.solve.integrators.mode_selection import along
+
+ONE_STEP = ("erk", "rosenbrock")  # cheap to start again, so they go through modes in short pieces
+CONTINUOUS = ("cvodes", "idas", "collocation")
+
+
+@dataclass(frozen=True)
+class Integrators:
+    """Settings of the route `integrators`.
+
+    Attributes
+    ----------
+    plugin : str
+        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
+    max_step : float
+        Longest step of the adaptive plugins.
+    elements : int
+        Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
+    max_events, max_steps : int
+        Budgets of a run; it takes some 20 000 steps in a second.
+    """
+
+    plugin: str = "erk"
+    max_step: float = math.inf
+    elements: int = 256_000
+    max_events: int = 50_000
+    max_steps: int = 2_000_000
+
+    def __post_init__(self):
+        if self.plugin not in ONE_STEP + CONTINUOUS:
+            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
+        if not self.max_step > 0:
+            raise SceneError(f"max_step is {self.max_step}; it must be positive")
+        if min(self.elements, self.max_events, self.max_steps) < 1:
+            raise SceneError("elements and the budgets max_events and max_steps must be positive")
+
+
+def mode_integrator(
+    field: ca.Function,
+    n_integrals: int,
+    settings: Integrators,
+    tolerance: float,
+    span: float,
+    elements: int,
+    nodes: int,
+    steps: int,
+) -> ca.Function:
+    """Return the integrator of one mode over a scaled time from 0 to 1, without events.
+
+    Parameters
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``; the first rows are integrated too.
+    n_integrals : int
+    settings : Integrators
+    tolerance : float
+    span : float
+        Longest real time that will be integrated; scales `max_step`.
+    elements : int
+        Number of steps of "collocation".
+    nodes : int
+        Number of equidistant outputs, the last at the end.
+    steps : int
+        Most steps between two outputs.
+
+    Returns
+    -------
+    casadi.Function
+        Its states are y and the integrals over their sizes; its parameters p, m, the sizes, start and length of the
+        interval.
+    """
+    n_x, n_p, n_m = field.nnz_in(0), field.nnz_in(2), field.nnz_in(3)
+    n = n_x + n_integrals
+    state, time = ca.SX.sym("state", n), ca.SX.sym("time")
+    p, m, size = ca.SX.sym("p", n_p), ca.SX.sym("m", n_m), ca.SX.sym("size", n)
+    begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
+    rate, _, rows = field((state * size)[:n_x], begin + length * time, p, m)
+    integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
+    data = ca.vertcat(p, m, size, begin, length)
+    dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}
+    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
+    if settings.plugin == "collocation":
+        options = {"number_of_finite_elements": math.ceil(elements / nodes)}
+    elif math.isfinite(settings.max_step):
+        options["max_step_size"] = settings.max_step / span
+    return ca.integrator("mode", settings.plugin, dae, 0.0, np.linspace(0, 1, nodes + 1)[1:].tolist(), options)
+
+
+def signs_evaluated(automaton: Automaton) -> ca.Function:
+    """Return the field with every direction and switch computed from the state, for laws without a jump."""
+    field = automaton.field
+    n_c, n_s = len(automaton.contacts), automaton.n_switches
+    y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
+    m = ca.SX.sym("m", field.nnz_in(3))
+    sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
+    mode = [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * n_s
+    for k in range(2 * n_c, 2 * n_c + n_s):  # a switch may depend on the ones before it
+        mode[k] = sign(field(y, t, p, ca.vertcat(*mode))[1][k])
+    return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))
+
+
+def node_function(field: ca.Function, n_integrals: int) -> ca.Function:
+    """Return ``(y, t, p, m, size) -> (y', y'', r, r', r'', b)`` for dense output.
+
+    r holds guards and the rows not integrated, b how much they change at most if every state changes by ``size + |y|``.
+    """
+    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
+    p, m, size = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3)), ca.SX.sym("size", y.numel())
+    rate, guards, rows = field(y, t, p, m)
+    rows = ca.vertcat(guards, rows[n_integrals:])
+    first = along(rows, rate, y, t)
+    blur = ca.densify(ca.fabs(ca.jacobian(rows, y)) @ (size + ca.fabs(y)))
+    out = [rate, along(rate, rate, y, t), rows, first, along(first, rate, y, t), blur]
+    return ca.Function("nodes", [y, t, p, m, size], out)

@@ -1,0 +1,283 @@
+"""The next mode of an automaton by trial: the combination nearest to the present one that the forces confirm.
+
+Slow, short, and independent of the compiled rule of the route `taylor`, which it checks.
+"""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import casadi as ca
+import numpy as np
+
+from symfric.lower.automaton import Automaton
+from symfric.lower.cell_edges import ON_EDGE
+from symfric.lower.constraint_forces import REDUNDANT
+
+_MOST_TRIALS = 20_000
+FOLLOWS, SHARES = 2.0, 3.0  # modes of contacts that stick without a constraint of their own
+_FORCES, _SPREAD = 5, 7  # outputs of the gauge
+ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
+_FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
+_TIE = 1e-12  # of a derivative against its scale: too small to have a sign
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What decides the next mode.
+
+    Attributes
+    ----------
+    automaton : Automaton
+    look : casadi.Function
+        ``(y, t, p, m) -> (guards, first, second)``: the guards and their derivatives along the motion.
+    drift : casadi.Function
+        ``(y, t, p, m) -> dw/dt``: the slip accelerations, shape (n_c,).
+    slopes : casadi.Function
+        ``(y, t, p) -> dw/du``, shape (n_c, n_u).
+    velocities : slice
+        Where the velocities stand in the state.
+    zero : float
+        Relative size below which a slip or a guard counts as zero; what the integrator leaves of an event.
+    horizon : float
+        Of the run.
+    farthest : ndarray, shape (n_x,)
+        Largest magnitudes of the states so far.
+    """
+
+    automaton: Automaton
+    look: ca.Function
+    drift: ca.Function
+    slopes: ca.Function
+    velocities: slice
+    zero: float
+    horizon: float
+    farthest: np.ndarray
+
+
+def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float) -> Rule:
+    """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
+    field = automaton.field
+    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
+    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    rate, guards, _ = field(y, t, p, m)
+    first = along(guards, rate, y, t)
+    look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
+    slip = automaton.gauge(y, t, p)[0]
+    drift = ca.Function("drift", [y, t, p, m], [along(slip, rate, y, t)])
+    slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
+    return Rule(automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()))
+
+
+def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
+    """Return the time derivative of an expression along the motion."""
+    return ca.densify(ca.jtimes(expr, y, rate) + ca.jtimes(expr, t, ca.SX(1)))
+
+
+def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
+    """Return the mode at the start, or None if no combination is consistent."""
+    automaton = rule.automaton
+    n_c = len(automaton.contacts)
+    slip = numbers(automaton.gauge(y, t, p)[0])
+    m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(automaton.n_switches)])
+    for j in range(automaton.n_switches):  # a switch may depend on the ones before it
+        guard = numbers(rule.look(y, t, p, m)[0])[2 * n_c + j]
+        m[2 * n_c + j] = 1.0 if guard >= 0 else -1.0
+    return next_mode(rule, y, t, p, m, frozenset())
+
+
+def next_mode(
+    rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
+) -> np.ndarray | None:
+    """Return the mode from here on; slips that are zero are made exactly zero in `y`.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n_x,)
+        Changed in place.
+    hit : frozenset of int
+        Guards known to be zero.
+
+    Returns
+    -------
+    ndarray or None
+        None if no combination is consistent.
+    """
+    automaton = rule.automaton
+    n_c = len(automaton.contacts)
+    slip, _, pull = (numbers(e) for e in automaton.gauge(y, t, p)[:3])
+    scale = numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
+    still = [i for i in range(n_c) if m[i] or 2 * i in hit]
+    for i in (i for i in range(n_c) if i not in still and abs(slip[i]) <= rule.zero * scale[i]):
+        if _nearly(rule, y, t, p, sorted([*still, i])):
+            still = sorted([*still, i])
+    _project(rule, y, t, p, still)
+    m = m.copy()
+    for k in (k for k in hit if 2 * n_c <= k < 2 * n_c + automaton.n_switches):
+        m[k] = -m[k]  # mode and guards are laid out alike: two for each contact, then the switches
+    reached = frozenset(
+        k for k in hit if k >= 2 * n_c or m[k // 2]
+    )  # of contacts, only the bound of a stick stays zero
+    rest = _at_rest(automaton, m, still)
+    ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, _marked(rule, y, t, p, rest))[0])))
+    for trial in itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS):
+        settled = _with_switches(rule, y, t, p, _marked(rule, y, t, p, trial), reached)
+        if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):
+            return settled
+    return None
+
+
+def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarray:
+    """Return the mode in which the contacts at zero slip stick."""
+    m = m.copy()
+    for i in still:
+        m[i] = 1.0 if automaton.sticks[i] else 0.0
+    return m
+
+
+def _marked(rule: Rule, y, t, p, m: np.ndarray) -> np.ndarray:
+    """Return the mode with the sticking contacts marked that follow from those before them, as `taylor.settle` does."""
+    automaton = rule.automaton
+    sticking, m = np.flatnonzero(m[: len(automaton.contacts)]), m.copy()
+    if sticking.size < 2:
+        return m
+    rows = np.array(rule.slopes(y, t, p))
+    columns = numbers(automaton.gauge(y, t, p)[_SPREAD]).reshape(rows.shape, order="F")
+    sizes, own = np.sum(rows * columns, axis=1), list[int]()
+    for i in sticking:
+        for j in own * 2:
+            part = (rows[j] @ columns[i]) / (rows[j] @ columns[j])
+            rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
+        if rows[i] @ columns[i] > REDUNDANT * sizes[i]:
+            own.append(int(i))
+        else:
+            groups = automaton.parallels
+            m[i] = SHARES if any(groups[j] == groups[i] for j in own) else FOLLOWS
+    return m
+
+
+def _room(guards: np.ndarray, i: int) -> float:
+    """Return how far the force of a sticking contact is from its bound, relative to the bound; beyond it negative."""
+    near, far = sorted(guards[2 * i : 2 * i + 2])
+    return near / max(abs(near) + abs(far), np.finfo(float).tiny)
+
+
+def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterator[np.ndarray]:
+    """Yield modes: contacts at zero slip stick first, then with one of them changed, two of them, ...
+
+    Of as many, those that come first in `still` are changed first. Where friction drops from rest to slip more than one
+    mode may agree with the forces; the contact that exceeds its bound the most is released, as the route `taylor` does.
+    """
+    n_c = len(automaton.contacts)
+    for changed in range(len(still) + 1):
+        for group in itertools.combinations(still, changed):
+            ways = [(-1.0, 1.0) if automaton.sticks[i] else (-base[n_c + i],) for i in group]
+            for directions in itertools.product(*ways):
+                trial = base.copy()
+                for i, direction in zip(group, directions, strict=True):
+                    trial[i], trial[n_c + i] = 0.0, direction
+                yield trial
+
+
+def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray | None:
+    """Return the mode with every switch right now and in the next instant, None if they do not settle.
+
+    At a kink the rates of both sides agree but for what the event missed it by, which decides the sign of a slow
+    crossing in a stiff motion: a switch that seems wrong on both sides crosses.
+    """
+    n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
+    m = _with_edges(rule, y, t, p, m, hit)
+    before, turned = m, np.zeros(m.size, dtype=int)
+    for _ in range(3 * n_s + 1):
+        guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
+        if not np.all(np.isfinite(first)):  # a branch that ends at a switch; it is entered when that has really fallen
+            return before
+        wrong = []
+        for k in (k for k in range(2 * n_c, 2 * n_c + n_s) if abs(m[k]) != ON_EDGE):
+            zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]) * rule.horizon)
+            falls = first[k] < 0 or (first[k] == 0 and second[k] < 0)
+            if (falls and turned[k] < 2) if zero else guards[k] < 0:
+                wrong.append(k)
+        if not wrong:
+            return m
+        before, m = m, m.copy()
+        m[wrong[0]] = -m[wrong[0]]
+        turned[wrong[0]] += 1
+    return None
+
+
+def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
+    """Return the mode with the switches of profiles at zero marked that stay there; see `symfric.lower.cell_edges`.
+
+    As long as a switch is marked, a contact that is released has the friction of its side of the edge. Of a switch that
+    was marked before, what the forces leave by rounding in the meantime is zero, too.
+    """
+    automaton = rule.automaton
+    if not automaton.at_edges:
+        return m
+    entries = np.array(automaton.at_edges) + 2 * len(automaton.contacts)
+    rested, m = np.abs(m[entries]) == ON_EDGE, m.copy()
+    m[entries] = ON_EDGE
+    guards, first, second = (numbers(e)[entries] / ON_EDGE for e in rule.look(y, t, p, m))
+    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[-1]), 3)
+    drift = rested * force * t
+    zero = np.isin(entries, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
+    still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, drift))
+    resting = still & (np.abs(second) <= rule.zero * force)
+    sign = np.where(zero, np.where(still, second, first), guards)
+    m[entries] = np.where(resting, ON_EDGE, np.where(sign < 0, -1.0, 1.0))
+    return m
+
+
+def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:
+    """Whether what sticks does, its force stays within the bounds, and what slips from zero goes its own way."""
+    guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
+    drift, forces = numbers(rule.drift(y, t, p, m)), numbers(rule.automaton.gauge(y, t, p)[_FORCES])
+    for i in still:
+        if m[i] == FOLLOWS:
+            if abs(drift[i]) > max(rule.zero, _TIE) * pull[i] + ROUNDING * forces[i]:
+                return False
+            continue
+        if m[i]:
+            bound = 0.5 * abs(guards[2 * i] + guards[2 * i + 1])
+            for k in (2 * i, 2 * i + 1):
+                at_bound = k in hit or abs(guards[k]) <= rule.zero * bound
+                if first[k] * rule.horizon < -_TIE * bound if at_bound else guards[k] < 0:
+                    return False
+        else:
+            start, then = first[2 * i], second[2 * i]
+            little = max(rule.zero, _TIE) * pull[i]
+            if start < -little or (abs(start) <= little and then * rule.horizon < -_TIE * pull[i]):
+                return False
+    return True
+
+
+def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
+    """Make the slips in `still` zero: exactly where a slip has one velocity, else by the least change of them all."""
+    automaton = rule.automaton
+    for i in (i for i in still if automaton.anchors[i][0] >= 0):
+        index, factor = automaton.anchors[i]
+        y[index] -= numbers(automaton.gauge(y, t, p)[0])[i] / factor
+    coupled = [i for i in still if automaton.anchors[i][0] < 0]
+    if coupled:
+        rows = np.array(rule.slopes(y, t, p))[coupled]
+        rows[:, [automaton.anchors[i][0] - rule.velocities.start for i in still if automaton.anchors[i][0] >= 0]] = 0
+        slip = numbers(automaton.gauge(y, t, p)[0])[coupled]
+        y[rule.velocities] -= np.linalg.lstsq(rows, slip, rcond=None)[0]
+
+
+def _nearly(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> bool:
+    """Whether the slips in `still` vanish together at a state that the error of the integrator does not tell from y.
+
+    Of slips that nearly agree each may be as good as zero, though all are zero only far away.
+    """
+    there = y.copy()
+    _project(rule, there, t, p, still)
+    speeds = np.maximum(rule.farthest, np.abs(y))[rule.velocities]
+    return bool(np.all(np.abs(there - y)[rule.velocities] <= _FAR * rule.zero * np.max(speeds, initial=0.0)))
+
+
+def numbers(e) -> np.ndarray:
+    """Return a CasADi vector as an array, shape (n,)."""
+    return np.array(e, dtype=float).ravel()

@@ -1,0 +1,293 @@
+"""The route `integrators`: CasADi's own integrators, as an independent check of the other routes.
+
+The law with its jump runs through `erk` or `rosenbrock`, mode by mode up to the first guard that falls (`pieces`); the
+next mode is decided by the forces (`next_mode`). Continuous laws may also run through `cvodes`, `idas` and
+`collocation`, with the signs of kinks evaluated instead of held.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from symfric.errors import NoRoute, SceneError
+from symfric.locks import SYMBOLIC
+from symfric.lower.automaton import Automaton, constants, lower
+from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
+from symfric.solve.input_segments import segments
+from symfric.solve.integrators.hermite import extremes, quintic
+from symfric.solve.integrators.mode_functions import ONE_STEP, Integrators, signs_evaluated
+from symfric.solve.integrators.mode_selection import ROUNDING, Rule, make_rule, next_mode, numbers, starting_mode
+from symfric.solve.integrators.segment import FINEST, Flow, Piece, Start
+from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
+from symfric.solve.run import Path, Raw, Run
+from symfric.solve.status import Status
+from symfric.solve.widened import widened
+
+COARSEST = 0.1  # tolerance
+_KEPT = 4  # sets of integrators that a program keeps
+_STALLED, _LITTLE = 200, 1e-9  # so many events within such a part of the horizon each are chatter
+
+
+def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> str:
+    """Return why the route does not take the scene; empty if it does.
+
+    `on_the_way` says whether more than the end and integrals is wanted.
+    """
+    if settings.plugin in ONE_STEP:
+        return ""
+    if any(automaton.sticks):
+        return (
+            f"{settings.plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
+            "plugin 'erk' or 'rosenbrock'"
+        )
+    if on_the_way and automaton.n_switches:
+        return (
+            f"{settings.plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
+            "the plugin 'erk' or 'rosenbrock'"
+        )
+    return ""
+
+
+@dataclass
+class _Motion:
+    """A run while it is computed."""
+
+    t: float
+    y: np.ndarray
+    total: np.ndarray
+    m: np.ndarray
+    farthest: np.ndarray
+    size: np.ndarray
+    status: Status = Status.OK
+    rest: float = math.nan
+    reach: float = math.inf
+    events: list[tuple[float, int, int, int]] = field(default_factory=list)
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("pieces", "steps", "events", "kinks", "grazes"), 0)
+    )
+    pieces: list[Path] = field(default_factory=list)
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
+    values: dict[str, float] = field(default_factory=dict)
+
+
+class IntegratorsProgram:
+    """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
+
+    route = "integrators"
+
+    def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
+        self.varied = varied
+        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
+        self.wider: dict[frozenset[str], IntegratorsProgram] = {}
+        scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+        self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
+        self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}  # or a value at a time
+        self._times = {n: scene.horizon if o.time is None else o.time for n, o in scalars.items() if isinstance(o, At)}
+        self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
+        self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
+        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied)
+        refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
+        if refusal:
+            raise NoRoute(f"the route 'integrators' declines: {refusal}")
+        self._held = settings.plugin in ONE_STEP
+        self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
+        count = len(self._integrals)
+        self._make_flow = partial(Flow, self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
+        first = self._make_flow()
+        self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
+        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator serves one run at a time
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
+
+    def __reduce__(self):
+        """Pickle as what it was prepared from."""
+        return IntegratorsProgram, (self.scene, self.tolerance, self.settings, self.varied)
+
+    def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
+        """Return the program in which the parameters `varied` may be anything."""
+        return IntegratorsProgram(self.scene, self.tolerance, self.settings, varied)
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start; `progress` is called with the fraction done at times."""
+        scene = self.scene.where(values) if values else self.scene
+        scene = scene.starting(initial) if initial else scene
+        general = widened(self, values or {})
+        if general is not None:
+            return general.run(values, initial, progress)
+        given = scene.numbers()
+        start = np.array([given[s] for s in scene.system.states])
+        parameters = np.array([given[s] for s in self.automaton.parameters])
+        flow = self._lease()
+        motion = _Motion(
+            0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode), np.abs(start), np.zeros(0)
+        )
+        times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
+        for k, row in enumerate(inputs):
+            p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
+            self._settle(motion, p, frozenset(), first=k == 0)
+            if k == 0:
+                motion.size = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
+            while motion.t < end and motion.status == Status.OK:
+                self._integrate(flow, motion, p, end)
+                if progress is not None:
+                    progress(motion.t / scene.horizon)
+            if motion.status != Status.OK:
+                break
+        self._idle.append(flow)
+        return self._collect(motion, dict(values or {}), dict(initial or {}))
+
+    def _lease(self) -> Flow:
+        """Return integrators for one run."""
+        try:
+            flow = self._idle.pop()
+        except IndexError:
+            with SYMBOLIC:
+                flow = self._make_flow()
+        flow.begin()
+        return flow
+
+    def _settle(self, motion: _Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+        """Choose the mode at the present state, note what changed."""
+        if not self._held:
+            return
+        rule = replace(self._rule, farthest=motion.farthest)
+        if first:
+            mode = starting_mode(rule, motion.y, motion.t, p)
+        else:
+            mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+        if mode is None:
+            motion.status = Status.UNDECIDED
+            return
+        gauge = dict(zip(self.automaton.gauge.name_out(), self.automaton.gauge(motion.y, motion.t, p), strict=True))
+        load, margin, forces, coupling = (numbers(gauge[name]) for name in ("load", "margin", "forces", "coupling"))
+        lost = load * coupling[:: load.size + 1] < -ROUNDING * forces  # what terms that cancel leave of zero is zero
+        if np.any(lost) or np.any(margin < 0):
+            motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
+            return
+        n_c = len(self.automaton.contacts)
+        before, after = _signs(motion.m, n_c), _signs(mode, n_c)
+        changed = np.flatnonzero(before != after) if not first else ()
+        motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
+        motion.counts["events"] += len(changed)
+        motion.counts["kinks"] += int(np.sum(motion.m[2 * n_c :] * mode[2 * n_c :] < 0)) if not first else 0
+        motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
+        motion.m = mode
+
+    def _integrate(self, flow: Flow, motion: _Motion, p: np.ndarray, end: float) -> None:
+        """Go on to `end` or to the next event, or part of the way."""
+        if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
+            motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
+        state = np.concatenate([motion.y, motion.total])
+        motion.size = np.maximum(motion.size, np.abs(state))
+        start = Start(motion.t, state, p, motion.m, motion.size)
+        piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
+        if piece is None:
+            motion.status = Status.INTEGRATOR
+            return
+        self._keep(motion, piece)
+        begin, last = motion.t, piece.state[:, -1]
+        motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
+        motion.reach = piece.reach
+        motion.farthest = np.maximum(motion.farthest, np.max(np.abs(piece.state[: motion.y.size]), axis=1))
+        motion.counts["pieces"] += 1
+        motion.counts["steps"] = flow.steps
+        if not np.all(np.isfinite(motion.y)):
+            motion.status = Status.NOT_FINITE
+        elif piece.fell >= 0:
+            self._at_event(motion, p, piece.fell, advanced=motion.t - begin > _LITTLE * self.scene.horizon)
+        if motion.status == Status.OK and motion.counts["steps"] > self.settings.max_steps:
+            motion.status = Status.STEP_BUDGET
+
+    def _at_event(self, motion: _Motion, p: np.ndarray, index: int, advanced: bool) -> None:
+        stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1
+        motion.counts["stalled"] = stalled
+        motion.rest = math.nan
+        if index >= 2 * len(self.automaton.contacts) + self.automaton.n_switches:
+            motion.status = Status.LOST_CONTACT
+        elif motion.counts["events"] >= self.settings.max_events:
+            motion.status = Status.EVENT_BUDGET
+        elif stalled > _STALLED:
+            motion.status = Status.CHATTER
+        else:
+            self._settle(motion, p, frozenset({index}))
+
+    def _keep(self, motion: _Motion, piece: Piece) -> None:
+        t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some are the same
+        h, n_g = np.diff(t), self.automaton.n_guards
+        if self._ranges:
+            low, high = extremes(h, *(e[n_g:, nodes] for e in piece.rows))
+            motion.low = low if motion.low is None else np.minimum(motion.low, low)
+            motion.high = high if motion.high is None else np.maximum(motion.high, high)
+            self._keep_values(motion, t, [e[n_g:, nodes] for e in piece.rows])
+        if self._keep_path:
+            mode = np.tile(_signs(motion.m, len(self.automaton.contacts)), (h.size, 1))
+            states = piece.state[: motion.y.size, nodes], piece.first[:, nodes], piece.second[:, nodes]
+            motion.pieces.append(Path(t[:-1], h, quintic(h, *states), mode))
+
+    def _keep_values(self, motion: _Motion, t: np.ndarray, rows: list[np.ndarray]) -> None:
+        """Note the outputs that are wanted at a time within a piece."""
+        for k, name in enumerate(self._ranges):
+            at = min(self._times.get(name, math.inf), self.scene.horizon)
+            if name in self._times and t[0] <= at <= t[-1]:
+                i = min(int(np.searchsorted(t, at, side="right")), t.size - 1) - 1
+                c = quintic(np.diff(t[i : i + 2]), *(e[k : k + 1, i : i + 2] for e in rows))
+                motion.values[name] = float(np.polynomial.polynomial.polyval(at - t[i], c[0, 0]))
+
+    def _collect(self, motion: _Motion, values: dict, initial: dict) -> Run:
+        motion.counts.pop("stalled", None)
+        path = log = None
+        never = dict.fromkeys(self._times, math.nan)
+        if self._keep_path and motion.pieces:
+            parts = [(p.t, p.h, p.coefficients, p.mode) for p in motion.pieces]
+            path = Path(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        if self._keep_events:
+            log = (
+                np.array([e[0] for e in motion.events]),
+                np.array([e[1:] for e in motion.events], dtype=np.int64).reshape(-1, 3),
+            )
+        low, high = motion.low, motion.high
+        ranges = {} if low is None or high is None else {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
+        raw = Raw(
+            ranges=ranges,
+            integrals={**dict(zip(self._integrals, motion.total.tolist(), strict=True)), **never, **motion.values},
+            rest=motion.rest,
+            path=path,
+            events=log,
+        )
+        return Run(
+            base=self.scene,
+            values=values,
+            initial=initial,
+            route=self.route,
+            tolerance=self.tolerance,
+            final=motion.y,
+            t_final=motion.t,
+            status=motion.status,
+            stats=dict(motion.counts),
+            raw=raw,
+        )
+
+
+def check_tolerance(tolerance: float) -> float:
+    """Return the tolerance as a float within what the integrators can do, or say what is wrong with it."""
+    tolerance = finite(tolerance, "tolerance")
+    if not FINEST <= tolerance <= COARSEST:
+        raise SceneError(f"tolerance is {tolerance}; the route 'integrators' takes {FINEST:g} to {COARSEST:g}")
+    return tolerance
+
+
+def _signs(m: np.ndarray, n_c: int) -> np.ndarray:
+    """Modes of the contacts: -1, 0, +1."""
+    return np.where(m[:n_c] > 0.5, 0, m[n_c : 2 * n_c]).astype(np.int64)

@@ -1,0 +1,269 @@
+"""One mode of the route `integrators`, a short piece at a time, up to the first guard that falls.
+
+A mode's equations are those of its law continued beyond the guard, where they may have a pole or grow without bound: a
+motion that leaves its mode unseen can end anywhere or nowhere. So no integration goes on for long before its guards are
+looked at, between the outputs too, and one that fails is repeated over a shorter time. CasADi's own events do neither.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from symfric.locks import SYMBOLIC
+from symfric.lower.automaton import Automaton
+from symfric.solve.integrators.hermite import first_fall, middle_errors
+from symfric.solve.integrators.mode_functions import ONE_STEP, Integrators, mode_integrator, node_function
+from symfric.solve.integrators.sizes import filled
+from symfric.solve.taylor.enclosure import unseen_by
+
+FINEST = 1e-14  # tolerance
+_SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # of the local tolerance: errors of steps add up,
+_SAFETY |= {"cvodes": 1e-3, "idas": 1e-3}  # and those of the multistep methods at kinks are far above their estimate
+NODES = 8  # outputs of a piece; few, since what lies beyond an event is computed in vain
+_PIECE_STEPS = 1000  # of the integrator in one piece, before it is made shorter
+_MOST_NODES = 2**15  # between two changes of an input, of the plugins that have no pieces
+_DENSE = 50  # tolerances allowed between half the nodes, which leaves about one between all of them
+_DEGREES = 18  # powers of more than half of this may hide something from a check at a few points
+_SHORTEST = 1e-9  # part of the horizon
+_GROWTH = 10  # of a state in one piece, which sets the scale of its errors
+_NEWTON = 4  # corrections of the time of an event
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a piece begins: time, state with the integrals below it, parameters, mode; and how large states are."""
+
+    t: float
+    state: np.ndarray
+    p: np.ndarray
+    m: np.ndarray
+    size: np.ndarray
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Motion in one mode at its nodes.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n + 1,)
+    state : ndarray, shape (n_x + n_integrals, n + 1)
+    first, second : ndarray, shape (n_x, n + 1)
+        Derivatives of the state without the integrals.
+    rows : tuple of three ndarrays, shape (n_r, n + 1)
+        Guards and wanted rows, and their first and second derivatives.
+    reach : float
+        How long the next piece may be.
+    fell : int
+        The guard that fell at the end, -1 if none did.
+    """
+
+    t: np.ndarray
+    state: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    rows: tuple[np.ndarray, ...]
+    reach: float
+    fell: int = -1
+
+
+class Flow:
+    """The compiled integrators of the modes of one automaton; counts their steps. For one run at a time."""
+
+    def __init__(
+        self,
+        field: ca.Function,
+        automaton: Automaton,
+        n_integrals: int,
+        settings: Integrators,
+        tolerance: float,
+        horizon: float,
+    ):
+        self.settings, self.tolerance = settings, tolerance
+        self.local = max(_SAFETY[settings.plugin] * tolerance, FINEST)
+        self.in_pieces = settings.plugin in ONE_STEP
+        self.n_x, self.n_guards = len(automaton.states), automaton.n_guards
+        self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
+        self._nodes = node_function(field, n_integrals)
+        self._compiled: dict[tuple[int, int], ca.Function] = {}
+        self._unseen = unseen_by(field, _DEGREES) if self.in_pieces else None
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the run before: what it found out must not change the next one."""
+        self.steps, self._elements = 0, min(2000, self.settings.elements)
+
+    def _integrator(self, nodes: int) -> ca.Function:
+        key = nodes, self._elements
+        if key not in self._compiled:
+            s = self.settings
+            most, span = (_PIECE_STEPS // nodes, NODES * s.max_step) if self.in_pieces else (s.max_steps, self._horizon)
+            with SYMBOLIC:
+                self._compiled[key] = mode_integrator(
+                    self._field, self._n_integrals, s, self.local, span, self._elements, nodes, most
+                )
+        return self._compiled[key]
+
+    def at_nodes(self, start: Start, span: float, nodes: int) -> np.ndarray:
+        """Return the states at equidistant times after the start; raise RuntimeError if the integrator gives up."""
+        integrator = self._integrator(nodes)
+        try:
+            data = np.concatenate([start.p, start.m, start.size, [start.t, span]])
+            return np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
+        finally:
+            counts = integrator.stats()
+            self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
+
+    def end(self, start: Start, span: float) -> np.ndarray:
+        """Return the state after a time; raise RuntimeError if the integrator gives up."""
+        if self.settings.plugin != "collocation":
+            return self.at_nodes(start, span, 1)[:, -1]
+        before = None
+        while self._elements <= self.settings.elements:
+            found = self.at_nodes(start, span, 1)[:, -1]
+            if before is not None and np.all(
+                np.abs(found - before) <= self.tolerance * np.maximum(start.size, np.abs(found))
+            ):
+                self._elements //= 2
+                return found
+            before = found
+            self._elements *= 2
+        raise RuntimeError("the result still changes with the number of elements")
+
+    @np.errstate(all="ignore")  # beyond a guard a motion may grow out of all bounds
+    def advance(self, start: Start, end: float, reach: float, watched: bool) -> Piece | None:
+        """Return the motion up to `end`, or to the first guard that falls, or about as far as `reach`.
+
+        None if the integrator gives up over the shortest time too. The plugins without pieces go to `end` whatever the
+        guards do, and have nodes only if the motion is `watched`.
+        """
+        if self.in_pieces:
+            return self._next_piece(start, end, reach)
+        try:
+            return self._whole(start, end) if watched else self._ends(start, end)
+        except RuntimeError:
+            return None
+
+    def _ends(self, start: Start, end: float) -> Piece:
+        none = np.zeros((0, 2))
+        state = np.column_stack([start.state, self.end(start, end - start.t)])
+        return Piece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
+
+    def _whole(self, start: Start, end: float) -> Piece:
+        """Return the motion with as many nodes as the quintics between them need."""
+        span, n, last = end - start.t, NODES, self.end(start, end - start.t)
+        while True:
+            found = self.at_nodes(start, span, n)
+            found[:, -1] = last
+            piece, excess, _ = self._between(start, end, found)
+            if excess <= 1 or n >= _MOST_NODES:
+                return piece
+            n *= 2
+
+    def _next_piece(self, start: Start, end: float, reach: float) -> Piece | None:
+        reach = min(reach, NODES * self.settings.max_step)
+        while True:
+            span = min(reach, end - start.t)
+            try:
+                found = self.at_nodes(start, span, NODES)
+                size = start.size[:, None]
+                if np.any(size + np.abs(found) > _GROWTH * (size + np.abs(start.state[:, None]))):
+                    raise RuntimeError("what is small at the start would be lost in what is large at the end")
+                piece, excess, below = self._between(start, min(start.t + reach, end), found)
+                factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
+                if excess <= 1:
+                    cut = self._cut(start, piece, below)
+                    if cut is not None and not self._hides_something(start, cut):
+                        return replace(cut, reach=max(reach, min(4.0, factor) * span))
+                    factor = 0.2
+            except RuntimeError:
+                factor = 0.2
+            reach = span * min(0.7, max(0.1, factor))
+            if reach < 4 * np.spacing(end):
+                return None
+
+    def _hides_something(self, start: Start, piece: Piece) -> bool:
+        """Return whether a function may have a feature between the nodes that no step of the integrator met."""
+        t, y = piece.t, piece.state[: self.n_x]
+        span = t[-1] - t[0]
+        if self._unseen is None or span < _SHORTEST * self._horizon:
+            return False
+        low, high = y.min(axis=1), y.max(axis=1)
+        between = 0.25 * np.max(np.diff(t)) * np.max(np.abs(piece.first), axis=1)
+        middle, radius = 0.5 * (low + high), 0.5 * (high - low) + between
+        box = np.concatenate([middle, [0.5 * (t[0] + t[-1])], radius, [0.5 * span]])
+        unseen = np.array(self._unseen(box, start.p, start.m)).ravel()
+        states = start.size + np.max(np.abs(piece.state), axis=1)
+        rows = filled(np.max(np.abs(piece.rows[0]) + self._look(t[:1], piece.state[:, :1], start)[-1], axis=1))
+        n, n_g = self.n_x, self.n_guards
+        sizes = np.concatenate([states[:n] / span, rows[:n_g], states[n:] / span, rows[n_g:]])
+        return not np.all(unseen <= self.tolerance * sizes)
+
+    def _between(self, start: Start, stop: float, found: np.ndarray) -> tuple[Piece, float, np.ndarray]:
+        """Return the piece through nodes, the error between them over what is allowed, and what of a guard is noise."""
+        t = np.linspace(start.t, stop, found.shape[1] + 1)
+        state = np.column_stack([start.state, found])
+        first, second, *rows, blur = looked = self._look(t, state, start)
+        if not all(np.all(np.isfinite(e)) for e in looked):
+            raise RuntimeError("the motion left the finite numbers")
+        n, y = self.n_x, state[: self.n_x]
+        values = np.concatenate([y, rows[0]]), np.concatenate([first, rows[1]]), np.concatenate([second, rows[2]])
+        noise = self.local * np.max(np.concatenate([start.size[:n, None] + np.abs(y), blur]), axis=1)
+        error = middle_errors(t, *values)
+        allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
+        excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # a row may be zero all along
+        below = (2 * noise + error / 32)[n : n + self.n_guards]
+        return Piece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
+
+    def _look(self, t: np.ndarray, state: np.ndarray, start: Start) -> list[np.ndarray]:
+        return [
+            np.array(e) for e in self._nodes(state[: self.n_x], t[None, :], start.p, start.m, start.size[: self.n_x])
+        ]
+
+    def _cut(self, start: Start, piece: Piece, below: np.ndarray) -> Piece | None:
+        """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
+        n = self.n_guards
+        value, slope, bend = (e[:n] for e in piece.rows)
+        fall = first_fall(piece.t, value, slope, bend, below) if n else None
+        if fall is None:
+            return piece
+        index, t = fall
+        k = max(1, int(np.searchsorted(piece.t, t)))
+        t, state = self._at_root(start, t, index, below[index], min(t - start.t, piece.t[k] - piece.t[k - 1]))
+        first, second, *rows, _ = self._look(np.array([t]), state, start)
+        if abs(rows[0][index, 0]) > 4 * below[index]:
+            return None
+        k = int(np.searchsorted(piece.t, t))  # of the nodes, those before the event stay
+        join = lambda before, last: np.column_stack([before[:, :k], last])  # noqa: E731
+        return Piece(
+            t=np.append(piece.t[:k], t),
+            state=join(piece.state, state),
+            first=join(piece.first, first),
+            second=join(piece.second, second),
+            rows=tuple(join(*pair) for pair in zip(piece.rows, rows, strict=True)),
+            reach=piece.reach,
+            fell=index,
+        )
+
+    def _at_root(self, start: Start, t: float, index: int, noise: float, most: float) -> tuple[float, np.ndarray]:
+        """Integrate to `t` and correct it by Newton's method until the guard is far below its noise."""
+        if t <= start.t:
+            return start.t, start.state[:, None]
+        state, value, slope = self._guard(start, t, index)
+        for _ in range(_NEWTON):
+            correction = -value / slope if slope else math.inf
+            if abs(value) <= 1e-3 * noise or not abs(correction) < most:  # a graze has no slope
+                break
+            there = self._guard(replace(start, t=t, state=state), t + correction, index)
+            if not abs(there[1]) < abs(value):
+                break
+            t, (state, value, slope) = t + correction, there
+        return t, state[:, None]
+
+    def _guard(self, start: Start, t: float, index: int) -> tuple[np.ndarray, float, float]:
+        """Return the state at time t, which may lie before the start, and there a guard and its slope."""
+        state = self.end(start, t - start.t)
+        _, _, value, slope, *_ = self._look(np.array([t]), state[:, None], start)
+        return state, value[index, 0], slope[index, 0]

@@ -1,0 +1,1 @@
+"""The compiled event loop over piecewise smooth motions, and what all compiled loops share."""

@@ -1,0 +1,69 @@
+"""Calls of the machine code of a model, in the mode that a workspace is in."""
+
+from symfric.codegen.numba_types import call_code, compiled
+from symfric.solve.loop.powers import gather, powers
+from symfric.solve.loop.workspace import FUNCTIONS, LINEAR, STICKER
+
+
+@compiled(inline=True)
+def _variant(w):
+    """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
+    return 2 + FUNCTIONS if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
+
+
+@compiled(inline=True)
+def prelude(w):
+    """Recompute what depends on parameters and mode alone."""
+    call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
+    if w.limits[LINEAR]:
+        gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
+
+
+@compiled(inline=True)
+def expand(w):
+    """Compute all Taylor coefficients at the present state."""
+    if w.limits[LINEAR]:
+        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
+    else:
+        call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
+
+
+@compiled(inline=True)
+def probe(w):
+    """Compute the first coefficients in the mode on trial."""
+    if w.limits[LINEAR]:
+        powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
+    else:
+        call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+
+
+@compiled(inline=True)
+def probe_trial(w):
+    """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
+    call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
+
+
+@compiled(inline=True)
+def bound_unseen(w):
+    """Bound what the coefficients do not show of the rows while states and time stay in ``w.box``."""
+    _bound(w, w.code[_variant(w) + 3], w.unseen)
+
+
+@compiled
+def bound_terms(w):
+    """Compute how large the terms of the rows are while states and time stay in ``w.box``."""
+    _bound(w, w.code[_variant(w) + 4], w.terms)
+
+
+@compiled(inline=True)
+def _bound(w, code, out):
+    if code != 0:
+        call_code(code, w.box.ctypes.data, w.aux.ctypes.data, out.ctypes.data)
+    else:  # this mode has nothing to hide
+        out[:] = 0.0
+
+
+@compiled(inline=True)
+def measure(w, y, gauge):
+    """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
+    call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)

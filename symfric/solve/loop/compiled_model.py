@@ -1,0 +1,256 @@
+"""A compiled event loop and the memory of its runs: the first is shared by all threads, the second by none."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symfric.codegen.array_table import Table
+from symfric.solve.loop.workspace import CHUNK, EVENTS, GRAZES, KEPT_EVENTS, KEPT_STEPS, KINKS, REST, STEPS
+from symfric.solve.observables import RANGE, Row, Wanted
+from symfric.solve.run import Path, Raw
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
+
+PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
+_CHUNK_BYTES = 2**26  # most in one piece of a trajectory or of a list of events; such pieces go back to the system
+_SMALL_BYTES = 2**20  # a workspace with larger pieces is kept only if no other is
+_KEPT = 16  # workspaces that a model keeps for the next runs
+_STATUS = tuple(Status)
+
+Found = tuple[np.ndarray, float, dict[str, float], Raw]  # final state, its time, counts, and what was kept
+
+
+class CompiledModel:
+    """An event loop compiled for a scene: machine code and the arrays with which every run begins.
+
+    Nothing in it changes, so any number of threads may run it at once. Each run has a workspace to itself: one that an
+    earlier run has left, or a new one. A deque gives and takes without a lock, and a run that was interrupted leaves
+    nothing.
+
+    Parameters
+    ----------
+    launch : callable
+        From `symfric.codegen.loop_loader`.
+    code : object
+        What keeps the machine code of the scene alive.
+    first : NamedTuple of arrays
+        With the fields given_y, given_p, y, counts, clock, total, event_t, event_i, path_t, path_c and path_m.
+    shared : frozenset of str
+        Fields that no run changes: all workspaces have the same arrays there.
+    wanted : Wanted
+    n_x : int
+        States of the motion; what follows them in `y` is no part of results.
+    horizon : float
+    """
+
+    def __init__(
+        self,
+        launch: Callable[[Table, bool], int],
+        code: object,
+        first: Any,
+        shared: frozenset[str],
+        wanted: Wanted,
+        n_x: int,
+        horizon: float,
+    ):
+        self.launch, self.first, self.shared = launch, first, shared
+        self.wanted, self.n_x, self.horizon = wanted, n_x, horizon
+        self._code = code
+        self._idle: deque[Workspace] = deque(maxlen=_KEPT)
+        self.path_rows = path_rows(first)
+        for array in first:
+            array.setflags(write=False)
+
+    def workspace(self) -> "Workspace":
+        """Return the memory for one run, to be handed to `give_back` after it."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return Workspace(self)
+
+    def give_back(self, workspace: "Workspace") -> None:
+        """Keep a workspace whose run has ended for another one; one that is not handed back is forgotten."""
+        if not (workspace.large and self._idle):
+            self._idle.append(workspace)
+
+    def run(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> "tuple[Status, Found]":
+        """Run from state y at t = 0 with parameters p; return the status and what `Workspace.collect` does."""
+        try:
+            workspace = self._idle.pop()
+        except IndexError:
+            workspace = Workspace(self)
+        status = workspace.drive(y, p, progress)
+        found = workspace.collect()
+        if not (workspace.large and self._idle):
+            self._idle.append(workspace)
+        return status, found
+
+
+class _Kept(NamedTuple):
+    """Full pieces of a trajectory or of a list of events, in their order."""
+
+    pieces: list[tuple[np.ndarray, ...]]
+    rows: int
+
+
+_NONE = _Kept([], 0)
+
+
+class Workspace:
+    """The memory of one run; used by one thread at a time.
+
+    Attributes
+    ----------
+    arrays : NamedTuple of arrays
+        What compiled code works on.
+    large : bool
+        Whether it holds so much memory that few of its kind should be kept.
+    """
+
+    __slots__ = ("_extended", "_given_p", "_given_y", "_launch", "_log", "_model", "_path", "_table", "arrays", "large")
+
+    def __init__(self, model: CompiledModel):
+        self._model, self._launch = model, model.launch
+        self._set(own(model.first, model.shared))
+        self.large, self._extended, self._path, self._log = False, False, _NONE, _NONE
+        self._given_y: np.ndarray | None = None
+        self._given_p: np.ndarray | None = None
+
+    def _set(self, arrays: Any) -> None:
+        self.arrays, self._table = arrays, Table(arrays)
+
+    def drive(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> Status:
+        """Run to the end, from state y at t = 0 with parameters p."""
+        if self._given_y is not y or self._given_p is not p:  # those of the scene itself come again and again
+            w = self.arrays
+            w.given_y[:], w.given_p[:] = y, p
+            self._given_y, self._given_p = y, p
+        code, told = self._launch(self._table, True), 0
+        while code < 0:
+            if code == PATH_FULL:
+                if not self._extend_path():
+                    return Status.STEP_BUDGET
+            elif code == EVENTS_FULL:
+                self._extend_log()
+            w = self.arrays
+            if progress is not None and w.counts[STEPS] - told >= w.limits[CHUNK]:
+                told = w.counts[STEPS]
+                progress(min(1.0, float(w.y[-1]) / self._model.horizon))
+            code = self._launch(self._table, False)
+        return _STATUS[code]
+
+    def collect(self) -> Found:
+        """Return what the run has left, copied."""
+        w, wanted, n_x = self.arrays, self._model.wanted, self._model.n_x
+        counts = w.counts.tolist()
+        path, log, kept = None, None, counts[KEPT_STEPS]
+        if self._extended:
+            path, log = self._take_path(kept) if wanted.path else None, self.take_log()
+        else:  # nearly always, and in a tenth of the time of a short run
+            if wanted.path:
+                t, c = w.path_t, w.path_c
+                path = Path(t[:kept, 0].copy(), t[:kept, 1].copy(), c[:kept, :n_x].copy(), w.path_m[:kept].copy())
+            if wanted.events:
+                kept = counts[KEPT_EVENTS]
+                log = w.event_t[:kept].copy(), w.event_i[:kept].copy()
+        ranges, integrals = {}, {}
+        if wanted.row:
+            total = w.total.tolist()
+            for name, k in wanted.row.items():
+                row, (low, high, value, _) = wanted.rows[k], total[k]
+                if row.kind == RANGE:
+                    ranges[name] = _range(row, low, high)
+                else:
+                    integrals[name] = value
+        raw = Raw(ranges, integrals, w.clock.item(REST), path, log)
+        stats = {"steps": counts[STEPS], "events": counts[EVENTS], "kinks": counts[KINKS], "grazes": counts[GRAZES]}
+        return w.y[:n_x].copy(), w.y.item(-1), stats, raw
+
+    def _take_path(self, kept: int) -> Path:
+        """Return the trajectory, in pieces or in arrays so large that it takes them along."""
+        w, n_x = self.arrays, self._model.n_x
+        last = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, :n_x], w.path_m[:kept]
+        before, self._path = self._path, _NONE
+        if before.rows or w.path_c.nbytes <= _CHUNK_BYTES:
+            return Path(*_joined(before, last))
+        self._set(w._replace(**_fields(self._model.first, "path", copied=True)))
+        return Path(*last)
+
+    def take_log(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times and changes of the events of the run."""
+        w = self.arrays
+        kept = w.counts.item(KEPT_EVENTS)
+        before, self._log, self._extended = self._log, _NONE, False
+        times, changes = _joined(before, (w.event_t[:kept], w.event_i[:kept]))
+        return times, changes
+
+    def _extend_path(self) -> bool:
+        """Put the full piece of the trajectory aside and begin another; return False if there is no room."""
+        w, model, self._extended = self.arrays, self._model, True
+        kept, rows = w.counts.item(KEPT_STEPS), len(w.path_t)
+        if kept > rows:  # the loop begins again, with as many rows as it has counted
+            size = kept
+        else:
+            piece = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, : model.n_x], w.path_m[:kept]
+            self._path = _with(self._path, piece, kept)
+            w.counts[KEPT_STEPS] = 0
+            most = rows if kept and w.path_c.nbytes > _CHUNK_BYTES // 2 else 2 * rows
+            size = min(most, model.path_rows - self._path.rows)
+        if size <= 0 or (kept == 0 and size <= rows):
+            return False
+        self._set(w._replace(**_fields(w, "path", rows=size)))
+        self.large = self.large or self.arrays.path_c.nbytes > _SMALL_BYTES
+        return True
+
+    def _extend_log(self) -> None:
+        """Put the full piece of the list of events aside and begin another."""
+        w, self._extended = self.arrays, True
+        kept, rows = w.counts.item(KEPT_EVENTS), len(w.event_t)
+        if kept > rows:
+            size = kept
+        else:
+            self._log = _with(self._log, (w.event_t[:kept], w.event_i[:kept]), kept)
+            w.counts[KEPT_EVENTS] = 0
+            size = rows if kept and w.event_i.nbytes > _CHUNK_BYTES // 2 else 2 * rows
+        self._set(w._replace(**_fields(w, "event", rows=size)))
+        self.large = self.large or self.arrays.event_i.nbytes > _SMALL_BYTES
+
+
+def path_rows(first: Any) -> int:
+    """Return how many steps of a trajectory there may be."""
+    return PATH_BYTES // first.path_c[0].nbytes
+
+
+def own(first: Any, shared: frozenset[str]) -> Any:
+    """Return the arrays of a run from those of its model: the shared ones themselves, copies of the others."""
+    return type(first)(*(a if n in shared else a.copy() for n, a in zip(first._fields, first, strict=True)))
+
+
+def _fields(w: Any, prefix: str, rows: int = 0, copied: bool = False) -> dict[str, np.ndarray]:
+    """Return new arrays in place of those whose name begins like this."""
+    old = {name: getattr(w, name) for name in w._fields if name.startswith(f"{prefix}_")}
+    return {n: a.copy() if copied else np.empty((rows, *a.shape[1:]), a.dtype) for n, a in old.items()}
+
+
+def _with(kept: _Kept, piece: tuple[np.ndarray, ...], rows: int) -> _Kept:
+    return _Kept([*kept.pieces, piece], kept.rows + rows) if rows else kept
+
+
+def _joined(kept: _Kept, last: tuple[np.ndarray, ...]) -> list[np.ndarray]:
+    """Return copies of the pieces one behind the other; every piece is let go as soon as it is copied."""
+    end = kept.rows + len(last[0])
+    whole = [np.empty((end, *a.shape[1:]), a.dtype) for a in last]
+    pieces = [*kept.pieces, last]
+    kept.pieces.clear()
+    while pieces:
+        piece = pieces.pop()
+        begin = end - len(piece[0])
+        for target, part in zip(whole, piece, strict=True):
+            target[begin:end] = part
+        end = begin
+    return whole
+
+
+def _range(row: Row, low: float, high: float) -> tuple[float, float]:
+    return (max(low, -high, 0.0), max(-low, high)) if row.magnitude else (low, high)

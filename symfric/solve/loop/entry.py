@@ -1,0 +1,16 @@
+"""The event loop as machine code takes it: a table of addresses, and whether a run begins."""
+
+from symfric.codegen.numba_types import compiled, opener
+from symfric.solve.loop.event_loop import drive, reset
+from symfric.solve.loop.workspace import Workspace
+
+_at_address = opener(Workspace)
+
+
+@compiled(fused=True)
+def launch(address, fresh):
+    """Drive the workspace at the address of its table, from its start or on from a pause."""
+    w = _at_address(address)
+    if fresh:
+        reset(w)
+    return drive(w)

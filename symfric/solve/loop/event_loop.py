@@ -1,0 +1,380 @@
+"""The event loop: compiled once, and given every model's machine code by its address."""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled, part
+from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.calls import expand, prelude
+from symfric.solve.loop.mode_selection import keep_scales, settle
+from symfric.solve.loop.polynomials import extend_range, first_crossing, value
+from symfric.solve.loop.resting_edges import decisive, size_of
+from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
+from symfric.solve.loop.singular_start import start_singular
+from symfric.solve.loop.step_acceptance import proven, reach
+from symfric.solve.loop.step_size import step_rule, step_size
+from symfric.solve.loop.tolerances import EPS, TOUCH, natural_time, no_acceleration
+from symfric.solve.loop.workspace import (
+    CHUNK,
+    DOUBTS,
+    EVENTS,
+    EXPAND,
+    FLAGGED,
+    FOLLOWED,
+    FORCES,
+    GO,
+    GRAZES,
+    H_LAST,
+    KEEP_EVENTS,
+    KEEP_PATH,
+    KEPT_EVENTS,
+    KEPT_STEPS,
+    MARK_EVENTS,
+    MARK_STEPS,
+    MARK_STEPS_T,
+    MARK_T,
+    MAX_EVENTS,
+    MAX_STEPS,
+    N_Q,
+    PHASE,
+    REST,
+    SEGMENT,
+    SETTLE,
+    STALL,
+    STEPS,
+    T_END,
+    T_LOW,
+    TOLERANCE,
+    VARIED,
+)
+from symfric.solve.observables import FOLLOW, INTEGRAL, THEN, TURN
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
+
+_OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
+_COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
+_LOST = int(Status.LOST_CONTACT)
+_STALLED = 200  # events without time advancing
+_MANY_STEPS, _LEAST_PROGRESS = 20_000, 1e-9  # steps that together advance less than this part of the run stand still
+_LEAST_STEP = 1e-24  # part of the run
+# by how much a step may be longer if an event or the end follows: at an order of 20 its error grows threefold, which is
+# still below the tolerance, see MARGIN in `symfric.solve.taylor.route`
+_STRETCH = 1.05
+
+
+@part
+def reset(w):
+    """Begin a run at t = 0 with what is given."""
+    n_x, n_c, n_p = w.given_y.size, w.sticks.size, w.given_p.size
+    for i in range(n_x):
+        w.y[i] = w.given_y[i]
+    w.y[n_x] = 0.0
+    for k in range(w.p.size):
+        w.p[k] = w.given_p[k] if k < n_p else w.segment_p[0, k - n_p]
+    for k in range(w.m.size):
+        w.m[k] = 0.0 if k < n_c else 1.0
+    w.counts[:] = 0
+    w.clock[T_LOW], w.clock[H_LAST], w.clock[REST] = 0.0, 0.0, np.nan
+    w.clock[MARK_T], w.clock[MARK_STEPS_T] = 0.0, -np.inf
+    w.scale[:] = 0.0
+    w.other[:] = 0.0
+    w.carries[:] = 0
+    w.start[:] = 0.0
+    w.hit[:] = 0
+    w.fresh[:] = 0
+    w.slack[:] = 0.0
+    for e in range(w.kind.size):
+        w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, 0.0
+        w.total[e, 2] = np.nan if w.kind[e] == THEN else 0.0
+        w.rise[e, 0], w.rise[e, 1] = 0.0, 0.0
+    w.tau[:] = 0.0
+    w.rest[:] = 0.0
+
+
+@part
+def drive(w):
+    """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
+    n_x, n_c = w.y.size - 1, w.sticks.size
+    pause = w.counts[STEPS] + w.limits[CHUNK]
+    rule = step_rule(w)
+    while True:
+        if w.y[n_x] >= w.clock[T_END]:
+            return _OK
+        if w.counts[STEPS] >= w.limits[MAX_STEPS]:
+            return _STEPS
+        if w.counts[STEPS] >= w.counts[MARK_STEPS]:
+            if w.y[n_x] - w.clock[MARK_STEPS_T] < _LEAST_PROGRESS * w.clock[T_END]:
+                return _COLLAPSE
+            w.counts[MARK_STEPS], w.clock[MARK_STEPS_T] = w.counts[STEPS] + _MANY_STEPS, w.y[n_x]
+        if w.counts[STEPS] >= pause:
+            return PAUSED
+        if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+            return PATH_FULL
+        if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] + n_c >= w.event_t.size:
+            return EVENTS_FULL
+        if w.counts[PHASE] == SETTLE:
+            status = _switch(w, n_x, n_c)
+            if status != _OK:
+                return status
+        if w.counts[PHASE] == EXPAND:
+            expand(w)
+            w.counts[PHASE] = GO
+        h = step_size(w, n_x, rule)
+        if not h > 0.0:
+            status = start_singular(w, n_x, n_c)
+            if status != _OK:
+                return status
+            continue
+        limit = min(w.clock[T_END], w.segment_t[w.counts[SEGMENT] + 1])
+        left = (limit - w.y[n_x]) - w.clock[T_LOW]
+        last = h * _STRETCH >= left
+        if last:
+            h = left
+        tau = _first_event(w, n_x, n_c, h, h if last else h * _STRETCH)
+        while tau > 0.0:
+            holds = proven(w, n_x, tau)
+            if holds == tau:
+                break
+            if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock[T_END]):
+                return _COLLAPSE
+            last, h = False, holds
+            tau = _first_event(w, n_x, n_c, h, h)
+        if tau < h:
+            last = False
+        elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
+            return _COLLAPSE
+        if tau > 0.0:
+            _advance(w, n_x, n_c, tau)
+        for i in range(n_x):
+            if not abs(w.y[i]) < np.inf:
+                return _NAN
+        if last:
+            w.y[n_x], w.clock[T_LOW] = limit, 0.0
+            if limit < w.clock[T_END]:
+                _next_segment(w)
+                continue
+        w.counts[PHASE] = SETTLE if w.counts[FLAGGED] else EXPAND
+        if w.counts[FLAGGED] == 2:
+            return _LOST
+
+
+@compiled(fused=True)
+def _first_event(w, n_x, n_c, h, far):
+    """Return the time to the first guard that becomes negative within `far`, else h; name it in ``w.hit``."""
+    n_g = w.hit.size
+    w.counts[FLAGGED] = 0
+    reach(w, h, far)
+    tau, which = far, -1
+    for g in range(n_g):
+        w.hit[g] = 0
+        r = n_x + g
+        total = w.reach[r]
+        begin = w.c[r, 0]
+        begin += w.slack[g]
+        if g >= w.m.size:
+            begin += TOUCH * w.clock[TOLERANCE] * max(w.scale[r], total)  # it may have been zero until now
+        if w.fresh[g] == 0 and begin > total:
+            continue
+        size = w.scale[r]
+        if w.fresh[g] and g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:  # held by others, to rounding
+            size = max(size, w.gauge[FORCES, g // 2] * far)
+        if 2 * n_c <= g < w.m.size and abs(w.m[g]) == ON_EDGE:  # it stays at zero, to rounding
+            j = g - 2 * n_c
+            moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))
+            size = 8.0 * max(size, moved)
+        if total + abs(begin) <= 8.0 * EPS * size:
+            continue  # zero throughout, to rounding
+        near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # a later one is not of interest
+        t = _crossing(w, r, g, begin, total, near)
+        if t < tau:
+            tau, which = t, g
+        elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):
+            w.hit[g] = 1
+    if which >= 0:
+        w.hit[which] = 1
+        for g in range(which):
+            if w.hit[g]:  # an earlier candidate that turned out to be later
+                w.hit[g] = 0
+        w.counts[FLAGGED] = 2 if which >= w.m.size else 1
+        return tau
+    return h
+
+
+@compiled(fused=True)
+def _crossing(w, r, g, begin, total, h):
+    """Return the time at which guard row r becomes negative, more than h if it does not."""
+    order = w.c.shape[1] - 1
+    first = 0
+    if w.fresh[g]:
+        first = 1
+        slips = g < 2 * w.sticks.size and g % 2 == 0
+        if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
+            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, g // 2, 2.0 * w.c[r, 2]) else 1
+        elif 2 * w.sticks.size <= g < w.m.size:  # as the next mode was decided, whatever the length of the step
+            first = decisive(w, w.c, r, g - 2 * w.sticks.size, w.sticks.size, natural_time(w))
+        if total == 0.0:
+            return 2.0 * h
+        power = h**first
+        while first < order and abs(w.c[r, first]) * power <= 1e-13 * total and not (slips and first == 1):
+            first += 1
+            power *= h
+        begin = w.c[r, first]
+        total /= power
+        if begin < 0.0:
+            return 0.0
+    elif begin < 0.0 or (begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0):
+        return 0.0
+    if first == order:
+        return 2.0 * h
+    return first_crossing(w.c[r, first:], order - first, h, begin, total, w.table, w.stack, w.found, w.poly)
+
+
+@compiled(inline=True, fused=True)
+def _advance(w, n_x, n_c, tau):
+    """Move the state over the step, keep what is wanted of it, and update the scales."""
+    order = w.c.shape[1] - 1
+    if w.limits[KEEP_PATH]:
+        k = w.counts[KEPT_STEPS]
+        w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] + w.clock[T_LOW], tau
+        for r in range(n_x):
+            for j in range(order + 1):
+                w.path_c[k, r, j] = w.c[r, j]
+        for i in range(n_c):
+            w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        w.counts[KEPT_STEPS] += 1
+    if w.kind.size:
+        _accumulate(w, n_x + w.hit.size, tau)
+    for r in range(w.c.shape[0]):
+        if r < n_x:
+            w.y[r] = w.trial[r]
+            w.scale[r] = max(w.scale[r], abs(w.y[r] - w.start[r]), abs(w.c[r, 1]) * tau)
+        elif r < n_x + w.hit.size:
+            w.scale[r] = max(w.scale[r], abs(w.c[r, 0]))
+        else:
+            w.scale[r] = max(w.scale[r], abs(w.c[r, 1]) * tau)
+    gain = tau + w.clock[T_LOW]
+    new = w.y[n_x] + gain
+    w.clock[T_LOW] = gain - (new - w.y[n_x])
+    w.y[n_x] = new
+    w.clock[H_LAST] = max(tau, 0.1 * w.clock[H_LAST])
+    w.counts[STEPS] += 1
+    if tau > 0.0:
+        w.counts[STALL] = 0
+        for g in range(w.fresh.size):
+            w.fresh[g] = 0
+        for s in range(w.limits[VARIED]):
+            w.tau[s] = 0.0
+
+
+@compiled(fused=True)
+def _accumulate(w, first, tau):
+    """Update ranges and integrals of the wanted rows over a step."""
+    order = w.c.shape[1] - 1
+    for e in range(w.kind.size):
+        c = w.c[first + e]
+        if w.kind[e] == INTEGRAL:
+            area = 0.0
+            for k in range(order, -1, -1):
+                area = area * tau + c[k] / (k + 1)
+            area = area * tau + w.total[e, 3]
+            new = w.total[e, 2] + area
+            w.total[e, 3] = area - (new - w.total[e, 2])
+            w.total[e, 2] = new
+            continue
+        if w.kind[e] == THEN:
+            since = (w.then[e] - w.y[w.y.size - 1]) - w.clock[T_LOW]
+            if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
+                w.total[e, 2] = value(c, order, since)
+                if e >= w.limits[FOLLOWED] and w.counts[DOUBTS]:
+                    w.total[e, 2] = np.nan
+            continue
+        if w.kind[e] == FOLLOW:
+            follow(w, e, c, tau)
+            continue
+        power = 1.0
+        for k in range(order + 1):
+            w.poly[k] = c[k] * power
+            power *= tau
+        if w.kind[e] == TURN:
+            turn_lowest(w, e)
+            continue
+        old_low, old_high = w.total[e, 0], w.total[e, 1]
+        low, high = extend_range(w.poly, order, old_low, old_high, w.table, w.stack, w.found, w.slope)
+        w.total[e, 0], w.total[e, 1] = low, high
+        if e < w.limits[FOLLOWED]:
+            note_places(w, e, tau, old_low, old_high)
+
+
+@compiled(inline=True, fused=True)
+def _switch(w, n_x, n_c):
+    """Settle the mode after an event and log what changed."""
+    if w.limits[VARIED]:
+        remember(w)
+    status = settle(w)
+    if status != _OK:
+        return status
+    starting = w.clock[H_LAST] == 0.0 and w.counts[STEPS] == 0
+    if w.limits[VARIED]:
+        jump(w, n_x, n_c, starting)
+    keep_scales(w, n_x, n_c)
+    changed, at_rest = 0, n_c > 0
+    for i in range(n_c):
+        mode = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        at_rest = at_rest and mode == 0
+        if mode != w.old[i] and not starting:
+            changed += 1
+            if w.limits[KEEP_EVENTS]:
+                k = w.counts[KEPT_EVENTS]
+                w.event_t[k] = w.y[n_x] + w.clock[T_LOW]
+                w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = i, w.old[i], mode
+                w.counts[KEPT_EVENTS] += 1
+    if starting:
+        _begin(w, n_x)
+    for i in range(w.limits[N_Q], 2 * w.limits[N_Q]):
+        at_rest = at_rest and abs(w.y[i]) <= 1e-13 * w.scale[i]
+    if not at_rest:
+        w.clock[REST] = np.nan
+    elif not w.clock[REST] >= 0.0:
+        w.clock[REST] = w.y[n_x] + w.clock[T_LOW]
+        for s in range(w.limits[VARIED]):
+            w.rest[s] = w.tau[s]
+    w.counts[EVENTS] += changed
+    w.counts[GRAZES] += changed == 0 and not starting
+    w.counts[STALL] += 1
+    w.counts[PHASE] = EXPAND
+    return budget(w, n_x)
+
+
+@compiled(inline=True, fused=True)
+def budget(w, n_x):
+    """Return a status that ends a run of too many events."""
+    if w.counts[STALL] > _STALLED:
+        return _CHATTER
+    if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
+        return _EVENTS
+    if w.counts[EVENTS] - w.counts[MARK_EVENTS] > 1000:
+        t = w.y[n_x]
+        if t - w.clock[MARK_T] < 4e-13 * max(t, 1e-3 * w.clock[T_END]):
+            return _CHATTER
+        w.counts[MARK_EVENTS], w.clock[MARK_T] = w.counts[EVENTS], t
+    return _OK
+
+
+@compiled(fused=True)
+def _begin(w, n_x):
+    """Note the first value of every row, and the size of every guard."""
+    expand(w)
+    for r in range(w.c.shape[0]):
+        w.start[r] = w.c[r, 0]
+        w.scale[r] = max(w.scale[r], abs(w.c[r, 0])) if n_x <= r < n_x + w.hit.size else 0.0
+
+
+@compiled(fused=True)
+def _next_segment(w):
+    """Load the next slope of the inputs."""
+    w.counts[SEGMENT] += 1
+    n = w.segment_p.shape[1]
+    for k in range(n):
+        w.p[w.p.size - n + k] = w.segment_p[w.counts[SEGMENT], k]
+    for g in range(w.hit.size):
+        w.hit[g] = 0
+    prelude(w)
+    w.counts[PHASE] = SETTLE

@@ -1,0 +1,33 @@
+"""The Taylor series of linear equations: powers of their matrix, applied to the state, as straight-line functions."""
+
+import casadi as ca
+
+from symfric.lower.linear_modes import Matrices
+from symfric.solve.taylor.expansion import PROBED, Series
+
+MOST = 120  # entries of the matrices, in all modes together, beyond which loops over those of one mode are faster
+
+
+def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
+    """Return the series of linear equations of n_x states; large ones are left to `powers`."""
+    n_r, count = matrices.n_r, len(matrices.rows)
+    if count > MOST:
+        return Series(matrices.data, None, None, order, matrices=matrices)
+    numbers = matrices.data(*(ca.SX.sym(name, matrices.data.nnz_in(i)) for i, name in enumerate("pm")))
+    aux, state = ca.SX.sym("aux", numbers.numel()), ca.SX.sym("y", n_x + 1)
+    known = ca.vertcat(*(ca.SX(0) if numbers[i].is_zero() else aux[i] for i in range(numbers.numel())))
+    slope, rest = known[count : count + n_r], known[count + n_r :]
+
+    def flat(name: str, last: int) -> ca.Function:
+        now = ca.vertsplit(state[:n_x])
+        rows: list[list[ca.SX]] = [[] for _ in range(n_r)]
+        for k in range(last + 1):
+            new = ca.vertsplit(slope * state[n_x] + rest if k == 0 else slope if k == 1 else ca.SX(n_r, 1))
+            for e, (r, j) in enumerate(zip(matrices.rows, matrices.columns, strict=True)):
+                new[r] += aux[e] * now[j]
+            for r in range(n_r):
+                rows[r].append(now[r] if r < n_x else new[r])
+            now = [e * (1 / (k + 1)) for e in new[:n_x]]
+        return ca.Function(name, [state, aux], [ca.densify(ca.vertcat(*(c for row in rows for c in row)))])
+
+    return Series(matrices.data, flat("series", order), flat("probe", PROBED), order)

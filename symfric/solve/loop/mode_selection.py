@@ -1,0 +1,331 @@
+"""The next mode, decided by the forces.
+
+Contacts whose slip is zero are tried as sticking; a contact whose force would exceed its static bound is released in
+the direction of the excess, one that would slip against its direction is caught again. One contact is changed at a
+time, the worst first and, if that runs long, the one of least index: Murty's rule for the complementarity problem
+``0 <= bound -+ lambda  complementary to  +- acceleration >= 0``. Ties at the bound are decided by the next derivatives.
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.constraint_forces import REDUNDANT
+from symfric.solve.loop.calls import measure, prelude, probe
+from symfric.solve.loop.contradiction import contradiction, idles, stick_scale
+from symfric.solve.loop.resting_edges import decisive, find_edges
+from symfric.solve.loop.tolerances import ROUNDING, TIE, TOUCH, natural_time, no_load
+from symfric.solve.loop.workspace import (
+    COUPLING,
+    DROP,
+    EDGES,
+    KINKS,
+    LOAD,
+    N_Q,
+    PULL,
+    SLIP,
+    T_END,
+    TERMS,
+    TOLERANCE,
+)
+from symfric.solve.status import Status
+
+CLOSE = 1e-4  # part of its diagonal below which a pivot of the coupling is not what is left of the rows, to rounding
+NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
+
+_OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
+
+
+@compiled
+def settle(w):
+    """Choose the mode of every contact and switch at the present state; return a status.
+
+    Contacts and switches that reached zero are named by ``w.hit``; the modes are left in ``w.m``, and ``w.fresh`` names
+    the guards that start the new mode at zero.
+    """
+    n_x, n_c = w.y.size - 1, w.sticks.size
+    n_s = w.m.size - 2 * n_c
+    _try_sticking(w, n_x, n_c)
+    for i in range(n_c):
+        g, lost = w.loads[i], 0.0
+        if g >= 0:
+            w.slack[g] = no_load(w, i)
+            lost = -w.slack[g] - TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g]
+        if w.gauge[LOAD, i] < lost:
+            return _LOST
+        if w.gauge[DROP, i] < 0.0:
+            return _UNDECIDED
+    horizon = w.clock[T_END]
+    for i in range(w.turns.size):
+        w.turns[i] = 0
+    edges = w.limits[EDGES] > 0
+    rounds = 60 + 12 * (n_c + n_s)
+    for turn in range(rounds):
+        _share(w, n_c)
+        prelude(w)
+        probe(w)
+        if turn == 0 and edges and find_edges(w, n_x, n_c, True):
+            continue
+        least = turn > 20 + 4 * n_c
+        if _change_contact(w, n_x, n_c, horizon, least):
+            continue
+        if n_s > 0 and _change_switch(w, n_x, n_c, n_s, edges):
+            continue
+        _hold_more(w, n_x, n_c, horizon, edges)
+        _mark_fresh(w, n_x, n_c, n_s)
+        return _OK
+    return _UNDECIDED
+
+
+@compiled(inline=True)
+def _try_sticking(w, n_x, n_c):
+    """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
+    measure(w, w.y, w.gauge)
+    n_q = w.limits[N_Q]
+    for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
+        w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
+    measure(w, w.trial, w.span)
+    for i in range(n_c):
+        w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0
+    _find_zeros(w, n_c)
+    if _project(w, n_c):  # then contacts that follow from these have no slip either
+        measure(w, w.y, w.gauge)
+        _find_zeros(w, n_c)
+    for i in range(n_c):
+        if w.m[i] == 0.0:
+            continue
+        if w.anchor[i] >= 0:
+            w.y[w.anchor[i]] -= w.gauge[SLIP, i] / w.factor[i]
+        if w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1]):
+            w.m[i] = 0.0
+            w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
+
+
+@compiled(inline=True)
+def _find_zeros(w, n_c):
+    """Add the contacts whose slip is zero to rounding; put all of zero slip on trial, the others in their direction."""
+    for i in range(n_c):
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        w.zero[i] = w.zero[i] or abs(slip) <= ROUNDING * size
+        if not w.zero[i]:
+            w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
+        w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
+
+
+@compiled
+def _project(w, n_c):
+    """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy.
+
+    Return whether that took any.
+    """
+    coupled = False
+    for i in range(n_c):
+        coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
+    if not coupled:  # exact without, where every slip has a velocity of its own
+        return False
+    close = _share(w, n_c)
+    n_q = w.limits[N_Q]
+    for i in range(n_c):
+        w.impulse[i] = -w.gauge[SLIP, i]
+        for j in range(i):
+            if w.m[i] == 1.0 and w.m[j] == 1.0:
+                w.impulse[i] -= w.share[i, j] * w.impulse[j]
+    for i in range(n_c - 1, -1, -1):
+        if w.m[i] != 1.0:
+            continue
+        w.impulse[i] /= w.share[i, i]
+        for j in range(i + 1, n_c):
+            if w.m[j] == 1.0 and not close:
+                w.impulse[i] -= w.share[j, i] * w.impulse[j]
+        for r in range(n_q):
+            w.y[n_q + r] += (w.response[i, r] if close else w.gauge[COUPLING + n_c + r, i]) * w.impulse[i]
+    return True
+
+
+@compiled
+def _share(w, n_c):
+    """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one.
+
+    Return whether some nearly follow from others.
+    """
+    for i in range(n_c):
+        if w.m[i] < 0.5:
+            continue
+        pivot = w.gauge[COUPLING + i, i]
+        for j in range(i):
+            if w.m[j] != 1.0:
+                continue
+            rest = w.gauge[COUPLING + i, j]
+            for k in range(j):
+                if w.m[k] == 1.0:
+                    rest -= w.share[i, k] * w.share[j, k] * w.share[k, k]
+            w.share[i, j] = rest / w.share[j, j]
+            pivot -= rest * w.share[i, j]
+        if pivot <= CLOSE * w.gauge[COUPLING + i, i]:
+            return _share_closely(w, n_c)
+        w.share[i, i] = pivot
+        w.m[i] = 1.0
+    return False
+
+
+@compiled
+def _share_closely(w, n_c):
+    """Do so where a slip nearly follows from those before it: by the rows themselves, see `symfric.lower.constraint_forces`."""
+    n_q = w.limits[N_Q]
+    spread = COUPLING + n_c
+    for i in range(n_c):
+        if w.m[i] < 0.5:
+            continue
+        for r in range(n_q):
+            w.slopes[i, r], w.response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
+        for j in range(i):
+            w.share[i, j] = 0.0
+        for _ in range(2):
+            for j in range(i):
+                if w.m[j] == 1.0:
+                    _part(w, i, j, n_q)
+        w.share[i, i] = _product(w, i, i, n_q)
+        w.m[i] = 1.0
+        if w.share[i, i] <= REDUNDANT * w.gauge[COUPLING + i, i]:
+            w.m[i] = 2.0
+            for j in range(i):
+                if w.parallel[j] == w.parallel[i] and w.m[j] == 1.0:
+                    w.m[i] = 3.0
+    return True
+
+
+@compiled(inline=True)
+def _product(w, i, j, n_q):
+    total = 0.0
+    for r in range(n_q):
+        total += w.slopes[i, r] * w.response[j, r]
+    return total
+
+
+@compiled(inline=True)
+def _part(w, i, j, n_q):
+    """Take the part of row j out of row i."""
+    part = _product(w, j, i, n_q) / w.share[j, j]
+    w.share[i, j] += part
+    for r in range(n_q):
+        w.slopes[i, r] -= part * w.slopes[j, r]
+        w.response[i, r] -= part * w.response[j, r]
+
+
+@compiled(inline=True)
+def _change_contact(w, n_x, n_c, horizon, least):
+    """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
+    worst, measure, side = -1, 0.0, 0
+    for i in range(n_c):
+        size, where = contradiction(w, n_x, i, horizon)
+        if size > measure:
+            worst, measure, side = i, size, where
+            if least:
+                break
+    if worst < 0:
+        return False
+    w.turns[worst] += 1
+    if w.m[worst] > 0.5:
+        w.m[worst] = 0.0
+        w.m[n_c + worst] = side
+    elif w.sticks[worst]:
+        w.m[worst] = 1.0
+    else:
+        w.m[n_c + worst] = -w.m[n_c + worst]
+    return True
+
+
+@compiled
+def _hold_more(w, n_x, n_c, horizon, edges):
+    """Stick where static friction holds what was released on the way to the mode found.
+
+    Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
+    Nothing has to where nothing pulls: a load that vanishes leaves it at rest.
+    """
+    for i in range(n_c - 1, -1, -1):
+        if not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0:
+            continue
+        reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
+        drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
+        if not idles(w, n_x + 2 * i) and (reached or drop <= NO_DROP * w.gauge[PULL, i]):
+            continue
+        w.m[i] = 1.0
+        _share(w, n_c)
+        prelude(w)
+        probe(w)
+        consistent = w.m[i] == 1.0
+        for j in range(n_c):
+            consistent = consistent and contradiction(w, n_x, j, horizon)[0] == 0.0
+        if not consistent:
+            w.m[i] = 0.0
+            _share(w, n_c)
+            prelude(w)
+            probe(w)
+    if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
+        prelude(w)
+        probe(w)
+
+
+@compiled(inline=True)
+def _change_switch(w, n_x, n_c, n_s, edges):
+    """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    if edges and find_edges(w, n_x, n_c, False):
+        return True
+    time = natural_time(w)
+    for j in range(n_s):
+        g = 2 * n_c + j
+        row = n_x + g
+        value = w.probe[row, 0]
+        if w.turns[n_c + j] >= 2:
+            continue
+        if w.hit[g] or abs(value) <= abs(w.m[g]) * ROUNDING * w.scale[row]:
+            if w.edge[j]:
+                continue
+            wrong = w.probe[row, decisive(w, w.probe, row, j, n_c, time)] < 0.0
+        else:
+            wrong = value < 0.0
+        if wrong:
+            w.turns[n_c + j] += 1
+            w.m[2 * n_c + j] = -w.m[2 * n_c + j]
+            w.counts[KINKS] += 1
+            return True
+    return False
+
+
+@compiled(inline=True)
+def _mark_fresh(w, n_x, n_c, n_s):
+    """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
+    for i in range(n_c):
+        a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
+        if w.m[i] == 2.0:
+            w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
+            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
+        elif w.m[i] > 0.5:
+            scale = stick_scale(w, n_x + 2 * i)
+            for g, room in ((2 * i, a), (2 * i + 1, b)):
+                largest = w.scale[n_x + g] if w.carries[i] else w.other[g]
+                w.fresh[g], w.slack[g] = room <= ROUNDING * scale, max(0.0, -room)
+                if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero, to the rounding of what has been
+                    w.fresh[g], w.slack[g] = 0, max(0.0, ROUNDING * max(scale, largest) - room)
+        else:
+            w.fresh[2 * i] = w.zero[i]
+            w.fresh[2 * i + 1] = 0
+            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
+    for j in range(n_s):
+        g = 2 * n_c + j
+        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= abs(w.m[g]) * ROUNDING * w.scale[n_x + g]
+
+
+@compiled(inline=True)
+def keep_scales(w, n_x, n_c):
+    """Exchange the scales of the guards of a contact that begins or ends to carry a force: guards are slips, or forces.
+
+    The units of one say nothing about the other.
+    """
+    for i in range(n_c):
+        carries = w.m[i] == 1.0 or w.m[i] == 3.0
+        if carries == (w.carries[i] != 0):
+            continue
+        w.carries[i] = carries
+        for g in range(2 * i, 2 * i + 2):
+            w.scale[n_x + g], w.other[g] = max(w.other[g], abs(w.probe[n_x + g, 0])), w.scale[n_x + g]

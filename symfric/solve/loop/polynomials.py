@@ -1,0 +1,253 @@
+"""Roots and extrema of polynomials on an interval, rigorously.
+
+A polynomial is a row of coefficients ``b[0..n]``. A first crossing is approached from below in steps that cannot pass
+it; where these get short (a graze), Bernstein subdivision decides. Sampling signs would miss a guard that dips below
+zero and returns within a step; the signs of the Bernstein coefficients cannot, by the variation-diminishing property
+(Lane and Riesenfeld, 1981).
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+
+MARCHES = 12  # before subdivision takes over; a simple root needs about five
+
+
+@compiled(fused=True, from_python=True)
+def value(b, n, s):
+    """Evaluate by Horner's rule."""
+    r = b[n]
+    for k in range(n - 1, -1, -1):
+        r = r * s + b[k]
+    return r
+
+
+@compiled(inline=True, fused=True, from_python=True)
+def value_and_slope(b, n, t):
+    """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power."""
+    square = t * t
+    fourth, inverse = square * square, 1.0 / t
+    a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    power, weight = 1.0, 0.0
+    for k in range(0, n + 1, 4):  # upward: numba looks at every index that counts down, lest it be negative
+        b0, b1, b2, b3 = power * b[k], power * b[k + 1], power * b[k + 2], power * b[k + 3]
+        a0, d0 = a0 + b0, d0 + weight * b0
+        a1, d1 = a1 + b1, d1 + (weight + 1.0) * b1
+        a2, d2 = a2 + b2, d2 + (weight + 2.0) * b2
+        a3, d3 = a3 + b3, d3 + (weight + 3.0) * b3
+        power *= fourth
+        weight += 4.0
+    return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 * inverse + square * d3)
+
+
+@compiled(fused=True, from_python=True)
+def polish(b, n, lo, hi, f_lo, f_hi):
+    """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
+    s = 0.5 * (lo + hi)  # unless both ends are clearly no roots themselves, as an end of a subdivision may be
+    if min(abs(f_lo), abs(f_hi)) > 1e-6 * max(abs(f_lo), abs(f_hi)):
+        s = lo + (hi - lo) * (f_lo / (f_lo - f_hi))
+    for _ in range(100):
+        if not lo < s < hi:
+            s = 0.5 * (lo + hi)
+            if not lo < s < hi:
+                break
+        f = b[n]
+        slope = 0.0
+        for k in range(n - 1, -1, -1):
+            slope = slope * s + f
+            f = f * s + b[k]
+        if (f >= 0.0) == (f_lo >= 0.0):
+            lo = s
+        else:
+            hi = s
+        new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+        if lo <= new <= hi and abs(new - s) <= 1e-9 * s:  # the next step would be about the square of this one
+            return new
+        s = new
+    return hi
+
+
+@compiled(fused=True, from_python=True)
+def roots(b, n, most, table, stack, found):
+    """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
+
+    Parameters
+    ----------
+    b : ndarray
+        Coefficients, at least n + 1.
+    n : int
+        Degree.
+    most : int
+        Stop after so many.
+    table : ndarray
+        From `symfric.solve.loop.bernstein`.
+    stack : ndarray, shape (`DEPTH` + 2, order + 3)
+        Work space.
+    found : ndarray
+        Receives the roots, increasing.
+
+    Returns
+    -------
+    int
+        How many were found. A root of even multiplicity is no sign change and is not reported.
+    """
+    while n > 1 and b[n] == 0.0:
+        n -= 1
+    for j in range(n + 1):
+        r = 0.0
+        for k in range(j + 1):
+            r += table[n, j, k] * b[k]
+        stack[0, j] = r
+    stack[0, n + 1] = 0.0
+    stack[0, n + 2] = 1.0
+    top, count = 0, 0
+    while top >= 0:
+        c = stack[top]
+        lo, hi = c[n + 1], c[n + 2]
+        changes = 0
+        for j in range(1, n + 1):
+            if (c[j] >= 0.0) != (c[j - 1] >= 0.0):
+                changes += 1
+        top -= 1
+        if changes == 0:
+            continue
+        if changes == 1:
+            found[count] = polish(b, n, lo, hi, c[0], c[n])
+            count += 1
+            if count == most:
+                return count
+            continue
+        if hi - lo < 4.5e-16:
+            if (c[0] >= 0.0) != (c[n] >= 0.0):
+                found[count] = hi
+                count += 1
+                if count == most:
+                    return count
+            continue
+        # de Casteljau at the middle: the right half stays on the stack below the left one
+        left, right = stack[top + 2], stack[top + 1]
+        mid = 0.5 * (lo + hi)
+        for j in range(n + 1):
+            right[j] = c[j]
+        left[0] = right[0]
+        for level in range(1, n + 1):
+            for j in range(n - level + 1):
+                right[j] = 0.5 * (right[j] + right[j + 1])
+            left[level] = right[0]
+        left[n + 1], left[n + 2] = lo, mid
+        right[n + 1], right[n + 2] = mid, hi
+        top += 2
+    return count
+
+
+@compiled(inline=True, fused=True, from_python=True)
+def _stays_above(b, h, start, total):
+    """Return whether the first three terms stay above the magnitude of all others on [0, h]; excludes most steps."""
+    first, second = b[1] * h, b[2] * h * h
+    rest = max(total - abs(first) - abs(second), 0.0) + 1e-15 * total
+    lowest = min(start, start + first + second)
+    if second > 0.0 and -2.0 * second < first < 0.0:
+        lowest = start - 0.25 * first * first / second
+    return lowest > rest
+
+
+@compiled(inline=True, fused=True, from_python=True)
+def _march(b, n, h):
+    """Go from 0 towards the first crossing in steps that cannot pass it; NaN if that takes too many.
+
+    With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
+    parabola is safe, and converges to a simple root of b as fast as Newton's method.
+    """
+    bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
+    for k in range(2, n + 1):
+        bend += weight * (power * abs(b[k]))
+        power *= h
+        weight += more
+        more += 2.0
+    t, f, slope = 0.0, b[0], b[1]
+    if bend == 0.0:
+        return -f / slope if f < -slope * h else 2.0 * h
+    for _ in range(MARCHES):
+        root = np.sqrt(slope * slope + 2.0 * bend * f)
+        step = 2.0 * f / (root - slope) if slope < 0.0 else (slope + root) / bend
+        if slope < 0.0 and bend * step * step <= -1e-16 * slope * t:
+            return t + step if t + step < h else 2.0 * h
+        t += step
+        if t >= h:
+            return 2.0 * h
+        if t == 0.0:  # b and its slope are zero
+            return np.nan
+        f, slope = value_and_slope(b, n, t)
+        if f <= 0.0:  # on the root, to rounding
+            return t
+    return np.nan
+
+
+@compiled(inline=True, fused=True, from_python=True)
+def first_crossing(b, n, h, start, total, table, stack, found, own):
+    """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
+
+    Parameters
+    ----------
+    b : ndarray
+        Coefficients, at least n + 1.
+    n : int
+        Degree, at least 1.
+    h : float
+    start : float
+        What counts as b[0], not negative.
+    total : float
+        Sum of the magnitudes of the terms 1 .. n at h, or a bound of it.
+    table, stack, found : ndarray
+        As for `roots`.
+    own : ndarray
+        Work space, at least n + 4.
+    """
+    if n >= 2 and _stays_above(b, h, start, total):
+        return 2.0 * h
+    own[0] = start
+    for k in range(1, n + 1):
+        own[k] = b[k]
+    own[n + 1 : n + 4] = 0.0
+    t = _march(own, n, h)
+    if t >= 0.0:
+        return t
+    power = 1.0
+    for k in range(1, n + 1):
+        power *= h
+        own[k] *= power
+    return h * found[0] if roots(own, n, 1, table, stack, found) else 2.0 * h
+
+
+@compiled(fused=True, from_python=True)
+def extend_range(b, n, low, high, table, stack, found, slope):
+    """Return (low, high) extended by the values of b on [0, 1]."""
+    first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
+    rest, steep, bend = 0.0, 0.0, 0.0  # the rest: all that is not a parabola
+    for k in range(3, n + 1):
+        size = abs(b[k])
+        rest += size
+        steep += k * size
+        bend += k * (k - 1) * size
+    bottom, top = min(b[0], b[0] + first + second), max(b[0], b[0] + first + second)
+    if abs(first) < 2.0 * abs(second) and first * second < 0.0:
+        turn = b[0] - 0.25 * first * first / second
+        bottom, top = min(bottom, turn), max(top, turn)
+    if bottom - rest >= low and top + rest <= high:
+        return low, high
+    end = value(b, n, 1.0)
+    low, high = min(low, b[0], end), max(high, b[0], end)
+    if abs(first) > 2.0 * abs(second) + steep:
+        return low, high
+    for k in range(n):
+        slope[k] = (k + 1) * b[k + 1]
+    if 2.0 * abs(second) > bend:  # the slope rises throughout, or falls: at most one turn
+        last = value(slope, n - 1, 1.0)
+        if (first < 0.0) == (last < 0.0):
+            return low, high
+        inner = value(b, n, polish(slope, n - 1, 0.0, 1.0, first, last))
+        return min(low, inner), max(high, inner)
+    for j in range(roots(slope, n - 1, n, table, stack, found)):
+        inner = value(b, n, found[j])
+        low, high = min(low, inner), max(high, inner)
+    return low, high

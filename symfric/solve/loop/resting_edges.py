@@ -1,0 +1,80 @@
+"""Switches at the place where contacts rest: which of them have no sign, see `symfric.lower.cell_edges`."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
+from symfric.solve.loop.workspace import COUPLED, COUPLING, EDGES, KINKS, N_Q
+from symfric.solve.taylor.expansion import PROBED
+
+_MOST = 6  # changes of one switch while settling
+
+
+@compiled
+def find_edges(w, n_x, n_c, first):
+    """Give every switch at which a load jumps, if it is at zero, its sign in the mode on trial, or none if it stays.
+
+    Return whether one was changed. `first` says that settling begins.
+    """
+    changed = False
+    for j in range(w.edge.size):
+        if w.edge[j] == 0:
+            continue
+        row, g = n_x + 2 * n_c + j, 2 * n_c + j
+        w.scale[row] = max(w.scale[row], size_of(w, n_c, j, 0))
+        if first:
+            w.rested[j] = abs(w.m[g]) == ON_EDGE
+        new = _sign(w, row, g, j, n_c)
+        if new != w.m[g] and w.turns[n_c + j] < _MOST:
+            w.turns[n_c + j] += 1
+            w.counts[KINKS] += new * w.m[g] < 0.0
+            w.m[g] = new
+            changed = True
+    return changed
+
+
+@compiled(inline=True)
+def size_of(w, n_c, j, derivative):
+    """Return the size of the terms of the quantity of switch j, at which a load jumps, or of one of its derivatives."""
+    at = (COUPLING + n_c + w.limits[N_Q] + w.limits[COUPLED]) * n_c + derivative * w.limits[EDGES] + w.edge[j] - 1
+    return w.gauge[at // n_c, at % n_c]
+
+
+@compiled
+def _sign(w, row, g, j, n_c):
+    """Return the entry of a switch: its sign now or in the next instant, +-ON_EDGE if it stays at zero.
+
+    One that is not at zero and has the wrong sign is left to `_change_switch` of `symfric.solve.loop.mode_selection`. Of one
+    that was at zero before, what the forces leave by rounding in the meantime is zero, too.
+    """
+    old = w.m[g]
+    present = 1.0 if old > 0.0 else -1.0
+    limit, time = ROUNDING * w.scale[row], natural_time(w)
+    if w.rested[j]:
+        limit = max(limit, TIE * size_of(w, n_c, j, 2) * time * time)
+    if w.hit[g] == 0 and abs(w.probe[row, 0] / old) > limit:
+        return present
+    order = decisive(w, w.probe, row, j, n_c, time)
+    if order > PROBED:
+        return present * ON_EDGE
+    return 1.0 if w.probe[row, order] / old > 0.0 else -1.0
+
+
+@compiled(inline=True)
+def decisive(w, c, row, j, n_c, time):
+    """Return the order of the first coefficient of switch j, which is at zero, that is not zero to rounding.
+
+    4 if the first three are. `c` holds the coefficients of all rows, `time` is the natural one.
+    """
+    if w.edge[j] == 0:
+        if abs(c[row, 1]) * time > TIE * w.scale[row]:
+            return 1
+        return 2 if abs(c[row, 2]) > TIE * abs(c[row, 3]) * time else 3
+    scale, force = abs(w.m[2 * n_c + j]), size_of(w, n_c, j, 2)
+    little = max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time)
+    if w.rested[j]:
+        little = max(little, TIE * force * time)
+    if abs(c[row, 1]) > scale * little:
+        return 1
+    if 2.0 * abs(c[row, 2]) > scale * TIE * force:
+        return 2
+    return 3 if 6.0 * abs(c[row, 3]) * time > scale * TIE * force else 4

@@ -1,0 +1,109 @@
+"""Starts at points where the equations have no Taylor series although the motion is well defined.
+
+A law like mu_d + alpha sqrt(v) has an infinite slope at rest. The slip then grows like B t^2 (release at the static
+bound) or c t + C t^(3/2) (release with a jump of the force); one short step with the right weight of its end catches
+the leading terms.
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.calls import expand
+from symfric.solve.loop.tolerances import TIE, natural_time
+from symfric.solve.loop.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
+from symfric.solve.status import Status
+
+FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
+NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none
+_OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
+
+
+@compiled
+def start_singular(w, n_x, n_c):
+    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
+    w.counts[STALL] += 1
+    begins = False
+    for g in range(w.fresh.size):
+        begins = begins or w.fresh[g] != 0
+    if w.counts[STALL] > 20 or (w.counts[STALL] == 1 and not begins):
+        return _NAN
+    for r in range(n_x):
+        w.base[0, r] = w.y[r]
+        if abs(w.c[r, 1]) < np.inf:
+            w.base[1, r] = w.c[r, 1]
+        if not abs(w.base[1, r]) < np.inf:
+            return _NAN
+    which, weight, time = -1, 2.0 / 3.0, natural_time(w)
+    for i in range(n_c):
+        if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
+            which = i
+            size, pull = max(w.gauge[TERMS, i], w.span[TERMS, i]), max(w.gauge[PULL, i], abs(w.c[n_x + 2 * i, 1]))
+            time = size / pull if size > 0.0 else time
+            if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[PULL, i]:
+                weight = 0.5
+    h = min(FRACTION * time, w.clock[T_END] - w.y[n_x])
+    for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
+        if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
+            w.base[2, r] = 0.0
+    w.y[n_x] += h
+    status = _OK
+    if which >= 0:
+        _balance(w, n_x, n_c, which, weight, h)
+        status = _endpoint(w, n_x, weight, h)
+    else:  # a kink: the old branch is regular here and its force is the same, so it leads the way for one short step
+        for r in range(n_x):
+            w.y[r] = w.base[0, r] + h * (w.base[1, r] + h * w.base[2, r])
+    _keep(w, n_x, n_c, h)
+    for g in range(w.fresh.size):
+        w.fresh[g] = 0
+    w.counts[PHASE] = EXPAND
+    return status
+
+
+@compiled
+def _keep(w, n_x, n_c, h):
+    """Add the short step to the trajectory, as a straight line."""
+    if w.limits[KEEP_PATH] == 0 or w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+        return
+    k = w.counts[KEPT_STEPS]
+    w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] - h, h
+    for r in range(n_x):
+        for j in range(w.c.shape[1]):
+            w.path_c[k, r, j] = 0.0
+        w.path_c[k, r, 0], w.path_c[k, r, 1] = w.base[0, r], (w.y[r] - w.base[0, r]) / h
+    for i in range(n_c):
+        w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+    w.counts[KEPT_STEPS] += 1
+
+
+@compiled
+def _balance(w, n_x, n_c, i, weight, h):
+    """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
+    high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
+    low = 1e-12 * high
+    k, way = w.anchor[i], w.m[n_c + i] / w.factor[i]
+    for _ in range(80):
+        slip = np.sqrt(low * high) if low > 0.0 else 0.5 * high
+        for r in range(n_x):
+            w.y[r] = w.base[0, r] + h * w.base[1, r]
+        w.y[k] = w.base[0, k] + way * slip
+        expand(w)
+        gain = h * ((1.0 - weight) * w.base[1, k] + weight * w.c[k, 1]) / way
+        if gain > slip:
+            low = slip
+        else:
+            high = slip
+
+
+@compiled
+def _endpoint(w, n_x, weight, h):
+    """Move all states by the weighted rates at both ends."""
+    expand(w)
+    for r in range(n_x):
+        if not abs(w.c[r, 1]) < np.inf:
+            w.y[r] = w.base[0, r] + h * w.base[1, r]
+        else:
+            w.y[r] = w.base[0, r] + h * ((1.0 - weight) * w.base[1, r] + weight * w.c[r, 1])
+        if not abs(w.y[r]) < np.inf:
+            return _NAN
+    return _OK

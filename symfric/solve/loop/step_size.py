@@ -1,0 +1,137 @@
+"""The length of a step, from the last coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
+
+import numpy as np
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.tolerances import EPS
+from symfric.solve.loop.workspace import CHECKED, H_LAST, T_END, TOLERANCE
+
+_TINY = 1e-300  # a scale that is none
+_SHORT = 1e-3  # of the run: a first step that no coefficient limits
+_ONE = 2**52  # one, of a logarithm in fixed point
+_CUT = 22  # bits of it that are dropped before it is multiplied
+_PART = 2.0**20  # one, of the reciprocal of the order
+_INFINITE = 2047 * _ONE  # bits of infinity, and less than those of NaN
+_NONE = -2047 * _ONE  # less than any
+_MOST = 1023 << 30
+
+
+@compiled(inline=True)
+def step_rule(w):
+    """Return what `step_size` needs of the tolerance and the order."""
+    order, tolerance = w.c.shape[1] - 1, w.clock[TOLERANCE]
+    limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
+    return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
+
+
+@compiled(inline=True, fused=True)
+def step_size(w, n_x, rule):
+    """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite.
+
+    Terms are compared by their logarithms, in fixed point: see `_bits`.
+    """
+    order, before = w.c.shape[1] - 1, w.clock[H_LAST]
+    if before == 0.0:
+        return _first_step(w)
+    grain, limit, root, root_below = rule
+    worst, worst_below, late = _NONE, _NONE, False
+    for r in range(w.c.shape[0]):
+        a, b = _bits(abs(w.c[r, order])), _bits(abs(w.c[r, order - 1]))
+        if max(a, b) >= _INFINITE:
+            return np.nan
+        if max(a, b) == 0:
+            continue
+        scale = max(w.scale[r], abs(w.c[r, 1]) * before, grain * abs(w.c[r, 0]))
+        if w.limits[CHECKED] and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
+            # near a singularity of a law its guard must be right relative to what is left of it
+            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, grain * scale)
+        if scale < _TINY:
+            if _comes_late(w, r):
+                late = True
+                continue
+            scale = _largest_term(w, r, before)
+        size = _bits(scale)
+        worst = max(worst, a - size)
+        worst_below = max(worst_below, b - size)
+    if max(worst, worst_below) == _NONE:
+        return before if late else np.inf
+    if max(worst, worst_below) >= 1024 * _ONE:
+        return np.nan
+    return _exp2(min((limit - (worst >> _CUT)) * root, (limit - (worst_below >> _CUT)) * root_below) >> 20)
+
+
+@compiled(inline=True)
+def _bits(x):
+    """Return the bits of x >= 0: 2^52 (1023 + log2 x), too small by up to 0.09 x 2^52.
+
+    The root of the order of the series makes nothing of that. With logarithms and powers of the C library, the length
+    of a step would take an eighth of the time of a run; converted between integers and floats, a twelfth.
+    """
+    return np.float64(x).view(np.int64)
+
+
+@compiled(inline=True, fused=True)
+def _exp2(x):
+    """Return 2^(x 2^-30), to 3 in a thousand: bits again, and a parabola between the powers of two."""
+    x = min(x, _MOST)
+    whole = np.int64(((x >> 30) + 1023) << 52).view(np.float64)
+    part = np.int64((1023 << 52) | ((x & (2**30 - 1)) << _CUT)).view(np.float64)  # from 1 to 2
+    return whole * (0.6870 + part * (part * 0.3435 - 0.0305))
+
+
+@compiled(inline=True, fused=True)
+def _root(x, n):
+    return _exp2(((_bits(x) - 1023 * _ONE) >> _CUT) // n)
+
+
+@compiled(fused=True)
+def _largest_term(w, r, h):
+    largest, power = 0.0, 1.0
+    for k in range(1, w.c.shape[1]):
+        power *= h
+        largest = max(largest, abs(w.c[r, k]) * power)
+    return max(largest, _TINY)
+
+
+@compiled(fused=True)
+def _comes_late(w, r):
+    """Whether a row begins with a high power of time: a body that the motion reaches through many others.
+
+    What it is on this step is nothing beside what it will be, and its series says nothing about the step.
+    """
+    return not np.any(w.c[r, : (w.c.shape[1] - 1) // 2 + 1])
+
+
+@compiled(fused=True)
+def _first_step(w):
+    """Return the first step, when no scale is known: the last terms are compared with the largest of their row.
+
+    Of a row that has only every third or fourth term, the last that there are.
+    """
+    order = w.c.shape[1] - 1
+    tolerance = w.clock[TOLERANCE]
+    h, late = np.inf, np.inf
+    for r in range(w.c.shape[0]):
+        own, end = np.inf, order
+        while end > order // 2 and w.c[r, end] == 0.0 and w.c[r, end - 1] == 0.0:
+            end -= 1
+        for last in range(end - 1, end + 1):
+            a = abs(w.c[r, last])
+            if not a < np.inf:
+                return np.nan
+            if a == 0.0:
+                continue
+            reach = 0.0
+            for k in range(1, last):
+                if w.c[r, k] != 0.0:
+                    reach = max(reach, _root(tolerance * abs(w.c[r, k]) / a, last - k))
+            if reach == 0.0 and w.c[r, 0] != 0.0:
+                reach = _root(tolerance * abs(w.c[r, 0]) / a, last)
+            elif reach == 0.0:  # nothing to compare with: a part of the run
+                reach = _SHORT * w.clock[T_END]
+            own = min(own, reach)
+        if _comes_late(w, r):
+            late = min(late, own)
+        else:
+            h = min(h, own)
+    return h if h < np.inf else late

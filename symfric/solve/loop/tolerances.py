@@ -1,0 +1,60 @@
+"""What counts as zero: rounding, ties, and the error of the run."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.workspace import COUPLING, DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
+
+EPS = 2.0**-52
+ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
+TIE = 1e-13  # of a derivative, relative to its scale
+MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
+TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
+
+
+@compiled(inline=True)
+def no_acceleration(w, i, jerk):
+    """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
+    little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
+    return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
+
+
+@compiled
+def natural_time(w):
+    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
+
+    What a belt carries changes its speed by rounding alone; no time is longer than the run.
+    """
+    time = 0.0
+    n = w.limits[N_Q]
+    for i in range(n):
+        if w.scale[n + i] > 0.0:
+            time = max(time, w.scale[i] / w.scale[n + i])
+    return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
+
+
+@compiled
+def instant(w):
+    """Return the rounding of time, and of what takes about a radian of the vibration."""
+    return 4.0 * EPS * max(abs(w.y[w.y.size - 1]), natural_time(w))
+
+
+@compiled
+def no_load(w, i):
+    """Return what terms that cancel may leave of a load of zero: rounding of the forces on the bodies of contact i."""
+    coupling = w.gauge[COUPLING + i, i]
+    return ROUNDING * w.gauge[FORCES, i] / coupling if coupling > 0.0 else 0.0
+
+
+@compiled(inline=True)
+def doubt_of(w, i):
+    """Return the force by which the stick force of contact i may be wrong: by rounding, and by the error of the run.
+
+    It is at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as
+    none. The forces that cancel in the stick force set this least, not its bound, which may be far smaller. The error
+    of the run is its tolerance times acceleration, range of the slip over the natural time, next to that of the bound.
+    """
+    pull, least = w.gauge[PULL, i], no_acceleration(w, i, 0.0)
+    if w.counts[STEPS] > 0:
+        error = w.clock[DOUBT] * (pull + w.span[TERMS, i] / natural_time(w))
+        least = max(least, min(MOST_DOUBT * pull, error))
+    coupling = w.gauge[COUPLING + i, i]
+    return least / coupling if coupling > 0.0 else 0.0

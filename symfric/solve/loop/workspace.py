@@ -1,0 +1,241 @@
+"""The arrays that one run of the event loop works on; made once for a program and used again for every run."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
+from symfric.lower.automaton import Automaton
+from symfric.solve.loop.bernstein import DEPTH, bernstein_table
+from symfric.solve.observables import Row
+from symfric.solve.taylor.expansion import PROBED, Series
+
+# entries of `counts`
+STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
+MARK_STEPS = 12
+# entries of `clock`
+T_LOW, H_LAST, REST, MARK_T, MARK_STEPS_T, T_END, TOLERANCE, DOUBT = range(8)
+# values of counts[PHASE]
+SETTLE, EXPAND, GO = range(3)
+# entries of `limits`
+(
+    MAX_STEPS,
+    MAX_EVENTS,
+    CHUNK,
+    KEEP_PATH,
+    KEEP_EVENTS,
+    N_Q,
+    CHECKED,
+    STICKER,
+    LINEAR,
+    VARIED,
+    FOLLOWED,
+    EDGES,
+    COUPLED,
+) = range(13)
+FUNCTIONS = 5  # entries of `code` for one variant, after two
+JUMP = 2 + 2 * FUNCTIONS
+# rows of `gauge`; those of the coupling and of the response follow
+SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
+
+# arrays that no run changes
+SHARED = frozenset({"code", "pattern", "sticks", "anchor", "factor", "parallel", "kind", "table", "limits", "then"})
+SHARED |= {"segment_t", "segment_p", "exposed"}
+
+
+class Workspace(NamedTuple):
+    """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients."""
+
+    # addresses of gauge and reach, then of prelude, series, probe, unseen and terms; if one contact alone can stick
+    # (named by the limit STICKER) these are for its slipping, and five more are for its sticking; with LINEAR, the
+    # prelude computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as
+    # many directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
+    code: Integers
+    given_y: Reals  # state and parameters at the start of a run
+    given_p: Reals
+    y: Reals  # state and time, (n_x + 1,)
+    p: Reals  # parameters, then start, value and slope of every input
+    m: Reals  # stick flags, directions, switch signs
+    aux: Reals  # what the prelude computes, and room for series that are tables
+    newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
+    pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
+    filled: Integers  # how many entries are not zero in the present one: those of the rates, and all, (2,)
+    row: Integers  # theirs, (n,)
+    column: Integers
+    entry: Reals
+    c: Matrix  # Taylor coefficients, (n_r, order + 1)
+    probe: Matrix  # the first of them, (n_r, PROBED + 1)
+    gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
+    # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit COUPLED = n_q, the
+    # slopes J^T, (COUPLING + n_c + n_q + COUPLED, n_c), and the sizes at the edges, one after the other, see
+    # `symfric.lower.cell_edges.Edges`
+    span: Matrix  # the same at the largest velocities so far
+    share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    slopes: Matrix  # of the slips of the sticking contacts, without those of the ones before them, (n_c, n_q)
+    response: Matrix  # of the velocities to them, (n_c, n_q)
+    impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
+    scale: Reals  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
+    other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
+    carries: Integers  # contacts whose guards are forces, (n_c,)
+    trial: Reals  # state and time at the end of the step on trial, (n_x + 1,)
+    exposed: Integers  # rows of which something may be unseen in their coefficients, (n_h,)
+    unseen: (
+        Reals  # bounds of that in a part of the step, and how large the terms of the rows are; (n_r,) if any is exposed
+    )
+    terms: Reals
+    box: Reals  # middles and radii of states and time there, (2 n_x + 2,)
+    bend: Reals  # largest second derivative of the states over the step, (n_x,)
+    base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
+    start: Reals  # first value of every row, (n_r,)
+    sticks: Integers  # whether a contact can stick, (n_c,)
+    anchor: Integers  # index of the one velocity in a contact's slip, or -1, (n_c,)
+    factor: Reals  # and its factor, (n_c,)
+    parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
+    loads: Integers  # guard that a contact's load is, or -1, (n_c,)
+    old: Integers  # modes before an event, (n_c,)
+    zero: Integers  # contacts whose slip is zero now, (n_c,)
+    edge: Integers  # for the switches at which a load jumps 1, 2, ...; 0 for the others, (n_s,)
+    rested: Integers  # whether a switch had no sign before the event, (n_s,)
+    turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
+    hit: Integers  # guards that have just reached zero, (n_g,)
+    fresh: Integers  # guards that start their mode at zero, (n_g,)
+    slack: Reals  # what is added to a guard so that it starts its mode at zero, and to a load for its rounding, (n_g,)
+    kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
+    total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
+    step: Reals  # length of the step on trial, and how far guards are followed, (2,)
+    reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
+    poly: Reals  # a polynomial, its own copy, (order + 5,)
+    slope: Reals  # its derivative
+    found: Reals  # roots
+    stack: Matrix  # of the subdivision
+    table: Cube  # of Bernstein coefficients
+    segment_t: Reals  # times at which inputs change their slope, increasing, the last one infinite
+    segment_p: Matrix  # start, value and slope of every input from there on
+    counts: Integers
+    clock: Reals
+    limits: Integers
+    event_t: Reals
+    event_i: IntegerMatrix  # contact, mode before, mode after
+    path_t: Matrix  # start and length of every step kept
+    path_c: Cube  # its state coefficients, (n, n_x, order + 1)
+    path_m: IntegerMatrix  # its modes, (n, n_c)
+    then: Reals  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
+    before: Reals  # parameters, the modes before and after an event, and the guards hit: what the jump takes
+    after: Reals  # what it gives; see `symfric.lower.variational_equations`
+    tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
+    rest: Reals  # and of the last event, (n_s,)
+    rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
+
+
+def make_workspace(
+    automaton: Automaton,
+    variants: Sequence[Series],
+    addresses: dict[str, int],
+    rows: Sequence[Row],
+    segments,
+    jump: ca.Function | None = None,
+) -> Workspace:
+    """Allocate the arrays of a program.
+
+    Parameters
+    ----------
+    automaton : Automaton
+    variants : sequence of Series
+        One for all modes, or two, as described at `Workspace.code`.
+    addresses : dict of str to int
+        By function name.
+    rows : sequence of Row
+        What is wanted.
+    segments : tuple of arrays
+        Times at which inputs change their slope, and what they are from there on.
+    jump : casadi.Function, optional
+        Of the derivatives at events.
+    """
+    n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
+    n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
+    n_r, lifts = n_x + n_g + n_e, [automaton.contacts.index(name) for name in automaton.loads]
+    functions = ["gauge", "reach"]
+    functions += [f.name() if f else "" for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms)]
+    functions += [""] * (JUMP - len(functions)) + ["jump"]
+    exposed = sorted({r for v in variants for r in v.exposed})
+    matrices = variants[0].matrices
+    entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
+    pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
+    gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
+    ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
+    room = lambda *shape: np.zeros(shape)  # noqa: E731
+    flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
+    return Workspace(
+        code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
+        given_y=room(n_x),
+        given_p=room(len(automaton.parameters)),
+        y=room(n_x + 1),
+        p=room(variants[0].prelude.nnz_in(0)),
+        m=room(automaton.n_mode),
+        aux=room(max(v.prelude.nnz_out(0) + v.room for v in variants)),
+        newest=room(2, n_x),
+        pattern=pattern,
+        filled=flags(2),
+        row=flags(len(pattern)),
+        column=flags(len(pattern)),
+        entry=room(len(pattern)),
+        c=room(n_r, order + 1),
+        probe=room(n_r, PROBED + 1),
+        gauge=room(gauged, n_c),
+        span=room(gauged, n_c),
+        share=room(n_c, n_c),
+        slopes=room(n_c, n_q),
+        response=room(n_c, n_q),
+        impulse=room(n_c),
+        scale=room(n_r),
+        other=room(2 * n_c),
+        carries=flags(n_c),
+        trial=room(n_x + 1),
+        exposed=np.array(exposed, dtype=np.int64),
+        unseen=room(n_r if exposed else 0),
+        terms=room(n_r if exposed else 0),
+        box=room(2 * n_x + 2),
+        bend=room(n_x),
+        base=room(3, n_x),
+        start=room(n_r),
+        sticks=np.array(automaton.sticks, dtype=np.int64),
+        anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
+        factor=np.array([f for _, f in automaton.anchors], dtype=float),
+        parallel=np.array(automaton.parallels, dtype=np.int64),
+        loads=np.array([lifts.index(i) + n_g - len(lifts) if i in lifts else -1 for i in range(n_c)], dtype=np.int64),
+        old=flags(n_c),
+        zero=flags(n_c),
+        edge=np.array([ranks.get(j, 0) for j in range(automaton.n_switches)], dtype=np.int64),
+        rested=flags(automaton.n_switches),
+        turns=flags(n_c + automaton.n_switches),
+        hit=flags(n_g),
+        fresh=flags(n_g),
+        slack=room(n_g),
+        kind=np.array([r.kind for r in rows], dtype=np.int64),
+        total=room(n_e, 4),
+        step=room(2),
+        reach=room(n_x + n_g),
+        poly=room(order + 5),
+        slope=room(order + 2),
+        found=room(order + 2),
+        stack=room(DEPTH + 4, order + 4),
+        table=bernstein_table(order),
+        segment_t=segments[0],
+        segment_p=segments[1],
+        counts=np.zeros(13, dtype=np.int64),
+        clock=room(8),
+        limits=np.zeros(13, dtype=np.int64),
+        event_t=room(64),
+        event_i=np.zeros((64, 3), dtype=np.int64),
+        path_t=room(64, 2),
+        path_c=room(64, n_x, order + 1),
+        path_m=np.zeros((64, n_c), dtype=np.int64),
+        then=np.array([r.time for r in rows], dtype=float),
+        before=room(jump.nnz_in(1) if jump else 0),
+        after=room(jump.nnz_out(0) if jump else 0),
+        tau=room(n_x),
+        rest=room(n_x),
+        rise=room(n_e, 2),
+    )

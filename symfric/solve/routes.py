@@ -1,0 +1,219 @@
+"""The door of the solvers: which route takes a scene, why the others decline, and what is left out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+
+from symfric.errors import NoRoute, SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.notebook import html_table
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, nearest
+from symfric.solve.exact.classify import form_of
+from symfric.solve.exact.route import Exact, ExactProgram
+from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
+from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.integrators.route import IntegratorsProgram
+from symfric.solve.run import Run
+from symfric.solve.taylor.route import Taylor, TaylorProgram
+from symfric.solve.taylor.sensitive_route import SensitiveProgram, directions_of
+
+Settings = Exact | Taylor | Integrators
+Program = ExactProgram | TaylorProgram | SensitiveProgram | IntegratorsProgram
+_DEFAULTS: dict[str, Settings] = {"exact": Exact(), "taylor": Taylor(), "integrators": Integrators()}
+ROUTES: tuple[str, ...] = tuple(_DEFAULTS)  # the cheapest first
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why a scene is solved as it is.
+
+    Attributes
+    ----------
+    route : str
+        The route that takes the scene.
+    answers : dict of str to str
+        What each route says: why it takes the scene or declines.
+    skipped : tuple of str
+        What the scene does not need and is therefore not computed.
+    facts : Facts
+    """
+
+    route: str
+    answers: dict[str, str]
+    skipped: tuple[str, ...]
+    facts: Facts
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data."""
+        return {
+            "route": self.route,
+            "answers": self.answers,
+            "skipped": list(self.skipped),
+            "facts": asdict(self.facts),
+        }
+
+    def _repr_html_(self) -> str:
+        return html_table("Explanation", self.to_dict())
+
+    def __repr__(self) -> str:
+        return f"Explanation(route {self.route}, {len(self.skipped)} things skipped)"
+
+    def __str__(self) -> str:
+        lines = [f"route: {self.route}"]
+        lines += [f"  {name}: {answer}" for name, answer in self.answers.items()]
+        return "\n".join([*lines, "skipped:", *(f"  {s}" for s in self.skipped)])
+
+
+@alone(SYMBOLIC)
+def explain(scene: Scene) -> Explanation:
+    """Say which route solves a scene, why the others decline, and what is skipped.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be lowered at all.
+    """
+    facts = facts_of(scene)
+    kind = "smooth" if facts.smooth and not facts.kinks else "piecewise analytic"
+    taken = f"{kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks"
+    route, exact = "taylor", ""
+    try:
+        form = form_of(scene)
+    except NoRoute as reason:
+        exact = f"declines: {reason}"
+    else:
+        route = "exact" if form.cheapest else "taylor"
+        exact = f"takes it: {form.words}" if form.cheapest else f"slower here (route='exact'): {form.words}"
+    answers = {
+        "exact": exact,
+        "taylor": f"takes it: {taken}" if route == "taylor" else f"not needed: {taken}",
+        "integrators": "declines: slower by one to three orders of magnitude; kept as an independent check "
+        "(route='integrators')",
+    }
+    return Explanation(route, answers, _skipped(facts), facts)
+
+
+def _skipped(facts: Facts) -> tuple[str, ...]:
+    notes = []
+    if facts.autonomous:
+        notes.append("time: the scene is autonomous, so time is no variable of the series")
+    if facts.dropped:
+        notes.append(f"terms with {', '.join(facts.dropped)}: exactly zero in this scene")
+    if facts.averaged_over:
+        notes.append(
+            f"{', '.join(facts.averaged_over)} as variables: the mean of a law over fast vibration is made for their "
+            "present values; a program that is run with others compiles once more, for all values, in half a minute"
+        )
+    if facts.smooth and not facts.kinks:
+        notes.append("events: no contact can stick and no force has a kink")
+    if not facts.path:
+        notes.append("the trajectory: nobody wants it, so memory does not grow with the horizon")
+    if not facts.events:
+        notes.append("the list of events: only their number is kept")
+    if not facts.scalars:
+        notes.append("extrema and integrals: no scalar output is wanted")
+    notes.append("derivatives with respect to parameters: not asked for")
+    return tuple(notes)
+
+
+@alone(SYMBOLIC)
+def prepare(
+    scene: Scene,
+    tolerance: float = 1e-9,
+    route: str | Settings | None = None,
+    sensitivities: Sequence[Key] = (),
+    order: int = 1,
+) -> Program:
+    """Compile a scene once, to run it many times.
+
+    Parameters
+    ----------
+    scene : Scene
+    tolerance : float
+        Largest error of a step relative to the variation of each state, between 1e-16 and 0.1.
+    route : str or settings, optional
+        'exact', 'taylor', 'integrators', or the settings of one of them (`sf.Exact`, `sf.Taylor`, `sf.Integrators`);
+        the cheapest one that takes the scene unless given.
+    sensitivities : sequence of symbol or name
+        Parameters to differentiate by, and states whose starting values are meant; only the route 'taylor' does that.
+    order : {1, 2}
+        Of the derivatives; second ones exist for motions without events.
+
+    Returns
+    -------
+    Program
+        With ``run(values={}, initial={})``; any number of threads may run one program at once.
+
+    Raises
+    ------
+    SceneError
+        If the scene or a setting is wrong.
+    NoRoute
+        If the route asked for declines the scene; the message says why.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{scene!r} is no sf.Scene")
+    scene.numbers()
+    if names := redundant(scene):
+        warn_of_redundance(names)
+    if sensitivities:
+        return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities), order)
+    settings = Exact() if route is None else _settings(route)
+    if isinstance(settings, Exact):
+        try:
+            form = form_of(scene)
+            if form.cheapest or route is not None:
+                return ExactProgram(scene, tolerance, settings, form=form)
+        except NoRoute as reason:
+            if route is not None:
+                raise NoRoute(f"the route 'exact' declines: {reason}; leave route=None to have one chosen") from None
+        settings = Taylor()
+    if isinstance(settings, Taylor):
+        return TaylorProgram(scene, tolerance, settings)
+    return IntegratorsProgram(scene, tolerance, settings)
+
+
+def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
+    settings = Taylor() if route is None else _settings(route)
+    if not isinstance(settings, Taylor):
+        raise NoRoute("only the route 'taylor' computes derivatives; leave route=None")
+    if order not in (1, 2):
+        raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
+    return SensitiveProgram(scene, tolerance, settings, names, order=order)
+
+
+def _settings(route: str | Settings) -> Settings:
+    if isinstance(route, Settings):
+        return route
+    if route in _DEFAULTS:
+        return _DEFAULTS[route]
+    raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
+
+
+def simulate(
+    scene: Scene,
+    tolerance: float = 1e-9,
+    route: str | Settings | None = None,
+    sensitivities: Sequence[Key] = (),
+    progress: Callable[[float], None] | None = None,
+    order: int = 1,
+) -> Run:
+    """Compute the motion of a scene: `prepare` and one run.
+
+    Parameters
+    ----------
+    scene, tolerance, route
+        See `prepare`.
+    sensitivities : sequence of symbol or name
+        Parameters to differentiate by, and states whose starting values are meant: ``run.sensitivities``.
+    progress : callable, optional
+        Called now and then with the fraction of the horizon that is done.
+    order : {1, 2}
+        Of the derivatives: ``run.second_sensitivities`` too.
+
+    Returns
+    -------
+    Run
+        Look at ``run.status``, or call ``run.checked()``.
+    """
+    return prepare(scene, tolerance, route, sensitivities, order).run(progress=progress)

@@ -1,0 +1,152 @@
+"""Sums and multiples gathered: every linear part of a field becomes one sum with fixed coefficients.
+
+A friction law scaled by load, direction and mass reaches the rate through a chain of sums and multiples, each of which
+would cost an instruction at every order of the series. Here the rate becomes ``c_1 a_1 + c_2 a_2 + ...`` in which the
+atoms a move (states and nonlinear operations) and the coefficients, computed once per mode, hold parameters and mode; a
+choice by the mode is a choice of coefficients.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symfric.codegen.instructions import ENTIRE, Node, read
+
+_ONE = ca.SX(1)
+_MOST = 4  # terms of a sum that is written out wherever it is used; a longer one is computed once
+
+
+@dataclass(frozen=True)
+class _Form:
+    """A multiple of a sum: a fixed factor, coefficients by the number of their atom, and a fixed part."""
+
+    terms: dict[int, ca.SX]
+    rest: ca.SX
+    factor: ca.SX
+
+    def times(self, factor: ca.SX) -> "_Form":
+        return _Form(self.terms, self.rest, self.factor * factor)
+
+    def spread(self) -> tuple[dict[int, ca.SX], ca.SX]:
+        """Return coefficients and fixed part with the factor multiplied in."""
+        return {a: c * self.factor for a, c in self.terms.items()}, self.rest * self.factor
+
+    def plus(self, other: "_Form") -> "_Form":
+        (terms, rest), (others, more) = self.spread(), other.spread()
+        for a, c in others.items():
+            terms[a] = terms[a] + c if a in terms else c
+        return _Form({a: c for a, c in terms.items() if not c.is_zero()}, rest + more, ca.SX(1))
+
+
+def gathered(field: ca.Function) -> ca.Function:
+    """Return ``(y, t, p, m) -> (rate, guards, rows)`` with the same values and gathered sums."""
+    arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
+    nodes, outputs = read(field)
+    work = _Gathering(arguments)
+    for node in nodes:
+        work.add(node)
+    out = [ca.vertcat(*(work.value(i) for i in row)) if row else ca.SX(0, 1) for row in outputs]
+    return ca.Function(field.name(), arguments, [ca.densify(e) for e in out], field.name_in(), field.name_out())
+
+
+class _Gathering:
+    """The forms of the nodes seen so far."""
+
+    def __init__(self, arguments: list[ca.SX]):
+        self._arguments = arguments
+        self._forms: list[_Form] = []
+        self._atoms: list[ca.SX] = []
+        self._entire: list[bool] = []
+        self._of_node: dict[int, int] = {}  # atoms that stand for whole nodes
+
+    def value(self, i: int) -> ca.SX:
+        """Return node i as an expression."""
+        return self._sum(*self._forms[i].spread())
+
+    def _sum(self, terms: dict[int, ca.SX], rest: ca.SX) -> ca.SX:
+        total = None
+        for a, c in terms.items():
+            term = self._atoms[a] if c.is_one() else c * self._atoms[a]
+            total = term if total is None else total + term
+        if total is None:
+            return rest
+        return total if rest.is_zero() else total + rest
+
+    def add(self, node: Node) -> None:
+        """Append the form of the next node."""
+        self._forms.append(self._form(node))
+
+    def _form(self, node: Node) -> _Form:
+        if node.number is not None:
+            return _fixed(ca.SX(node.number))
+        if node.place is not None:
+            symbol = self._arguments[node.place[0]][node.place[1]]
+            return self._new(symbol, entire=True) if node.moves else _fixed(symbol)
+        parts = [self._forms[i] for i in node.args]
+        if not node.moves:
+            return _fixed(_apply(node.op, [f.rest for f in parts]))  # of fixed nodes the factor is 1
+        if node.op in (ca.OP_ADD, ca.OP_SUB):
+            left, right = (self._short(i) for i in node.args)
+            return left.plus(right if node.op == ca.OP_ADD else right.times(ca.SX(-1)))
+        if node.op in (ca.OP_NEG, ca.OP_TWICE):
+            return self._short(node.args[0]).times(ca.SX(-1 if node.op == ca.OP_NEG else 2))
+        if node.op in (ca.OP_ASSIGN, ca.OP_LIFT):
+            return parts[0]
+        if node.op == ca.OP_MUL and not all(f.terms for f in parts):
+            k = 0 if parts[0].terms else 1
+            return self._short(node.args[k]).times(parts[1 - k].spread()[1])
+        if node.op == ca.OP_DIV and not parts[1].terms:
+            return self._short(node.args[0]).times(1 / parts[1].spread()[1])
+        if node.op == ca.OP_IF_ELSE_ZERO and not parts[0].terms and all(self._entire[a] for a in parts[1].terms):
+            return self._chosen(parts[0].spread()[1], self._short(node.args[1]))
+        return self._nonlinear(node)
+
+    def _nonlinear(self, node: Node) -> _Form:
+        """Return an operation on whole nodes; fixed factors of products and quotients are drawn out of it."""
+        if node.op in (ca.OP_MUL, ca.OP_SQ, ca.OP_DIV):
+            factors, atoms = zip(*(self._factor(i) for i in node.args), strict=True)
+            factor = factors[0] * factors[0] if node.op == ca.OP_SQ else _apply(node.op, list(factors))
+            entire = node.op != ca.OP_DIV and all(self._entire[a] for a in atoms)
+            return self._new(_apply(node.op, [self._atoms[a] for a in atoms]), entire).times(factor)
+        entire = node.op in ENTIRE and all(self._entire[a] for i in node.args for a in self._forms[i].terms)
+        return self._new(_apply(node.op, [self.value(i) for i in node.args]), entire)
+
+    def _factor(self, i: int) -> tuple[ca.SX, int]:
+        """Return node i as a fixed factor times an atom."""
+        form = self._forms[i]
+        if len(form.terms) == 1 and form.rest.is_zero():
+            ((a, c),) = form.terms.items()
+            return c * form.factor, a
+        return form.factor, self._whole(i)
+
+    def _whole(self, i: int) -> int:
+        """Return an atom that stands for node i without its factor."""
+        if i not in self._of_node:
+            form = self._forms[i]
+            entire = all(self._entire[a] for a in form.terms)
+            ((self._of_node[i], _),) = self._new(self._sum(form.terms, form.rest), entire).terms.items()
+        return self._of_node[i]
+
+    def _short(self, i: int) -> _Form:
+        """Return the form of node i, as a single atom if it is long."""
+        form = self._forms[i]
+        return form if len(form.terms) <= _MOST else _Form({self._whole(i): ca.SX(1)}, ca.SX(0), form.factor)
+
+    def _chosen(self, condition: ca.SX, form: _Form) -> _Form:
+        terms, rest = form.spread()
+        return _Form(
+            {a: ca.if_else(condition, c, 0) for a, c in terms.items()}, ca.if_else(condition, rest, 0), ca.SX(1)
+        )
+
+    def _new(self, value: ca.SX, entire: bool) -> _Form:
+        self._atoms.append(value)
+        self._entire.append(entire)
+        return _Form({len(self._atoms) - 1: ca.SX(1)}, ca.SX(0), ca.SX(1))
+
+
+def _fixed(value: ca.SX) -> _Form:
+    return _Form({}, value, _ONE)
+
+
+def _apply(op: int, values: list[ca.SX]) -> ca.SX:
+    return ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)

@@ -1,0 +1,257 @@
+"""Taylor recurrences over the instruction list of a CasADi SX function.
+
+Every instruction becomes the list of its Taylor coefficients in time; coefficient k of the right-hand side gives
+coefficient k + 1 of the state. What depends on parameters and mode alone is split off into a prelude, computed once
+per mode.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symfric.codegen.instructions import BRANCHING, Node, read
+from symfric.codegen.llvm_ir import Written
+from symfric.lower.linear_modes import Matrices
+from symfric.solve.taylor.affine_forms import gathered
+from symfric.solve.taylor.enclosure import hiding, unseen
+from symfric.solve.taylor.fixed import Fixed
+from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
+from symfric.solve.taylor.table import LONG, Table, length
+
+
+@dataclass(frozen=True)
+class Series:
+    """Functions that give Taylor coefficients.
+
+    Attributes
+    ----------
+    prelude : casadi.Function
+        ``(p, m) -> aux``: everything that depends on parameters and mode alone.
+    series : casadi.Function
+        ``([y; t], aux) -> coefficients``, row by row (states, guards, wanted rows), each of order 0 to `order`.
+    probe : casadi.Function
+        The same up to order `PROBED`.
+    order : int
+    unseen : casadi.Function, optional
+        ``([middles; radii] of y and t, aux) -> bounds``: what a step within that box may do that its coefficients do
+        not show, for every row; see `symfric.solve.taylor.enclosure`. Without it there is nothing: only sums, products,
+        sines and cosines of moving quantities occur.
+    terms : casadi.Function, optional
+        Of the same arguments: how large the terms of every row are.
+    exposed : tuple of int
+        Rows with a bound that is not zero.
+    matrices : Matrices, optional
+        Of linear equations that need neither series nor probe: the prelude computes the entries.
+    room : int
+        Length of what series and probe need behind the fixed values in aux.
+    """
+
+    prelude: ca.Function
+    series: ca.Function | Written | None
+    probe: ca.Function | Written | None
+    order: int
+    unseen: ca.Function | None = None
+    terms: ca.Function | None = None
+    exposed: tuple[int, ...] = ()
+    matrices: Matrices | None = None
+    room: int = 0
+
+
+PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
+# Most states of a system whose newest coefficients are taken out of the chain, see `_split_rates`, and most moving
+# operations where two of them are, and one. In a larger system the product with the slopes costs more than it saves, or
+# the chain is not what takes the time: by measurement a cubic law gains a tenth by the second, LuGre's loses as much.
+_STATES, _TWO, _ONE = 4, 20, 100
+
+
+def is_branching(field: ca.Function) -> bool:
+    """Whether a root, a power that is no integer, or an inverse of a function is taken of what moves."""
+    nodes, _ = read(gathered(field))
+    return any(node.op in BRANCHING for node in nodes if node.moves)
+
+
+def is_long(field: ca.Function, order: int) -> bool:
+    """Whether the series of a field is a table of its operations; see `symfric.solve.taylor.table`."""
+    return length(read(field)[0], order) > LONG
+
+
+def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
+    """Return the Taylor series of ``y' = rate`` and of every guard and row along it.
+
+    Parameters
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``.
+    order : int
+        Highest order of the coefficients.
+    suffix : str
+        Of the names of the functions.
+
+    Raises
+    ------
+    SceneError
+        If an operation has no recurrence; named.
+    """
+    nodes, outputs = read(gathered(field))
+    n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
+    rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
+    wanted = [*outputs[0], *outputs[1], *outputs[2]]
+    hidden = hiding(nodes, order)
+    exposed = tuple(r for r, node in enumerate(wanted) if hidden[node])
+    bounds = terms = None
+    if exposed:
+        box, *out = unseen(nodes, wanted, n_x, order, fixed.value)
+        bounds, terms = (
+            ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
+            for name, e in zip(("unseen", "terms"), out, strict=True)
+        )
+    table = None if rows else Table(nodes, outputs, fixed, n_x, order)
+    series, probe = (
+        table.function(name + suffix, last) if table else _flat(name + suffix, state, fixed, rows, last)
+        for name, last in (("series", order), ("probe", PROBED))
+    )
+    return Series(
+        prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
+        series=series,
+        probe=probe,
+        order=order,
+        unseen=bounds,
+        terms=terms,
+        exposed=exposed,
+        room=table.room if table else 0,
+    )
+
+
+def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, state: ca.SX, order: int) -> list[Jet]:
+    """Return the coefficients of states, guards and wanted rows."""
+    n_x = state.numel() - 1
+    sweep = _Sweep(nodes, fixed)
+    x: list[Jet] = [[state[i]] for i in range(n_x)]
+    clock = [state[n_x], ca.SX(1)]
+    slopes: list[list] = []
+    most = _taken_out(n_x, sum(node.moves for node in nodes))
+    for k in range(order + 1):
+        sweep.extend([at(row, k) for row in x], at(clock, k))
+        if k == 0 and most:
+            slopes = [[sweep.trial(1, [_unit(i, n_x)], [None], outputs[0]) for i in range(n_x)]]
+        if 0 < k < most:
+            slopes.append(_next_slopes(slopes[-1], k, state, [*(row[1] for row in x), clock[1]]))
+        if k == 0 or not most:
+            rates = [scaled(sweep.at(out, k), 1 / (k + 1)) for out in outputs[0]]
+        else:
+            newest = min(most, (k + 1) // 2)  # no product of two of them is of order k
+            times_of = [at(clock, k - newest + 1 + j) for j in range(newest)]
+            rest = sweep.trial(k, newest * [n_x * [None]], times_of, outputs[0])
+            rates = _split_rates(rest, slopes[:newest], x, k)
+        for row, rate in zip(x, rates, strict=True):
+            row.append(rate)
+    jets = sweep.jets
+    return x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
+
+
+def _taken_out(n_x: int, moving: int) -> int:
+    """Return how many of the newest coefficients are taken out of the chain."""
+    return 0 if n_x > _STATES or moving > _ONE else 2 if moving <= _TWO else 1
+
+
+def reach(n_x: int, n_g: int, order: int) -> ca.Function:
+    """Return ``([h; far], coefficients) -> (gain, size)``: what h adds to the states, how much `far` changes guards.
+
+    Both are sums of the terms 1 to `order`, of their magnitudes for the guards; rows as in `Series`.
+    """
+    step = ca.SX.sym("h", 2)
+    c = ca.SX.sym("c", (n_x + n_g) * (order + 1))
+    out = []
+    for r in range(n_x + n_g):
+        row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
+        h, row = (step[0], row) if r < n_x else (step[1], [ca.fabs(e) for e in row])
+        square = h * h
+        # every fourth power by itself: four chains of operations are shorter than one
+        part = [_horner(row[first::4], square * square) for first in range(1, 5)]
+        out.append(h * ((part[0] + h * part[1]) + square * (part[2] + h * part[3])))
+    return ca.Function("reach", [step, c], [ca.vertcat(*out)], {"cse": True})
+
+
+def _horner(coefficients: list[ca.SX], x: ca.SX) -> ca.SX:
+    total = ca.SX(0)
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
+
+
+class _Sweep:
+    """The jets of all nodes, extended by one order at a time."""
+
+    def __init__(self, nodes: list[Node], fixed: Fixed):
+        self._nodes, self._fixed = nodes, fixed
+        self._moving = [i for i, node in enumerate(nodes) if node.moves]
+        self.jets: list[Jet] = [[] for _ in nodes]  # those that do not move stay empty
+        self._partners: list[Jet] = [[] for _ in nodes]
+
+    def at(self, i: int, k: int):
+        """Return coefficient k of node i."""
+        return at(self.jets[i] if self._nodes[i].moves else [self._fixed.value(i)], k)
+
+    def extend(self, newest: list, clock) -> None:
+        """Append to every jet the coefficient that follows from the newest ones of the states and of time."""
+        for i in self._moving:
+            node, jet = self._nodes[i], self.jets[i]
+            if node.place is not None:
+                jet.append(newest[node.place[1]] if node.place[0] == 0 else clock)
+                continue
+            args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
+            jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates, node.grows))
+
+    def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
+        """Return coefficients k of the nodes `wanted` if the newest ones of states and time, up to k, were others."""
+        first = k - len(newest) + 1
+        tried: dict[int, Jet] = {}
+        partners: dict[int, Jet] = {}
+        for i in self._moving:
+            tried[i], partners[i] = list(self.jets[i][:first]), list(self._partners[i][:first])
+        for order in range(first, k + 1):
+            for i in self._moving:
+                node, jet = self._nodes[i], tried[i]
+                if node.place is not None:
+                    j = order - first
+                    jet.append(newest[j][node.place[1]] if node.place[0] == 0 else clock[j])
+                    continue
+                args = [tried[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
+                jet.append(coefficient(node.op, order, jet, args, partners[i], node.saturates, node.grows))
+        return [tried[o][k] if self._nodes[o].moves else None for o in wanted]
+
+
+def _unit(i: int, n: int) -> list:
+    return [ca.SX(1) if j == i else None for j in range(n)]
+
+
+def _next_slopes(slopes: list[list], k: int, state: ca.SX, rate: list) -> list[list]:
+    """Return Taylor coefficient k of the slopes of the rates along the motion, given the one before."""
+    along = ca.vertcat(*(ca.SX(0) if r is None else r for r in rate))
+    change = lambda e: None if e is None else ca.jtimes(e, state, along) / k  # noqa: E731
+    found = [[change(e) for e in column] for column in slopes]
+    return [[None if e is None or e.is_zero() else e for e in column] for column in found]
+
+
+def _split_rates(rest: list, slopes: list[list[list]], x: list[Jet], k: int) -> list:
+    """Return coefficients k + 1 of the states: what the older ones make of the rates, and slopes times the newest.
+
+    The rates are linear in the newest coefficients; `slopes` holds Taylor coefficients of their derivatives by the
+    states. Taken out, the newest pass through one multiplication and addition from order to order instead of through
+    every operation of the equations; that chain sets the time of a call.
+    """
+    rates = []
+    for i, old in enumerate(rest):
+        rate = scaled(old, 1 / (k + 1))
+        for age in range(len(slopes) - 1, -1, -1):
+            for j, row in enumerate(x):
+                rate = plus(rate, times(scaled(slopes[age][j][i], 1 / (k + 1)), at(row, k - age)))
+        rates.append(rate)
+    return rates
+
+
+def _flat(name: str, state: ca.SX, fixed: Fixed, rows: list[Jet], order: int) -> ca.Function:
+    entries = [at(row, k) for row in rows for k in range(order + 1)]
+    out = ca.vertcat(*(ca.SX(0) if e is None else e for e in entries))
+    return ca.Function(name, [state, fixed.symbols()], [ca.densify(out)], {"cse": True})

@@ -1,0 +1,166 @@
+"""Runs with derivatives: the variational equations beside the motion, with the exact jump at every event."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from symfric.errors import NoRoute, SceneError
+from symfric.lower.automaton import constants, lower
+from symfric.lower.linear_modes import matrices
+from symfric.lower.variational_equations import Variations, varied
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, name_of, nearest
+from symfric.solve.loop.compiled_model import CompiledModel
+from symfric.solve.loop.linear_series import linear_series
+from symfric.solve.loop.workspace import DOUBTS, EVENTS, KINKS, REST, Workspace
+from symfric.solve.observables import FOLLOW, RANGE, TURN, Row, Wanted, wanted_of
+from symfric.solve.program import Numbers, check_tolerance
+from symfric.solve.run import Run
+from symfric.solve.sensitivities import Columns, Derivatives
+from symfric.solve.status import Status
+from symfric.solve.taylor.expansion import is_branching
+from symfric.solve.taylor.route import MARGIN, Taylor, order_for, series_model, variants_of
+from symfric.solve.widened import widened
+
+LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
+
+
+class SensitiveProgram:
+    """A scene compiled together with its derivatives; may be run from any thread.
+
+    Parameters
+    ----------
+    scene : Scene
+    tolerance : float
+        Of the motion and of its derivatives.
+    settings : Taylor
+    directions : sequence of str
+        From `directions_of`.
+    general : frozenset of str
+        Parameters that will change although they could be built in.
+    order : int
+        1, or 2 for second derivatives of motions without events.
+    """
+
+    route = "taylor"
+
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float,
+        settings: Taylor,
+        directions: Sequence[str],
+        general: frozenset[str] = frozenset(),
+        order: int = 1,
+    ):
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
+        self.directions, self.order = tuple(directions), order
+        self._states = tuple(s.name for s in scene.system.states)
+        self.varied = general | {name for name in self.directions if name not in self._states}
+        self._wanted = wanted_of(scene)
+        automaton = lower(scene, [r.expr for r in self._wanted.rows], self.varied)
+        variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
+        self._start = variations.start
+        self._columns = Columns(self.directions, variations.pairs, len(self._states), self._wanted, scene.outputs)
+        self._model = sensitive_model(scene, variations, self._wanted, self.tolerance, settings)
+        self.wider: dict[frozenset[str], SensitiveProgram] = {}
+        self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
+        self._numbers = Numbers(scene, automaton.parameters, self.built_in)
+        self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
+        start, p = self._numbers.start
+        self._first = self._start_derivatives(p, {})
+        self._given = np.concatenate([start, self._first]), p
+
+    def __reduce__(self):
+        """Pickle as what it was prepared from."""
+        return SensitiveProgram, (self.scene, self.tolerance, self.settings, self.directions, self.varied, self.order)
+
+    def remade(self, names: frozenset[str]) -> "SensitiveProgram":
+        """Return the program in which the parameters `names` may be anything."""
+        return SensitiveProgram(self.scene, self.tolerance, self.settings, self.directions, names, self.order)
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start; see `TaylorProgram.run`."""
+        values, initial = values or {}, initial or {}
+        general = widened(self, values)
+        if general is not None:
+            return general.run(values, initial, progress)
+        y, p = self._given
+        if values or initial:
+            y, p = self._numbers.changed(values, initial)
+            first = self._start_derivatives(p, initial) if self._moving_start else self._first
+            y = np.concatenate([y, first])
+        workspace = self._model.workspace()
+        status = workspace.drive(y, p, progress)
+        final, t_final, stats, raw = workspace.collect()
+        if status == Status.OK and workspace.arrays.counts[DOUBTS]:
+            status = Status.NO_DERIVATIVE
+        raw = raw._replace(derivatives=self._derivatives(workspace.arrays, status))
+        self._model.give_back(workspace)
+        return Run(
+            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+        )
+
+    def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
+        """Return the derivatives of the start; a number that replaces a formula depends on nothing."""
+        columns = [*self.directions, *self._columns.pairs]
+        first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(columns), len(self._states))
+        for name in map(name_of, initial):
+            for k, direction in enumerate(columns):
+                first[k, self._states.index(name)] = float(direction == name)
+        return first.ravel()
+
+    def _derivatives(self, w: Workspace, status: Status) -> Derivatives:
+        """Copy the derivatives of a run from its arrays."""
+        n_x = len(self._states)
+        counts = w.counts.tolist()
+        known, smooth = status != Status.NO_DERIVATIVE, not (counts[EVENTS] or counts[KINKS])
+        rests = w.clock.item(REST) >= 0.0
+        return Derivatives(self._columns, w.y[n_x:-1].copy(), w.total.copy(), w.rest.copy(), known, rests, smooth)
+
+
+def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
+    """Return the names as strings, checked.
+
+    Raises
+    ------
+    SceneError
+        If a name is neither a parameter nor a state, or occurs twice.
+    """
+    if isinstance(names, str):
+        raise SceneError(f"sensitivities is {names!r}; give a sequence of names, such as [{names!r}]")
+    found = tuple(name_of(n) for n in names)
+    known = [*(s.name for s in scene.parameters), *(s.name for s in scene.system.states)]
+    for name in found:
+        if name not in known:
+            raise SceneError(f"{name} is neither a parameter nor a state{nearest(name, known)}")
+        if found.count(name) > 1:
+            raise SceneError(f"{name} occurs twice in sensitivities")
+    return found
+
+
+def sensitive_model(
+    scene: Scene, variations: Variations, wanted: Wanted, tolerance: float, settings: Taylor
+) -> CompiledModel:
+    """Compile the motion and its derivatives; linear equations of several bodies as powers of their matrices."""
+    rows = list(wanted.rows)
+    for e, row in enumerate(wanted.rows[: variations.followed]):
+        follows = Row(FOLLOW, row.expr, float(e)) if row.kind in (RANGE, TURN) else row
+        rows += [follows] * variations.columns
+    wide = Wanted(tuple(rows), wanted.row, wanted.path, wanted.events)
+    automaton, budgets, fine = variations.automaton, (settings.max_steps, settings.max_events), MARGIN * tolerance
+    try:
+        if max(len(scene.system.q), len(scene.contacts)) == 1:
+            raise NoRoute("one mass: its series are as cheap")
+        variants = [linear_series(matrices(automaton), len(automaton.states), LINEAR_ORDER)]
+        tolerances = LINEAR_TOLERANCE, fine
+    except NoRoute:
+        sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
+        order = settings.order or order_for(tolerance, len(scene.system.states), is_branching(automaton.field))
+        variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
+    return series_model(scene, automaton, variants, wide, budgets, tolerances, variations)
