@@ -36,7 +36,7 @@ _NAMES = {
     "symfric.solve.routes": "Explanation explain prepare simulate",
     "symfric.solve.exact.route": "Exact",
     "symfric.solve.casadi_function": "as_function",
-    "symfric.solve.integrators.mode_functions": "Integrators",
+    "symfric.solve.integrators.route": "Integrators",
     "symfric.solve.run": "Event Run",
     "symfric.solve.status": "Status",
     "symfric.solve.taylor.route": "Taylor",

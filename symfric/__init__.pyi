@@ -32,7 +32,7 @@ from symfric.orbits.lyapunov import Lyapunov, lyapunov
 from symfric.orbits.poincare import PoincareSection, poincare
 from symfric.solve.casadi_function import as_function
 from symfric.solve.exact.route import Exact
-from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.integrators.route import Integrators
 from symfric.solve.routes import Explanation, explain, prepare, simulate
 from symfric.solve.run import Event, Run
 from symfric.solve.status import Status

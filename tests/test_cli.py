@@ -341,15 +341,16 @@ def test_compiling_the_event_loop_is_announced(capsys, caplog, monkeypatch, tmp_
     monkeypatch.setattr(loop_loader, "load", lambda name: None)
     monkeypatch.setattr(loop_loader, "link", lambda code: SimpleNamespace(get_function_address=lambda name: 1))
     monkeypatch.setattr(loop_loader, "_compiled", lambda module: b"name\ncode")
+    monkeypatch.setattr(loop_loader, "sources", lambda module, followed: [])
 
     def open_anew():
         monkeypatch.setattr(loop_loader, "_opened", {})
-        loop_loader.open_door("a.loop", "the event loop", tmp_path)
+        loop_loader.load_loop("a.loop", "the event loop")
 
     line = "compiling the event loop, once for this machine"
     with progress_on_stderr(quiet=False):
         open_anew()
-        loop_loader.open_door("a.loop", "the event loop", tmp_path)
+        loop_loader.load_loop("a.loop", "the event loop")
         assert capsys.readouterr().err == line + "\n"
     with progress_on_stderr(quiet=True):
         open_anew()

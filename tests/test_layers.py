@@ -20,10 +20,12 @@ BELOW = {
     "model": {"axes", "errors", "locks", "templates"},
     "theory": {"axes", "errors", "locks", "model"},
     "lower": {"errors", "locks", "model"},
-    "solve": {"axes", "errors", "files", "locks", "templates", "model", "lower"},
+    "motions": {"axes", "errors", "locks", "model", "templates"},
+    "codegen": {"errors", "files", "locks"},
+    "solve": {"axes", "codegen", "errors", "files", "locks", "templates", "model", "lower"},
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
-BELOW["ensemble"] = BELOW["orbits"] | {"orbits"}
+BELOW["ensemble"] = BELOW["orbits"] | {"orbits", "motions"}
 BELOW["design"] = BELOW["ensemble"] | {"ensemble"}
 BELOW["scenefile"] = BELOW["design"] | {"design"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}

@@ -79,8 +79,7 @@ class Problem:
     source : str
         How the reference was found.
     oscillator : Oscillator, optional
-        The same for the peers' loops that were written by hand; they take other scenes as `symfric.bench.peers.written_out` writes
-        them out.
+        The same for the peers' loops that were written by hand; `symfric.bench.peers.written_out` writes out others.
     speeds : tuple of float
         Belt speeds of a sweep; none otherwise.
     window : (float, float)
@@ -105,9 +104,7 @@ class Problem:
         return self.oscillator
 
 
-_SERIES = (
-    "symfric.bench.reference.series: Taylor series in 40-digit arithmetic, events by Newton's method on the series"
-)
+_SERIES = "symfric.bench.reference.series: Taylor series with 40 digits, events by Newton's method on the series"
 
 
 def _settling() -> Problem:

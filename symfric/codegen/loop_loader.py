@@ -6,8 +6,9 @@ nothing but addresses, so that its machine code can be linked and called without
 
 import ctypes
 import hashlib
-import importlib
+import importlib.util
 import logging
+import re
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -19,16 +20,14 @@ from symfric.codegen.object_cache import load, store
 from symfric.codegen.target import link, target_key
 from symfric.locks import SYMBOLIC, alone
 
-# sources of all loops, beside those in their folders
-_SHARED = (
-    *("door.py", "memory.py", "native.py", "status.py", "wanted.py"),
-    *("../lower/automaton.py", "../lower/edges.py", "../lower/holding.py"),
-)
+_IMPORT = re.compile(r"^ *from (symfric[\w.]*) import ", re.MULTILINE)
+_PACKAGE = Path(__file__).parents[1]
+FOLLOWED = ("symfric.codegen", "symfric.solve")  # packages whose imports are sources, too
 _opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
 @alone(SYMBOLIC)
-def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool], int]:
+def load_loop(module: str, what: str) -> Callable[[Table, bool], int]:
     """Return the event loop of a module, loaded from the disk or compiled and kept there.
 
     Parameters
@@ -38,8 +37,6 @@ def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool],
         `symfric.codegen.numba_types` says.
     what : str
         What is compiled, for the log.
-    *folders : Path
-        Of the sources that the loop is made from.
 
     Returns
     -------
@@ -47,7 +44,7 @@ def open_door(module: str, what: str, *folders: Path) -> Callable[[Table, bool],
         ``(table, fresh) -> int``: start with what is given, or go on after a pause, and return why it stopped.
     """
     if module not in _opened:
-        key = _key(module, folders)
+        key = _key(module)
         kept = load(key)
         if kept is None:
             logging.getLogger("symfric").info("compiling %s, once for this machine", what)
@@ -81,18 +78,35 @@ def _caller(address: int, what: str) -> Callable[[Table, bool], int]:
     return launch
 
 
-def _key(module: str, folders: tuple[Path, ...]) -> str:
+def _key(module: str) -> str:
     """Return a key that changes with any source that the loop is made from, with the compilers and the processor."""
-    parts = [module, version("numba"), target_key(), sources_key(*folders)]
+    parts = [module, version("numba"), target_key(), sources_key(module)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def sources_key(*folders: Path) -> str:
-    """Return a key that changes with the sources of the compiled loops and with those in the folders."""
-    return hashlib.sha256(b"".join(f.read_bytes() for f in sources(*folders))).hexdigest()
+def sources_key(module: str, followed: tuple[str, ...] = FOLLOWED) -> str:
+    """Return a key that changes with the sources of a module."""
+    return hashlib.sha256(b"".join(f.read_bytes() for f in sources(module, followed))).hexdigest()
 
 
-def sources(*folders: Path) -> list[Path]:
-    """Return the files that `sources_key` reads."""
-    shared = [(Path(__file__).parent / name).resolve() for name in _SHARED]
-    return [*shared, *(f.resolve() for folder in folders for f in sorted(folder.glob("*.py")))]
+def sources(module: str, followed: tuple[str, ...] = FOLLOWED) -> list[Path]:
+    """Return the files of a module and of what it imports, directly or through modules of the layers `followed`."""
+    found: dict[str, Path] = {}
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        if name in found or (path := _file_of(name)) is None:
+            continue
+        found[name] = path
+        if name.startswith(followed) or name == module:
+            waiting += _IMPORT.findall(path.read_text(encoding="utf-8"))
+    return [found[name] for name in sorted(found)]
+
+
+def _file_of(module: str) -> Path | None:
+    """Return the file of a module, None for a package."""
+    if not module.startswith("symfric."):
+        spec = importlib.util.find_spec(module)
+        return Path(spec.origin) if spec and spec.origin else None
+    path = _PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py")
+    return path if path.is_file() else None

@@ -1,4 +1,4 @@
-"""How functions are compiled, and what they need to work on arrays by their addresses; see `symfric.codegen.array_table`."""
+"""numba options and types of the compiled functions; see `symfric.codegen.array_table` for their arrays."""
 
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, get_type_hints, overload

@@ -5,7 +5,6 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import sympy as sp
@@ -225,5 +224,4 @@ def sweep_key(grid: Grid, tolerance: float, route) -> str:
 
 def code_key() -> str:
     """Return a key that changes with the solvers' sources: other code may end in other last bits."""
-    solve = Path(loop_loader.__file__).parent
-    return loop_loader.sources_key(solve, solve / "taylor", solve / "exact", solve.parent / "lower")[:16]
+    return loop_loader.sources_key("symfric.solve.routes", (*loop_loader.FOLLOWED, "symfric.lower"))[:16]

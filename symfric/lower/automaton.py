@@ -10,8 +10,8 @@ nothing, or 3 if it is parallel to one of those (two on the same body), and they
 bounds. The motion is the same for every distribution of the forces, the end of the sticking is not.
 
 The sticking forces follow from ``S A S lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
-``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.constraint_forces`: one graph serves every mode, and for a
-constant mass matrix everything that depends on the mode alone is computed once per mode, not once per step.
+``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.constraint_forces`: one graph serves every mode, and for
+a constant mass matrix everything that depends on the mode alone is computed once per mode, not once per step.
 """
 
 from collections.abc import Sequence

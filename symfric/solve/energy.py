@@ -10,6 +10,7 @@ from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
 from symfric.solve.input_segments import segments
+from symfric.solve.lowered import LoweredScene
 
 _NODES = 16  # of the quadrature in every step; a step spans a fraction of the radius of convergence
 
@@ -34,9 +35,7 @@ def energy_residual(run) -> float:
         Dimensionless; about the tolerance for a sound run.
     """
     if run.raw.path is None:
-        from symfric.solve.routes import simulate
-
-        run = simulate(run.scene.wanting({"path": Trajectory()}), run.tolerance, run.route)
+        run = run.settings.build(LoweredScene(run.scene.wanting({"path": Trajectory()})), run.tolerance).run()
     return imbalance(run, *energy_functions(run.scene), run.scene.numbers())
 
 

@@ -7,9 +7,10 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from symfric.lower.automaton import Automaton, averaged_over, lower, vanishing
+from symfric.lower.automaton import averaged_over, vanishing
 from symfric.model.outputs import Events, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
+from symfric.solve.lowered import LoweredScene
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,9 @@ class Facts:
     scalars: bool
 
 
-def facts_of(scene: Scene) -> Facts:
-    """Look at a scene; lowers it, which takes some milliseconds."""
-    automaton: Automaton = lower(scene)
+def facts_of(lowered: LoweredScene) -> Facts:
+    """Look at the equations of a scene."""
+    scene, automaton = lowered.scene, lowered.automaton
     wanted = list(scene.outputs.values())
     return Facts(
         contacts=sum(automaton.sticks),

@@ -1,7 +1,7 @@
 """What the compiled routes share: the numbers of a run, and programs that run again with others."""
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -74,7 +74,7 @@ class Compiled:
     entries of `_extra` are added to the counts of a run.
     """
 
-    route: ClassVar[str] = ""
+    settings: Any
     scene: Scene
     tolerance: float
     _numbers: Numbers
@@ -112,5 +112,5 @@ class Compiled:
         status, (final, t_final, stats, raw) = self._model.run(y, p, progress)
         stats.update(self._extra)
         return Run(
-            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+            self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
         )

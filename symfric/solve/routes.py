@@ -8,19 +8,22 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, nearest
-from symfric.solve.exact.classify import form_of
-from symfric.solve.exact.route import Exact, ExactProgram
+from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
-from symfric.solve.integrators.mode_functions import Integrators
-from symfric.solve.integrators.route import IntegratorsProgram
+from symfric.solve.integrators.route import Integrators
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.protocol import Program
 from symfric.solve.run import Run
-from symfric.solve.taylor.route import Taylor, TaylorProgram
+from symfric.solve.taylor.route import Taylor
 from symfric.solve.taylor.sensitive_route import SensitiveProgram, directions_of
 
 Settings = Exact | Taylor | Integrators
-Program = ExactProgram | TaylorProgram | SensitiveProgram | IntegratorsProgram
-_DEFAULTS: dict[str, Settings] = {"exact": Exact(), "taylor": Taylor(), "integrators": Integrators()}
-ROUTES: tuple[str, ...] = tuple(_DEFAULTS)  # the cheapest first
+# in the order of preference
+ROUTES: dict[str, Settings] = {
+    "exact": Exact(general=Taylor()),
+    "taylor": Taylor(),
+    "integrators": Integrators(),
+}
 
 
 @dataclass(frozen=True)
@@ -73,24 +76,15 @@ def explain(scene: Scene) -> Explanation:
     SceneError
         If the scene cannot be lowered at all.
     """
-    facts = facts_of(scene)
-    kind = "smooth" if facts.smooth and not facts.kinks else "piecewise analytic"
-    taken = f"{kind} right-hand side, {facts.contacts} contacts that can stick, {facts.kinks} kinks"
-    route, exact = "taylor", ""
-    try:
-        form = form_of(scene)
-    except NoRoute as reason:
-        exact = f"declines: {reason}"
-    else:
-        route = "exact" if form.cheapest else "taylor"
-        exact = f"takes it: {form.words}" if form.cheapest else f"slower here (route='exact'): {form.words}"
-    answers = {
-        "exact": exact,
-        "taylor": f"takes it: {taken}" if route == "taylor" else f"not needed: {taken}",
-        "integrators": "declines: slower by one to three orders of magnitude; kept as an independent check "
-        "(route='integrators')",
-    }
-    return Explanation(route, answers, _skipped(facts), facts)
+    lowered = LoweredScene(scene)
+    facts, found = facts_of(lowered), {name: route.answer(lowered) for name, route in ROUTES.items()}
+    chosen = next(name for name, answer in found.items() if answer.takes and answer.preferred)
+    words = {}
+    for name, answer in found.items():
+        slower = "not needed" if answer.preferred else f"slower here (route={name!r})"
+        verdict = "takes it" if name == chosen else slower
+        words[name] = f"{verdict if answer.takes else 'declines'}: {answer.words}"
+    return Explanation(chosen, words, _skipped(facts), facts)
 
 
 def _skipped(facts: Facts) -> tuple[str, ...]:
@@ -158,19 +152,16 @@ def prepare(
         warn_of_redundance(names)
     if sensitivities:
         return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities), order)
-    settings = Exact() if route is None else _settings(route)
-    if isinstance(settings, Exact):
-        try:
-            form = form_of(scene)
-            if form.cheapest or route is not None:
-                return ExactProgram(scene, tolerance, settings, form=form)
-        except NoRoute as reason:
-            if route is not None:
-                raise NoRoute(f"the route 'exact' declines: {reason}; leave route=None to have one chosen") from None
-        settings = Taylor()
-    if isinstance(settings, Taylor):
-        return TaylorProgram(scene, tolerance, settings)
-    return IntegratorsProgram(scene, tolerance, settings)
+    lowered = LoweredScene(scene)
+    if route is None:
+        answers = ((settings, settings.answer(lowered)) for settings in ROUTES.values())
+        chosen = next(settings for settings, answer in answers if answer.takes and answer.preferred)
+        return chosen.build(lowered, tolerance)
+    settings = _settings(route)
+    answer = settings.answer(lowered)
+    if not answer.takes:
+        raise NoRoute(f"the route {settings.name!r} declines: {answer.words}; leave route=None to have one chosen")
+    return settings.build(lowered, tolerance)
 
 
 def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
@@ -185,8 +176,8 @@ def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, .
 def _settings(route: str | Settings) -> Settings:
     if isinstance(route, Settings):
         return route
-    if route in _DEFAULTS:
-        return _DEFAULTS[route]
+    if route in ROUTES:
+        return ROUTES[route]
     raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status
+
+if TYPE_CHECKING:
+    from symfric.solve.protocol import Route
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,8 @@ class Run:
         What was prepared; `scene` is the same with the values and the start of this run.
     values, initial : dict
         Changes of this run.
-    route : str
+    settings : Exact, Taylor or Integrators
+        How it was computed; `route` is the name.
     tolerance : float
     final : ndarray, shape (n_x,)
         State ``[q; u; z]`` at `t_final`.
@@ -122,7 +126,7 @@ class Run:
     base: Scene = field(repr=False)
     values: dict
     initial: dict
-    route: str
+    settings: "Route"
     tolerance: float
     final: np.ndarray
     t_final: float
@@ -135,7 +139,7 @@ class Run:
         base: Scene,
         values: dict,
         initial: dict,
-        route: str,
+        settings: "Route",
         tolerance: float,
         final: np.ndarray,
         t_final: float,
@@ -148,7 +152,7 @@ class Run:
             "base": base,
             "values": values,
             "initial": initial,
-            "route": route,
+            "settings": settings,
             "tolerance": tolerance,
             "final": final,
             "t_final": t_final,
@@ -163,6 +167,11 @@ class Run:
         """The scene of this run."""
         scene = self.base.where(self.values) if self.values else self.base
         return scene.starting(self.initial) if self.initial else scene
+
+    @property
+    def route(self) -> str:
+        """Name of the route."""
+        return self.settings.name
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ def test_an_interrupted_sweep_goes_on(small, jobs, tmp_path, monkeypatch):
 
     run_case = scheduler.run_case
     monkeypatch.setattr(
-        crew, "run_case", lambda p, t, numbers, h: ran.append(tuple(numbers)) or run_case(p, t, numbers, h)
+        scheduler, "run_case", lambda p, t, numbers, h: ran.append(tuple(numbers)) or run_case(p, t, numbers, h)
     )
     files = list((tmp_path / "s").glob("cases-*.bin"))
     there = sum(f.stat().st_size for f in files) // (8 * 8)

@@ -88,12 +88,12 @@ def test_a_loop_is_compiled_kept_and_called_from_the_disk(tmp_path, monkeypatch)
     monkeypatch.setattr(loop_loader, "_opened", {})
     work = importlib.import_module("loop_of_a_test").Work(np.array([5.0, 0.25]), np.array([7, 2]))
     table = Table(work)
-    launch = loop_loader.open_door("loop_of_a_test", "a test", tmp_path)
+    launch = loop_loader.load_loop("loop_of_a_test", "a test")
     assert (launch(table, True), launch(table, False), work.x[0]) == (3, 3, 0.5)
 
     monkeypatch.setattr(loop_loader, "_opened", {})
     monkeypatch.setattr(loop_loader, "_compiled", None)  # what is on the disk is enough
-    again = loop_loader.open_door("loop_of_a_test", "a test", tmp_path)
+    again = loop_loader.load_loop("loop_of_a_test", "a test")
     assert (again(table, False), work.x[0]) == (3, 0.75)
     work.k[1] = 0
     with pytest.raises(ArithmeticError, match="inside a test"):

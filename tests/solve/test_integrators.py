@@ -10,8 +10,7 @@ import sympy as sp
 import symfric as sf
 from symfric.bench.problems import problems
 from symfric.solve.integrators.hermite import first_fall
-from symfric.solve.integrators.mode_functions import Integrators
-from symfric.solve.integrators.route import IntegratorsProgram
+from symfric.solve.integrators.route import Integrators, IntegratorsProgram
 
 PROBLEMS = problems()
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}

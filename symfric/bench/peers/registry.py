@@ -18,7 +18,7 @@ from symfric.bench.peers import (
 from symfric.bench.problems import Problem
 from symfric.bench.result import Answer
 from symfric.model.outputs import End, HalfRange
-from symfric.solve.integrators.mode_functions import Integrators
+from symfric.solve.integrators.route import Integrators
 from symfric.solve.routes import prepare
 
 

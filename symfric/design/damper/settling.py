@@ -20,7 +20,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.outputs import End, Events, HalfRange, StopTime
 from symfric.model.scene import Scene
-from symfric.solve.facts import facts_of
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.routes import Program, prepare
 
 TOLERANCE, FINER = 1e-12, 1e-13  # of the runs that search, and of those that check
@@ -158,7 +158,7 @@ def _check(t: Transient) -> None:
             f"the scene's horizon {t.scene.horizon:g} ends before settle = {t.settle:g}; half_range is measured from "
             "settle to the horizon, so take scene.until(...) longer"
         )
-    if not facts_of(t.scene).autonomous:
+    if not LoweredScene(t.scene).automaton.autonomous:
         raise SceneError("the forces depend on time; settle with a half_range takes free motions")
 
 

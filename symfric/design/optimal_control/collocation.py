@@ -135,9 +135,9 @@ def collocation(
 
     Notes
     -----
-    See `symfric.design.optimal_control.transcription`. The order of stick and slip is found by a homotopy of relaxed complementarity;
-    the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The optimum is local.
-    Each piece is run once more by the event-driven solver.
+    See `symfric.design.optimal_control.transcription`. The order of stick and slip is found by a homotopy of relaxed
+    complementarity; the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The
+    optimum is local. Each piece is run once more by the event-driven solver.
     """
     symbols = [scene.parameter(k) for k in controls]
     names = [s.name for s in scene.system.states]

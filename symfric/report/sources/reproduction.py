@@ -18,10 +18,11 @@ NOT_MADE = {
 def reproductions() -> dict[str, Entry]:
     """Return everything that can be made again by name: source after source, figures in their order."""
     from symfric.report.sources import handbook, sketches, thomsen, younes_ashour
-    from symfric.report.sources.guida import figures, phase_planes
-    from symfric.report.sources.rolling import figures
+    from symfric.report.sources.guida import figures as guida
+    from symfric.report.sources.guida import phase_planes
+    from symfric.report.sources.rolling import figures as rolling
 
-    modules = (sketches, thomsen, handbook, phase_planes, figures, younes_ashour, figures)
+    modules = (sketches, thomsen, handbook, phase_planes, guida, younes_ashour, rolling)
     found = {name: entry for module in modules for name, entry in module.FIGURES.items()}
     return dict(sorted(found.items(), key=lambda item: _order(item[0])))
 

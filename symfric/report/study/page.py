@@ -29,7 +29,7 @@ def page(result: StudyResult) -> str:
         title=result.file.title or "A scene with dry friction",
         result=result,
         file=result.file,
-        words=words,
+        words=narrative,
         shown=pictures(result),
         comparison=[
             [r.quantity, number(r.predicted), number(r.computed), narrative.percent(r.difference), r.formula]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symfric.errors import NoRoute
-from symfric.lower.automaton import Automaton, lower
+from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import RANGE, wanted_of
 
 
@@ -46,20 +47,15 @@ class Form:
     words: str
 
 
-def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
+def form_of(lowered: LoweredScene) -> Form:
     """Find the form of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-    varied : frozenset of str
-        Parameters that will change although they are exactly zero.
 
     Raises
     ------
     NoRoute
         If it is not linear between events; the message says what is not.
     """
+    scene, varied = lowered.scene, lowered.varied
     for contact in scene.contacts:
         lines_of(contact.law)
     try:
@@ -67,7 +63,7 @@ def form_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Form:
     except NoRoute as reason:
         why = str(reason)
     timeless = without_harmonics(scene)
-    automaton = lower(timeless, [r.expr for r in wanted_of(timeless).rows], varied)
+    automaton = (lowered if timeless is scene else LoweredScene(timeless, varied)).automaton
     slopes = matrices(automaton)
     many = max(len(scene.system.q), len(scene.contacts)) > 1
     cheapest = many and timeless is scene

@@ -1,25 +1,27 @@
 """The route `exact`: closed forms between events, for scenes that are linear there."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import ClassVar
 
 from symfric.codegen.functions import compile_functions
-from symfric.codegen.loop_loader import open_door
+from symfric.codegen.loop_loader import load_loop
 from symfric.errors import NoRoute, SceneError
-from symfric.lower.automaton import constants
 from symfric.lower.linear_modes import Oscillator
 from symfric.model.scene import Scene
 from symfric.solve.exact.classify import Form, Modes, form_of
-from symfric.solve.exact.oscillator.workspace import FOLDERS, LEFT, SHARED, make_room
+from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_room
 from symfric.solve.exact.record.observables import Recorded
 from symfric.solve.exact.record.program import record_model
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
+from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import T_END
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import wanted_of
 from symfric.solve.program import Compiled, Numbers, check_tolerance
-from symfric.solve.taylor.route import Taylor, TaylorProgram, series_model
+from symfric.solve.protocol import Answer, Program, Route
 
 ORDER = 28  # of the powers of a matrix
 ROUNDED = 1e-16  # of the variation of a state: what the powers leave out of a step
@@ -33,20 +35,36 @@ class Exact:
     ----------
     max_steps, max_events : int
         Budgets; a run that needs more ends with a status.
+    general : Route, optional
+        For values of parameters that were zero and with which the scene is no longer linear between events; without it
+        these raise `NoRoute`.
     """
 
+    name: ClassVar[str] = "exact"
     max_steps: int = 100_000_000
     max_events: int = 20_000_000
+    general: Route | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self):
         if self.max_steps < 1 or self.max_events < 1:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
+    def answer(self, scene: LoweredScene) -> Answer:
+        """Take scenes that are linear between events."""
+        try:
+            form = form_of(scene)
+        except NoRoute as reason:
+            return Answer(False, False, str(reason))
+        return Answer(True, form.cheapest, form.words)
+
+    def build(self, scene: LoweredScene, tolerance: float) -> "ExactProgram":
+        """Compile a scene; raise `NoRoute` if it is not linear between events."""
+        return ExactProgram(scene.scene, tolerance, self, scene.varied, scene)
+
 
 class ExactProgram(Compiled):
     """A scene in closed form; `run` repeats it with other numbers, from any thread."""
 
-    route = "exact"
     _extra: Mapping[str, float] = MappingProxyType({})
 
     def __init__(
@@ -55,13 +73,14 @@ class ExactProgram(Compiled):
         tolerance: float,
         settings: Exact,
         varied: frozenset[str] = frozenset(),
-        form: Form | None = None,
+        lowered: LoweredScene | None = None,
     ):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
-        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
-        self.wider: dict[frozenset[str], ExactProgram | TaylorProgram] = {}
-        form = form_of(scene, varied) if form is None else form
+        lowered = LoweredScene(scene, varied) if lowered is None else lowered
+        self.built_in = lowered.built_in
+        self.wider: dict[frozenset[str], Program] = {}
+        form = form_of(lowered)
         self._model = _model(form, settings, len(scene.system.states))
         self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 
@@ -69,13 +88,15 @@ class ExactProgram(Compiled):
         """Pickle as what it was prepared from."""
         return ExactProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
-    def remade(self, varied: frozenset[str]) -> "ExactProgram | TaylorProgram":
+    def remade(self, varied: frozenset[str]) -> Program:
         """Return the program in which the parameters `varied` may be anything: what they multiply may not be linear."""
+        lowered = LoweredScene(self.scene, varied)
         try:
-            return ExactProgram(self.scene, self.tolerance, self.settings, varied)
+            return self.settings.build(lowered, self.tolerance)
         except NoRoute:
-            budgets = Taylor(max_steps=self.settings.max_steps, max_events=self.settings.max_events)
-            return TaylorProgram(self.scene, self.tolerance, budgets, varied)
+            if self.settings.general is None:
+                raise
+            return self.settings.general.build(lowered, self.tolerance)
 
 
 def _model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
@@ -99,5 +120,5 @@ def _closed_model(scene: Scene, problem: Oscillator, budgets: tuple[int, int], n
     first.clock[T_END] = scene.horizon
     limits = *budgets, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
     first.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
-    launch = open_door("symfric.solve.exact.oscillator.entry", "the closed forms of an oscillator", *FOLDERS)
+    launch = load_loop("symfric.solve.exact.oscillator.entry", "the closed forms of an oscillator")
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)

@@ -1,54 +1,25 @@
 """The CasADi functions of the route `integrators`: one mode of an automaton, integrated."""
 
 import math
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
-from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.mode_selection import along
+
+if TYPE_CHECKING:
+    from symfric.solve.integrators.route import Integrators
 
 ONE_STEP = ("erk", "rosenbrock")  # cheap to start again, so they go through modes in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
 
 
-@dataclass(frozen=True)
-class Integrators:
-    """Settings of the route `integrators`.
-
-    Attributes
-    ----------
-    plugin : str
-        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
-    max_step : float
-        Longest step of the adaptive plugins.
-    elements : int
-        Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
-    max_events, max_steps : int
-        Budgets of a run; it takes some 20 000 steps in a second.
-    """
-
-    plugin: str = "erk"
-    max_step: float = math.inf
-    elements: int = 256_000
-    max_events: int = 50_000
-    max_steps: int = 2_000_000
-
-    def __post_init__(self):
-        if self.plugin not in ONE_STEP + CONTINUOUS:
-            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
-        if not self.max_step > 0:
-            raise SceneError(f"max_step is {self.max_step}; it must be positive")
-        if min(self.elements, self.max_events, self.max_steps) < 1:
-            raise SceneError("elements and the budgets max_events and max_steps must be positive")
-
-
 def mode_integrator(
     field: ca.Function,
     n_integrals: int,
-    settings: Integrators,
+    settings: "Integrators",
     tolerance: float,
     span: float,
     elements: int,

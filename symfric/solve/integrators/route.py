@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,10 +22,13 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.hermite import extremes, quintic
-from symfric.solve.integrators.mode_functions import ONE_STEP, Integrators, signs_evaluated
+from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, signs_evaluated
 from symfric.solve.integrators.mode_selection import ROUNDING, Rule, make_rule, next_mode, numbers, starting_mode
 from symfric.solve.integrators.segment import FINEST, Flow, Piece, Start
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.observables import INTEGRAL
+from symfric.solve.protocol import Answer
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
@@ -32,6 +36,54 @@ from symfric.solve.widened import widened
 COARSEST = 0.1  # tolerance
 _KEPT = 4  # sets of integrators that a program keeps
 _STALLED, _LITTLE = 200, 1e-9  # so many events within such a part of the horizon each are chatter
+
+
+@dataclass(frozen=True)
+class Integrators:
+    """Settings of the route `integrators`.
+
+    Attributes
+    ----------
+    plugin : str
+        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
+    max_step : float
+        Longest step of the adaptive plugins.
+    elements : int
+        Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
+    max_events, max_steps : int
+        Budgets of a run; it takes some 20 000 steps in a second.
+    """
+
+    name: ClassVar[str] = "integrators"
+    plugin: str = "erk"
+    max_step: float = math.inf
+    elements: int = 256_000
+    max_events: int = 50_000
+    max_steps: int = 2_000_000
+
+    def __post_init__(self):
+        if self.plugin not in ONE_STEP + CONTINUOUS:
+            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
+        if not self.max_step > 0:
+            raise SceneError(f"max_step is {self.max_step}; it must be positive")
+        if min(self.elements, self.max_events, self.max_steps) < 1:
+            raise SceneError("elements and the budgets max_events and max_steps must be positive")
+
+    def answer(self, scene: LoweredScene) -> Answer:
+        """Take what the plugin can; never the fastest."""
+        refusal = declines(scene.automaton, self, _on_the_way(scene))
+        return Answer(
+            not refusal, False, refusal or "by one to three orders of magnitude; kept as an independent check"
+        )
+
+    def build(self, scene: LoweredScene, tolerance: float) -> "IntegratorsProgram":
+        """Compile a scene."""
+        return IntegratorsProgram(scene.scene, tolerance, self, scene.varied)
+
+
+def _on_the_way(scene: LoweredScene) -> bool:
+    """Whether more than the end and integrals is wanted."""
+    return scene.wanted.path or any(r.kind != INTEGRAL for r in scene.wanted.rows)
 
 
 def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> str:
@@ -79,8 +131,6 @@ class _Motion:
 
 class IntegratorsProgram:
     """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
-
-    route = "integrators"
 
     def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
@@ -270,7 +320,7 @@ class IntegratorsProgram:
             base=self.scene,
             values=values,
             initial=initial,
-            route=self.route,
+            settings=self.settings,
             tolerance=self.tolerance,
             final=motion.y,
             t_final=motion.t,

@@ -7,6 +7,7 @@ looked at, between the outputs too, and one that fails is repeated over a shorte
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -14,9 +15,12 @@ import numpy as np
 from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.hermite import first_fall, middle_errors
-from symfric.solve.integrators.mode_functions import ONE_STEP, Integrators, mode_integrator, node_function
+from symfric.solve.integrators.mode_functions import ONE_STEP, mode_integrator, node_function
 from symfric.solve.integrators.sizes import filled
-from symfric.solve.taylor.enclosure import unseen_by
+from symfric.solve.loop.enclosure import unseen_by
+
+if TYPE_CHECKING:
+    from symfric.solve.integrators.route import Integrators
 
 FINEST = 1e-14  # tolerance
 _SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # of the local tolerance: errors of steps add up,
@@ -77,7 +81,7 @@ class Flow:
         field: ca.Function,
         automaton: Automaton,
         n_integrals: int,
-        settings: Integrators,
+        settings: "Integrators",
         tolerance: float,
         horizon: float,
     ):

@@ -3,7 +3,7 @@
 import casadi as ca
 
 from symfric.lower.linear_modes import Matrices
-from symfric.solve.taylor.expansion import PROBED, Series
+from symfric.solve.loop.series import PROBED, Series
 
 MOST = 120  # entries of the matrices, in all modes together, beyond which loops over those of one mode are faster
 

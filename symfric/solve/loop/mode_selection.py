@@ -170,7 +170,7 @@ def _share(w, n_c):
 
 @compiled
 def _share_closely(w, n_c):
-    """Do so where a slip nearly follows from those before it: by the rows themselves, see `symfric.lower.constraint_forces`."""
+    """Do so where a slip nearly follows from those before it; see `symfric.lower.constraint_forces`."""
     n_q = w.limits[N_Q]
     spread = COUPLING + n_c
     for i in range(n_c):

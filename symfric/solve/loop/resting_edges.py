@@ -2,9 +2,9 @@
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.series import PROBED
 from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
 from symfric.solve.loop.workspace import COUPLED, COUPLING, EDGES, KINKS, N_Q
-from symfric.solve.taylor.expansion import PROBED
 
 _MOST = 6  # changes of one switch while settling
 
@@ -43,8 +43,8 @@ def size_of(w, n_c, j, derivative):
 def _sign(w, row, g, j, n_c):
     """Return the entry of a switch: its sign now or in the next instant, +-ON_EDGE if it stays at zero.
 
-    One that is not at zero and has the wrong sign is left to `_change_switch` of `symfric.solve.loop.mode_selection`. Of one
-    that was at zero before, what the forces leave by rounding in the meantime is zero, too.
+    One that is not at zero and has the wrong sign is left to `_change_switch` in `.mode_selection`. Of one that was at
+    zero before, what the forces leave by rounding in the meantime is zero, too.
     """
     old = w.m[g]
     present = 1.0 if old > 0.0 else -1.0

@@ -9,8 +9,8 @@ import numpy as np
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.series import PROBED, Series
 from symfric.solve.observables import Row
-from symfric.solve.taylor.expansion import PROBED, Series
 
 # entries of `counts`
 STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)

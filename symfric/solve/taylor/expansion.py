@@ -5,59 +5,16 @@ coefficient k + 1 of the state. What depends on parameters and mode alone is spl
 per mode.
 """
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from symfric.codegen.instructions import BRANCHING, Node, read
-from symfric.codegen.llvm_ir import Written
-from symfric.lower.linear_modes import Matrices
+from symfric.solve.loop.enclosure import hiding, unseen
+from symfric.solve.loop.series import PROBED, Series
 from symfric.solve.taylor.affine_forms import gathered
-from symfric.solve.taylor.enclosure import hiding, unseen
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
 from symfric.solve.taylor.table import LONG, Table, length
 
-
-@dataclass(frozen=True)
-class Series:
-    """Functions that give Taylor coefficients.
-
-    Attributes
-    ----------
-    prelude : casadi.Function
-        ``(p, m) -> aux``: everything that depends on parameters and mode alone.
-    series : casadi.Function
-        ``([y; t], aux) -> coefficients``, row by row (states, guards, wanted rows), each of order 0 to `order`.
-    probe : casadi.Function
-        The same up to order `PROBED`.
-    order : int
-    unseen : casadi.Function, optional
-        ``([middles; radii] of y and t, aux) -> bounds``: what a step within that box may do that its coefficients do
-        not show, for every row; see `symfric.solve.taylor.enclosure`. Without it there is nothing: only sums, products,
-        sines and cosines of moving quantities occur.
-    terms : casadi.Function, optional
-        Of the same arguments: how large the terms of every row are.
-    exposed : tuple of int
-        Rows with a bound that is not zero.
-    matrices : Matrices, optional
-        Of linear equations that need neither series nor probe: the prelude computes the entries.
-    room : int
-        Length of what series and probe need behind the fixed values in aux.
-    """
-
-    prelude: ca.Function
-    series: ca.Function | Written | None
-    probe: ca.Function | Written | None
-    order: int
-    unseen: ca.Function | None = None
-    terms: ca.Function | None = None
-    exposed: tuple[int, ...] = ()
-    matrices: Matrices | None = None
-    room: int = 0
-
-
-PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
 # Most states of a system whose newest coefficients are taken out of the chain, see `_split_rates`, and most moving
 # operations where two of them are, and one. In a larger system the product with the slopes costs more than it saves, or
 # the chain is not what takes the time: by measurement a cubic law gains a tenth by the second, LuGre's loses as much.
@@ -153,31 +110,6 @@ def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, stat
 def _taken_out(n_x: int, moving: int) -> int:
     """Return how many of the newest coefficients are taken out of the chain."""
     return 0 if n_x > _STATES or moving > _ONE else 2 if moving <= _TWO else 1
-
-
-def reach(n_x: int, n_g: int, order: int) -> ca.Function:
-    """Return ``([h; far], coefficients) -> (gain, size)``: what h adds to the states, how much `far` changes guards.
-
-    Both are sums of the terms 1 to `order`, of their magnitudes for the guards; rows as in `Series`.
-    """
-    step = ca.SX.sym("h", 2)
-    c = ca.SX.sym("c", (n_x + n_g) * (order + 1))
-    out = []
-    for r in range(n_x + n_g):
-        row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
-        h, row = (step[0], row) if r < n_x else (step[1], [ca.fabs(e) for e in row])
-        square = h * h
-        # every fourth power by itself: four chains of operations are shorter than one
-        part = [_horner(row[first::4], square * square) for first in range(1, 5)]
-        out.append(h * ((part[0] + h * part[1]) + square * (part[2] + h * part[3])))
-    return ca.Function("reach", [step, c], [ca.vertcat(*out)], {"cse": True})
-
-
-def _horner(coefficients: list[ca.SX], x: ca.SX) -> ca.SX:
-    total = ca.SX(0)
-    for c in reversed(coefficients):
-        total = total * x + c
-    return total
 
 
 class _Sweep:

@@ -5,21 +5,22 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symfric.errors import NoRoute, SceneError
-from symfric.lower.automaton import constants, lower
 from symfric.lower.linear_modes import matrices
 from symfric.lower.variational_equations import Variations, varied
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
+from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import DOUBTS, EVENTS, KINKS, REST, Workspace
-from symfric.solve.observables import FOLLOW, RANGE, TURN, Row, Wanted, wanted_of
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.observables import FOLLOW, RANGE, TURN, Row, Wanted
 from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.run import Run
 from symfric.solve.sensitivities import Columns, Derivatives
 from symfric.solve.status import Status
 from symfric.solve.taylor.expansion import is_branching
-from symfric.solve.taylor.route import MARGIN, Taylor, order_for, series_model, variants_of
+from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
 from symfric.solve.widened import widened
 
 LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
@@ -42,8 +43,6 @@ class SensitiveProgram:
         1, or 2 for second derivatives of motions without events.
     """
 
-    route = "taylor"
-
     def __init__(
         self,
         scene: Scene,
@@ -57,14 +56,14 @@ class SensitiveProgram:
         self.directions, self.order = tuple(directions), order
         self._states = tuple(s.name for s in scene.system.states)
         self.varied = general | {name for name in self.directions if name not in self._states}
-        self._wanted = wanted_of(scene)
-        automaton = lower(scene, [r.expr for r in self._wanted.rows], self.varied)
+        lowered = LoweredScene(scene, self.varied)
+        self._wanted, automaton = lowered.wanted, lowered.automaton
         variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
         self._start = variations.start
         self._columns = Columns(self.directions, variations.pairs, len(self._states), self._wanted, scene.outputs)
         self._model = sensitive_model(scene, variations, self._wanted, self.tolerance, settings)
         self.wider: dict[frozenset[str], SensitiveProgram] = {}
-        self.built_in = {s.name: float(v) for s, v in constants(scene, self.varied).items()}
+        self.built_in = lowered.built_in
         self._numbers = Numbers(scene, automaton.parameters, self.built_in)
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
         start, p = self._numbers.start
@@ -103,7 +102,7 @@ class SensitiveProgram:
         raw = raw._replace(derivatives=self._derivatives(workspace.arrays, status))
         self._model.give_back(workspace)
         return Run(
-            self.scene, dict(values), dict(initial), self.route, self.tolerance, final, t_final, status, stats, raw
+            self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
         )
 
     def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:

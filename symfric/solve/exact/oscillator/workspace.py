@@ -1,6 +1,5 @@
 """The arrays that one run of an oscillator works on."""
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ SPEED, RATE = range(2)
 # entries of `limits` behind those of the event loop of series
 BRANCHES, STICKS, ROWS = range(9, 12)
 LEFT = 5e-14  # of the largest acceleration: what rounding leaves of it after many events
-FOLDERS = Path(__file__).parent, Path(__file__).parents[1] / "taylor"  # sources of the compiled loops
 ORDER = 26  # of a kept piece, on which |root| t <= 2
 
 SHARED = frozenset({"code", "limits"})  # arrays that no run changes

@@ -7,9 +7,8 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.functions import compile_functions
-from symfric.codegen.loop_loader import open_door
+from symfric.codegen.loop_loader import load_loop
 from symfric.model.scene import Scene
-from symfric.solve.exact.oscillator.workspace import FOLDERS
 from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.exact.record.workspace import SHARED, make_record_room
 from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
@@ -18,7 +17,7 @@ from symfric.solve.observables import THEN
 
 
 def _launcher() -> Callable[[Table, bool], int]:
-    return open_door("symfric.solve.exact.record.entry", "the march through a sampled input", *FOLDERS)
+    return load_loop("symfric.solve.exact.record.entry", "the march through a sampled input")
 
 
 def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x: int) -> CompiledModel:

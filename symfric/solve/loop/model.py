@@ -1,0 +1,76 @@
+"""The event loop prepared for a scene: machine code of its series, and the arrays that every run begins with."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from symfric.codegen.functions import compile_functions
+from symfric.codegen.loop_loader import load_loop
+from symfric.lower.automaton import Automaton
+from symfric.lower.variational_equations import Variations
+from symfric.model.scene import Scene
+from symfric.solve.input_segments import segments
+from symfric.solve.loop.compiled_model import CompiledModel
+from symfric.solve.loop.series import Series, reach
+from symfric.solve.loop.workspace import SHARED, T_END, make_workspace
+from symfric.solve.observables import Wanted
+
+
+def series_model(
+    scene: Scene,
+    automaton: Automaton,
+    variants: Sequence[Series],
+    wanted: Wanted,
+    budgets: tuple[int, int],
+    tolerances: tuple[float, float],
+    variations: Variations | None = None,
+    n_x: int | None = None,
+) -> CompiledModel:
+    """Compile what the event loop needs of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    automaton : Automaton
+    variants : sequence of Series
+        As for `make_workspace`; those without a series are linear equations.
+    wanted : Wanted
+    budgets : (int, int)
+        Most steps and events.
+    tolerances : (float, float)
+        Of a step, and the part of an acceleration by which errors may falsify a decision to stick.
+    variations : Variations, optional
+        From which the automaton was taken, if its states hold derivatives.
+    n_x : int, optional
+        States that results have; those of the scene unless given.
+    """
+    linear = variants[0].matrices is not None
+    functions = [f for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms) if f]
+    if not linear:
+        functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
+    jump = variations.jump if variations else None
+    functions += [jump] if jump else []
+    code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
+    pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
+    first = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
+    first.clock[T_END:] = scene.horizon, *tolerances
+    sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
+    limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, first.exposed.size > 0
+    derivatives = (variations.columns, variations.followed) if variations else (0, 0)
+    first.limits[:] = (
+        *limits,
+        sticker,
+        linear,
+        *derivatives,
+        len(automaton.at_edges),
+        automaton.n_q * automaton.coupled,
+    )
+    launch = load_loop("symfric.solve.loop.entry", "the event loop")
+    n_x = len(scene.system.states) if n_x is None else n_x
+    return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
+
+
+def _joined_gauge(gauge: ca.Function) -> ca.Function:
+    """Return the gauge as a function of ([y; t], p) with one output, the calling convention of the machine code."""
+    state, p = ca.SX.sym("y", gauge.nnz_in(0) + 1), ca.SX.sym("p", gauge.nnz_in(2))
+    return ca.Function("gauge", [state, p], [ca.vertcat(*gauge(state[:-1], state[-1], p))])
