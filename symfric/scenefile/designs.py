@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
-from symfric.motions import record_files, synthetic
+from symfric.motions import record_files
 from symfric.motions.motion import Motion
+from symfric.motions.synthetic import sine_burst, synthetic
 from symfric.scenefile import questions
 from symfric.scenefile.build import call, check_arguments, exact
 from symfric.scenefile.expressions import shorten
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "isolator": "rolling_isolator"}
 MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # of a motion made from a table
 OF_PARAMETERS = ("damper", "contact_damper", "isolator")  # designs whose parameters are values of the scene
+
+_MADE = {"synthetic": synthetic, "sine_burst": sine_burst}
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
     """
     given = {k: exact(v) if isinstance(v, float) else v for k, v in motion.__pydantic_extra__.items()}
     if motion.kind is not None and motion.file is None:
-        function = getattr(synthetic, motion.kind)
+        function = _MADE[motion.kind]
     elif motion.file is not None and motion.kind is None:
         if folder is None:
             raise SceneError(f"{place}.file: a record is found beside a scene file, and this text is none")
@@ -135,8 +138,8 @@ def _arguments(kind: str, section: Section, scene: Scene, model: str | None, fol
             raise SceneError(f"{place}.mass_ratio is missing; add it")
         given["mass_ratio"] = scene.values[scene.parameter("mass_ratio")]
     if isinstance(section, questions.Isolator):
-        motions = enumerate(section.motions)
-        given["motions"] = [read_motion(m, f"{place}.motions[{i}]", folder) for i, m in motions]
+        numbered = enumerate(section.motions)
+        given["motions"] = [read_motion(m, f"{place}.motions[{i}]", folder) for i, m in numbered]
     return given
 
 

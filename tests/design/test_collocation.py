@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.design.optimal_control import collocation
+from symfric.design.optimal_control.collocation import collocation
 from tests.longer import longer
 
 M, F, D, U = 2.0, 0.3, 1.5, 1.0

@@ -9,8 +9,9 @@ import pytest
 from symfric.codegen import llvm_ir, target
 from symfric.codegen.functions import compile_functions
 from symfric.errors import SceneError
+from symfric.solve.loop.series import reach
 from symfric.solve.taylor import expansion
-from symfric.solve.taylor.expansion import expand, reach
+from symfric.solve.taylor.expansion import expand
 
 ORDER = 7
 y, t, p, m = ca.SX.sym("y", 2), ca.SX.sym("t"), ca.SX.sym("p", 2), ca.SX.sym("m", 1)

@@ -253,7 +253,7 @@ def test_what_killed_processes_left_goes(folder):
 
 RACE = """
 import os, random, sys
-from symfric.solve import objects
+from symfric.codegen import object_cache
 random.seed(int(sys.argv[1]))
 for _ in range(400):
     k = random.randrange(40)

@@ -178,7 +178,7 @@ def test_pieces_of_a_trajectory_are_one_trajectory(name, monkeypatch):
 PEAK = """
 import resource, sys
 import symfric as sf
-from symfric.solve import compiled_model
+from symfric.solve.loop import compiled_model
 compiled_model.PATH_BYTES = limit = 2**27
 compiled_model._CHUNK_BYTES = 2**23
 peak = lambda: 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
