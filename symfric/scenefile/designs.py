@@ -1,6 +1,6 @@
 """The designs a scene file asks for: the checked tables of ``[design]`` as calls of the functions in ``sf.design``."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "iso
 MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # of a motion made from a table
 OF_PARAMETERS = ("damper", "contact_damper", "isolator")  # designs whose parameters are values of the scene
 
-_MADE = {"synthetic": synthetic, "sine_burst": sine_burst}
+_MADE: dict[str, Callable[..., Motion]] = {"synthetic": synthetic, "sine_burst": sine_burst}
 
 
 @dataclass(frozen=True)
