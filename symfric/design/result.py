@@ -126,7 +126,7 @@ class Design:
             ax.plot([x], [curve.level], "o", color="C3")
         seen = curve.y[np.isfinite(curve.y)]
         low, high = min(float(np.min(seen)), curve.level), max(float(np.quantile(seen, 0.9)), curve.level)
-        room = 0.1 * max(high - low, 1e-3 * abs(low), 1e-12)  # the damping is infinite just below v_b = a Omega
+        room = 0.1 * (max(high - low, 1e-3 * abs(low)) or 1.0)  # the damping is infinite just below v_b = a Omega
         ax.set_ylim(low - room, high + room)
         ax.set_xlabel(curve.xlabel)
         ax.set_ylabel(curve.ylabel)

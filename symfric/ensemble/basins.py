@@ -18,6 +18,7 @@ from symfric.model.outputs import End, StopTime
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.flow_map import excitation
+from symfric.orbits.sizes import over_time
 
 _MOST = 20  # attractors; starts that end in others are left without one
 
@@ -174,11 +175,11 @@ def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, d
 
 
 def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np.ndarray:
-    """Return the range of every state over all starts and ends."""
+    """Return the range of every state over all starts and ends, of a velocity at least what moves its coordinate."""
     numbers = scene.numbers()
     rows = [np.append(axes.get(s.name, [numbers[s]]), end) for s, end in zip(scene.system.states, ends, strict=True)]
     size = np.array([np.ptp(row) for row in rows])
-    return np.where(size > 0, size, 1.0)
+    return over_time(size, len(scene.system.q), scene.horizon)
 
 
 def _labelled(collection: Collection, ends: np.ndarray, stops: np.ndarray, status: np.ndarray) -> np.ndarray:

@@ -16,12 +16,13 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.orbits.flow_map import excitation
 from symfric.orbits.poincare import Cut, cut_of
+from symfric.orbits.sizes import over_time
 from symfric.solve.program import check_tolerance
 from symfric.solve.routes import Program
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
-_STILL = 1e-6  # of the largest state: a motion that moves less after the transient is a point
+_STILL = 1e-6  # of the sizes of the states: a motion that moves less after the transient is a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +220,7 @@ def _case(
     times, states = cut.points(run, transient)
     if not times.size:
         late = run.x[:, run.t >= transient]
-        if np.max(np.ptp(late, axis=1)) <= _STILL * np.max(np.abs(late)):
+        size = over_time(np.max(np.abs(run.x), axis=1), len(run.base.system.q), run.t_final)
+        if np.all(np.ptp(late, axis=1) <= _STILL * size):
             times, states = np.array([run.t_final]), run.final[:, None]
     return (0, times, states), run

@@ -16,7 +16,8 @@ from symfric.solve.run import Path
 _DEGREE = 24  # of the Chebyshev polynomials; a part on which they do not resolve the function is halved
 _RESOLVED = 1e-12  # of the largest value: the last coefficients
 _ROUNDING = 64 * np.finfo(float).eps  # of the largest value: what counts as zero
-_CALM = 1e-12  # of the largest state: a function that moves less rests on the surface to rounding
+_CALM = 1e-12  # of what the states change of it: a function that moves less rests on the surface to rounding
+_SHIFT = 1e-6  # of the sizes of the states: by which they are moved to see what they change
 _HALVINGS = 50  # of a step
 _BLOCK = 4096  # steps at once, for the sake of memory
 _MOST = 64 * _BLOCK  # parts at once: a function that is noise is taken as it is
@@ -36,7 +37,9 @@ class Parts(NamedTuple):
     width: np.ndarray
 
 
-def crossings(path: Path, function: Function, direction: int, after: float) -> tuple[np.ndarray, np.ndarray]:
+def crossings(
+    path: Path, function: Function, direction: int, after: float, sizes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return when a motion crosses a surface, and its states there.
 
     Parameters
@@ -48,6 +51,8 @@ def crossings(path: Path, function: Function, direction: int, after: float) -> t
         1 where g rises, -1 where it falls, 0 for both.
     after : float
         Earlier crossings are left out.
+    sizes : ndarray, shape (n_x,)
+        How large the states are.
 
     Returns
     -------
@@ -70,7 +75,7 @@ def crossings(path: Path, function: Function, direction: int, after: float) -> t
     scale = max(_largest(path, function, block) for block in blocks)
     if not np.isfinite(scale):
         raise SceneError("the section is not finite somewhere on the motion; look at its roots and divisions")
-    if scale <= _CALM * np.max(np.abs(path.coefficients[first:, :, 0])):
+    if scale <= _CALM * _moved(path, function, slice(first, None), sizes):
         return np.zeros(0), np.zeros((path.coefficients.shape[1], 0))
     blur = _ROUNDING * scale
     split = [_split(path, function, blur, block) for block in blocks]
@@ -104,6 +109,14 @@ def _values(path: Path, function: Function, step: np.ndarray, place: np.ndarray)
 def _largest(path: Path, function: Function, step: np.ndarray) -> float:
     """Return the largest magnitude of the function on some steps, about."""
     return float(np.max(np.abs(_values(path, function, step, np.tile(_PLACES[::4], (step.size, 1))))))
+
+
+def _moved(path: Path, function: Function, steps: slice, sizes: np.ndarray) -> float:
+    """Return how much of the function its states change, each by its size: what its rounding is a part of."""
+    x, t = path.coefficients[steps, :, 0].T, path.t[steps]
+    here = function(x, t)
+    ways = _SHIFT * np.diag(sizes)
+    return float(np.max(sum(np.abs(function(x + way[:, None], t) - here) for way in ways))) / _SHIFT
 
 
 def _split(path: Path, function: Function, blur: float, step: np.ndarray) -> tuple[Parts, np.ndarray]:

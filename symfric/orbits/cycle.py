@@ -12,13 +12,15 @@ from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow_map import Flow, Passage, flow_of
 from symfric.orbits.guess import Guess, settled
-from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.orbits.shooting import Point, System, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
 
 _VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
 _SAME = 1e-8  # of the ranges of the states: motions that count as one
 _ZERO = 1e-11  # of the largest multiplier: what a contact that sticks leaves of a direction
+_NEUTRAL = 1e-10  # what rounding makes of a multiplier of 1
+_CARRIED = 1e-3  # of the rate of a motion: by how much the map over a period may change it
 _PATIENCE = (1, 4, 16, 64)  # horizons of the scene that its motion is given to settle; beside a fold it takes long
 
 
@@ -43,7 +45,7 @@ class Orbit:
     trivial : int or None
         Index of the multiplier that belongs to a shift of time; None if the scene is forced.
     stable : bool
-        Whether all others lie within the unit circle.
+        Whether all others lie within the unit circle, or on it as that of a body which friction holds for good.
     events : tuple of Event
         Within one period from `start`.
     names : tuple of str
@@ -189,7 +191,7 @@ def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> O
     z = system.pack(guess.start, guess.period, values)
     before = system.follow(z)
     found = solve(system, z)
-    if np.all(ranges(found.passage) <= _VANISHED * np.max(ranges(before))) and system.free:
+    if np.all(found.passage.ranges <= _VANISHED * before.ranges) and system.free:
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
     return orbit_of(scene, *_shortest(system, found, guess.turns))
 
@@ -199,7 +201,7 @@ def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
     start, period, values = system.unpack(point.z)
     for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
         part = system.flow.run(start, values, period / parts)
-        if np.all(np.abs(part.end - start) <= _SAME * ranges(point.passage)):
+        if np.all(np.abs(part.end - start) <= _SAME * point.passage.ranges):
             least = replace(system, multiple=system.multiple // parts)
             return least, solve(least, least.pack(start, period / parts, values))
     return system, point
@@ -222,7 +224,7 @@ def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:
         stick_fraction=stick / period,
         multipliers=multipliers,
         trivial=trivial,
-        stable=bool(np.all(np.abs(others) < 1)),
+        stable=bool(np.all(np.abs(others) < 1 + _NEUTRAL)),
         events=tuple(Event(t, flow.contacts[i], a, b) for t, i, a, b in passage.events),
         names=flow.states,
         differentiable=not passage.doubtful,
@@ -239,7 +241,8 @@ def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None
     if free:
         shift = passage.by_start @ passage.rate - passage.rate  # zero: the motion itself is carried along
         k = int(np.argmin(np.abs(found - 1.0)))
-        if np.linalg.norm(shift) <= 1e-3 * np.linalg.norm(passage.rate):
+        shift, rate = shift / passage.ranges, passage.rate / passage.ranges
+        if np.linalg.norm(shift) <= _CARRIED * np.linalg.norm(rate):
             found = np.concatenate([found[k : k + 1], np.delete(found, k)])
     found = found.real if np.all(np.abs(found.imag) == 0) else found
     return found, 0 if free else None

@@ -15,6 +15,7 @@ from symfric.lower.variational_equations import varied
 from symfric.model.excitation import common_rate, frequencies
 from symfric.model.outputs import End, Trajectory
 from symfric.model.scene import Scene
+from symfric.orbits.sizes import filled
 from symfric.solve.loop.workspace import DOUBTS, T_END, Workspace
 from symfric.solve.observables import RANGE, TURN, Row, Wanted
 from symfric.solve.program import Numbers
@@ -52,6 +53,8 @@ class Passage(NamedTuple):
     gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
     low, high : ndarray, shape (n_x,)
         Extremes of the states.
+    ranges : ndarray, shape (n_x,)
+        The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.filled`.
     doubtful : bool
         Whether the derivatives do not exist.
     """
@@ -67,6 +70,7 @@ class Passage(NamedTuple):
     gaps_by_value: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    ranges: np.ndarray
     doubtful: bool
 
 
@@ -218,6 +222,7 @@ class Flow:
         events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
         modes = np.where(w.m[:n_c] > 0.5, 0, w.m[n_c : 2 * n_c])
         rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
+        low, high = w.total[n_g:n_e, 0].copy(), w.total[n_g:n_e, 1].copy()
         return Passage(
             end=w.y[:n_x].copy(),
             by_start=V[:, :n_x].copy(),
@@ -228,8 +233,9 @@ class Flow:
             gaps=w.total[:n_g, 0].copy(),
             gaps_by_start=follow[:, :n_x].copy(),
             gaps_by_value=follow[:, n_x:].copy(),
-            low=w.total[n_g:n_e, 0].copy(),
-            high=w.total[n_g:n_e, 1].copy(),
+            low=low,
+            high=high,
+            ranges=filled(high - low, self._automaton.n_q),
             doubtful=bool(w.counts[DOUBTS]),
         )
 

@@ -9,6 +9,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
 from symfric.orbits.flow_map import Flow, flow_of
+from symfric.orbits.sizes import over_time
 
 LOST = 1e-11  # of the largest growth in a piece: what rounding leaves of a direction that sticking takes away
 _BATCHES = 20  # of the pieces, for the spread
@@ -131,6 +132,9 @@ def lyapunov(
     become one and the same, and the largest exponent is -inf. A body that friction holds for good may rest anywhere
     within bounds: its exponent is 0.
 
+    Growth is that of a length in which every state is measured in units of its range: the sum of metres and metres per
+    second is none. The exponents of an infinite time do not depend on it.
+
     The growth along a cycle swings with its period. Pieces of one length may be nearly whole periods; then their ends
     see but one phase of the swing, and its rise over the window passes for growth. So the lengths vary from piece to
     piece and the ends meet all phases alike, and the spread holds the swing.
@@ -173,7 +177,7 @@ def _grow(
     flow: Flow, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the growth of every direction in every piece that counts (n, n_x), the last state, and doubtful pieces."""
-    basis, growth, doubtful = np.eye(y.size), np.empty((lengths.size - skipped, y.size)), 0
+    slopes, low, high, doubtful = np.empty((lengths.size, y.size, y.size)), y, y, 0
     for k, length in enumerate(lengths.tolist(), -skipped):
         try:
             passage = flow.run(y, values, length)
@@ -183,14 +187,24 @@ def _grow(
         if not np.all(np.isfinite(passage.by_start)):
             after = np.sum(lengths[: k + skipped])
             raise NotFound(f"the motion has no derivatives by its start: it grazes after t = {after:g}")
-        y = passage.end
-        basis, R = np.linalg.qr(passage.by_start @ basis)
-        size = np.abs(np.diag(R))
+        y, slopes[k + skipped] = passage.end, passage.by_start
         if k >= 0:
-            with np.errstate(divide="ignore"):
-                growth[k] = np.log(np.where(size <= LOST * np.max(size), 0.0, size))
+            low = np.minimum(low, passage.low) if k else passage.low
+            high = np.maximum(high, passage.high) if k else passage.high
             doubtful += passage.doubtful
-    return growth, y, doubtful
+    size = over_time(high - low, len(flow.scene.system.q), np.sum(lengths))
+    return _growth_of(slopes * size / size[:, None])[skipped:], y, doubtful
+
+
+def _growth_of(slopes: np.ndarray) -> np.ndarray:
+    """Return the growth of every direction under maps one after the other, (n, n_x, n_x)."""
+    basis, growth = np.eye(slopes.shape[1]), np.empty(slopes.shape[:2])
+    for k, slope in enumerate(slopes):
+        basis, R = np.linalg.qr(slope @ basis)
+        size = np.abs(np.diag(R))
+        with np.errstate(divide="ignore"):
+            growth[k] = np.log(np.where(size <= LOST * np.max(size), 0.0, size))
+    return growth
 
 
 def _summed(growth: np.ndarray, times: np.ndarray, end: np.ndarray, doubtful: int) -> Lyapunov:

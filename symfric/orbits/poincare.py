@@ -14,6 +14,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, expression, finite, name_of, nearest
 from symfric.orbits.crossings import crossings
 from symfric.orbits.flow_map import excitation
+from symfric.orbits.sizes import over_time
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 
@@ -104,7 +105,9 @@ class Cut:
             return times, run(times)
         assert self.function is not None
         numbers, height = [values[s.name] for s in run.base.parameters], self.function
-        return crossings(run.path, lambda x, t: height(*x, t, *numbers), self.direction, after)
+        largest = np.max(np.abs(run.x), axis=1)
+        sizes = over_time(largest, len(run.base.system.q), run.t_final)
+        return crossings(run.path, lambda x, t: height(*x, t, *numbers), self.direction, after, sizes)
 
 
 @alone(SYMBOLIC)

@@ -7,7 +7,8 @@ Unknowns are the start y, the period T of an autonomous scene, and parameters th
 the second for autonomous scenes only: the start moves at right angles to the motion through a reference, where every
 state is measured in units of its range. In other units that plane may be all but parallel to the motion, and a branch
 would run along one orbit instead of from orbit to orbit. Derivatives are those of the variational equations with the
-jumps at the events.
+jumps at the events. Linear equations are solved in these units too: what counts as zero there must not depend on those
+of the scene.
 """
 
 from collections.abc import Callable
@@ -22,6 +23,9 @@ from symfric.orbits.flow_map import Flow, Passage
 MOST_STEPS = 25
 CLOSED = 1e-12  # of the range of a state: gap between end and start of a closed orbit
 _HALVINGS = 6  # of a step that makes things worse
+_STEP = 1e-6  # of the sizes of the unknowns: differences
+_ROUNDING = 1e-15  # of a step, and of the sizes of the unknowns: what rounding leaves of none
+_NARROW = 1e-6  # of the width of its span: the least size of a parameter
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
 
@@ -77,6 +81,8 @@ class System:
     test : Test or None
     lift : ndarray or None
         See `Flow.run`.
+    widths : tuple of float
+        How far the parameters that are free may move: what a change of one that is zero is a part of.
     """
 
     flow: Flow
@@ -84,6 +90,7 @@ class System:
     multiple: int = 0
     test: Test | None = None
     lift: np.ndarray | None = None
+    widths: tuple[float, ...] = ()
 
     @property
     def free(self) -> bool:
@@ -104,6 +111,13 @@ class System:
         assert self.flow.period is not None
         return z[:n], self.multiple * self.flow.period(values), values
 
+    def sizes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
+        """Return what changes of the unknowns are parts of: ranges of the states, period, parameters; (n_z,)."""
+        size = np.append(passage.ranges, np.abs(z[passage.end.size :]))
+        if self.widths:
+            size[-len(self.widths) :] = np.maximum(size[-len(self.widths) :], _NARROW * np.array(self.widths))
+        return size
+
     def follow(self, z: np.ndarray) -> Passage:
         """Return the passage over the period."""
         start, period, values = self.unpack(z)
@@ -115,7 +129,7 @@ class System:
         """Return equations and derivatives; the start is kept at right angles to `phase`, the motion's own if None."""
         passage = self.follow(z)
         if phase is None:
-            size = ranges(passage)
+            size = passage.ranges
             phase = passage.rate / size**2 / max(np.linalg.norm(passage.rate / size), 1e-300)
         y, _, values = self.unpack(z)
         n = y.size
@@ -135,9 +149,8 @@ class System:
     def _slopes(self, test: Test, z: np.ndarray, passage: Passage) -> np.ndarray:
         if test.slopes:
             return test.slopes(z, passage)
-        size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
         found = []
-        for step in 1e-6 * np.diag(size):
+        for step in _STEP * np.diag(self.sizes(z, passage)):
             ahead, behind = (test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
             found.append((ahead - behind) / (2 * np.max(step)))
         return np.array(found)
@@ -181,13 +194,8 @@ def solve(
 def _improved(system: System, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
     """Take one step of Newton's method, shorter if it makes things worse."""
     n = len(system.flow.states)
-    A, rest = now.slopes, -now.rest
-    if normal is not None:
-        A, rest = np.vstack([A, normal]), np.append(rest, -normal @ (now.z - plane))
-    try:
-        step = np.linalg.solve(A, rest)
-    except np.linalg.LinAlgError:
-        step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    away = 0.0 if normal is None else -float(normal @ (now.z - plane))
+    step = step_of(system, now, -now.rest, normal, away)
     if not np.all(np.isfinite(step)):
         raise NotFound(_STUCK)
     for halving in range(_HALVINGS + 1):
@@ -202,16 +210,42 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
     raise NotFound(_STUCK)
 
 
-def ranges(passage: Passage) -> np.ndarray:
-    """Return the largest minus the smallest value of every state; at least a little of the largest of them."""
-    size = passage.high - passage.low
-    return np.maximum(size, 1e-9 * max(np.max(size), 1e-140))  # whose squares are numbers
+def step_of(
+    system: System, point: Point, change: np.ndarray, normal: np.ndarray | None = None, along: float = 0.0
+) -> np.ndarray:
+    """Return the change of the unknowns that changes the equations by so much, (n_z,).
+
+    If the equations do not determine it, it is the shortest one in units of `System.sizes`; with `normal` one that has
+    the product `along` with that.
+    """
+    size, scale = system.sizes(point.z, point.passage), _scale(point)
+    A, rest = point.slopes * size / scale[:, None], change / scale
+    if normal is not None:
+        row = normal * size
+        length = float(np.linalg.norm(row))
+        A, rest = np.vstack([A, row / length]), np.append(rest, along / length)
+    try:
+        step = np.linalg.solve(A, rest)
+    except np.linalg.LinAlgError:  # singular, or fewer equations than unknowns
+        step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    rounding = np.abs(step) <= _ROUNDING * max(1.0, np.max(np.abs(step)))
+    return size * np.where(rounding, 0.0, step)  # a body at rest stays so
+
+
+def null_of(system: System, point: Point) -> np.ndarray:
+    """Return a direction in which the equations do not change, (n_z,)."""
+    size = system.sizes(point.z, point.passage)
+    return size * np.linalg.svd(point.slopes * size / _scale(point)[:, None])[2][-1]
+
+
+def _scale(point: Point) -> np.ndarray:
+    """Return what the equations are parts of: the ranges of the states, and 1 for the others, (n_e,)."""
+    scale = np.ones(point.rest.size)
+    scale[: point.passage.ranges.size] = point.passage.ranges
+    return scale
 
 
 def misfit(point: Point) -> float:
     """Return by how much the equations are violated, relative to the ranges of the states; what is not finite, much."""
-    size = ranges(point.passage)
-    scale = np.ones(point.rest.size)
-    scale[: size.size] = size
-    worst = float(np.max(np.abs(point.rest) / scale))
+    worst = float(np.max(np.abs(point.rest) / _scale(point)))
     return worst if np.isfinite(worst) else np.inf

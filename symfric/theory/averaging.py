@@ -140,7 +140,7 @@ def _oscillator(scene: Scene) -> Oscillator:
         numbers = {}
         stiffness, position = -line.coeff(q, 1), line.coeff(q, 0)
         position = sp.Integer(0) if position.is_zero else position / stiffness
-    elif symbolic and line.subs(q, 0).is_zero and abs(x[0]) < 1e-14:
+    elif symbolic and line.subs(q, 0).is_zero and abs(x[0]) <= 1e-12 * abs(start[0]):
         numbers, position = {}, sp.Integer(0)
         stiffness = -line.diff(q).subs(q, 0)
     else:

@@ -112,6 +112,19 @@ class SlowFlow:
         return xr.Dataset(data, attrs={"rate": str(self.rate), "frequency": str(self.frequency), "order": self.order})
 
 
+def _where_it_bends(rate: Callable) -> float:
+    """Return about the least amplitude at which the relative rate is not that of small ones; 1 if there is none."""
+    grid = np.geomspace(1e-40, 1e40, 641)
+    with np.errstate(all="ignore"):
+        relative = rate(grid) / grid
+    known = np.flatnonzero(np.isfinite(relative))
+    if not known.size:
+        return 1.0
+    first = relative[known[0]]
+    bent = known[np.abs(relative[known] - first) > 0.5 * np.abs(first)]
+    return float(grid[bent[0]]) if bent.size else 1.0
+
+
 def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return every amplitude at which the rate changes its sign, and whether it is stable.
 
@@ -121,11 +134,11 @@ def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np
         Vectorised ``A -> A'``.
     edges : tuple of float
         Amplitudes at which the formula changes; the search is dense on both sides of each and goes from
-        1e-6 times the first to 1e3 times the last (about A = 1 without any).
+        1e-6 times the first to 1e3 times the last; without any, about the amplitude that changes the relative rate.
     """
     from scipy import optimize
 
-    inner = [e for e in edges if e > 0] or [1.0]
+    inner = [e for e in edges if e > 0] or [_where_it_bends(rate)]
     low, high = 1e-6 * min(inner), 1e3 * max(inner)
     grid = np.geomspace(low, high, int(np.log10(high / low) * 120))
     near = 10.0 ** np.linspace(-14, -0.5, 82)

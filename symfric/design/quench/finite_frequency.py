@@ -1,5 +1,7 @@
 """The quench at its finite frequency: the amplitude at which the forced motion of the full model is neutral."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
@@ -47,10 +49,10 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
         return np.log(area) + target if area > 0 else np.nan
 
     start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
-    forced = System(flow, values, multiple=1)
+    forced = System(flow, values, multiple=1, widths=(a,))
     try:
         orbit = solve(forced, forced.pack(start, 0.0, values), np.array([0.0, 0.0, 1.0]))
-        found = solve(System(flow, values, multiple=1, test=Test(shrinks)), orbit.z).z[-1]
+        found = solve(replace(forced, test=Test(shrinks)), orbit.z).z[-1]
     except (NotFound, np.linalg.LinAlgError):
         return None
     return float(found) if abs(found - a) < _FAR * a else None

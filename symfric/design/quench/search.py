@@ -166,7 +166,7 @@ def refined(problem: Problem, regime: str, q, slack, power):
     extra = []
     for k in peaks[np.argsort(-slack[peaks])][:3]:
         low, high = q[k - 1], q[k + 1]
-        for tolerance in (1e-3 * (high - low), 1e-9):
+        for tolerance in (1e-3 * (high - low), 1e-9 * high):
             found = minimize_scalar(
                 lambda s: -problem.slack(regime, s), bounds=(low, high), method="bounded", options={"xatol": tolerance}
             )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.orbits.shooting import Point, System, solve, step_of
 
 CORRECTIONS = 8
 REST = 1e-6  # of the ranges of an orbit: a motion that has come to rest
@@ -23,15 +23,14 @@ def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray)
         Ranges of the states on the largest orbit so far.
     """
     period = system.unpack(point.z)[1]
-    own = np.maximum(ranges(point.passage), _SHARE * largest)
+    own = np.maximum(point.passage.ranges, _SHARE * largest)
     return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 
-def tangent(point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
+def tangent(system: System, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the direction of the curve, of unit length in the units `size`, on the side of `along`, (n_z,)."""
     normal = along / size**2
-    A = np.vstack([point.slopes, normal / np.linalg.norm(normal)])
-    way = np.linalg.solve(A, np.append(np.zeros(A.shape[0] - 1), 1.0))
+    way = step_of(system, point, np.zeros(point.rest.size), normal, np.linalg.norm(along / size))
     return way / np.linalg.norm(way / size)
 
 
@@ -61,10 +60,10 @@ def step_along(
         normal = np.zeros(guess.size)
         normal[place] = 1.0
     try:
-        new = solve(system, guess, normal / np.linalg.norm(normal), CORRECTIONS)
+        new = solve(system, guess, normal, CORRECTIONS)
     except NotFound:
         return None, False
-    rests = np.all(ranges(new.passage) <= REST * ranges(point.passage))
+    rests = np.all(new.passage.ranges <= REST * point.passage.ranges)
     if rests or np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
         return None, False
     return new, bool(crossed)

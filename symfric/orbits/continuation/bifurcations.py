@@ -10,13 +10,13 @@ from symfric.errors import NotFound
 from symfric.lower.relaxed_guards import GAPS
 from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow_map import Flow, Guard, Passage
-from symfric.orbits.shooting import Point, System, Test, ranges, solve
+from symfric.orbits.shooting import Point, System, Test, solve, step_of
 
 LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
 EDGE = 3e-6  # of the size of a guard: how far from an edge an orbit is from which the one on it is extrapolated
 WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
 _NEAR = 1e-8  # of the ranges: steps of differences that stay on one side of the edge
-_BISECTIONS = 60
+_BISECTIONS, _CLOSE = 60, 1e-13  # of the sizes of the unknowns: where a bisection ends
 TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard is touched
 
 
@@ -64,7 +64,7 @@ class Condition:
     def system(self, system: System, size: float) -> System:
         """Return the equations of closed orbits with this condition; `size` is that of the guard."""
         if self.kind == "half-range":
-            return replace(system, test=Test(lambda z, passage: 0.5 * ranges(passage)[0] / self.level - 1.0))
+            return replace(system, test=Test(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
         if self.turn:
             return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, self)))
         if self.event >= 0:
@@ -155,17 +155,14 @@ def has_others(passage: Passage, k: int) -> bool:
     return not all(begins) if row == 0 else any(begins)
 
 
-def at_the_edge(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+def at_the_edge(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
     """Return what leads from an orbit with a condition to the edge itself, (n_z,).
 
     At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
     """
     if not condition.depth:
         return np.zeros(point.z.size)
-    A, rest = point.slopes, np.append(np.zeros(point.rest.size - 1), condition.depth)
-    if normal is not None:
-        A, rest = np.vstack([A, normal]), np.append(rest, 0.0)
-    return np.linalg.lstsq(A, rest, rcond=None)[0]
+    return step_of(system, point, np.append(np.zeros(point.rest.size - 1), condition.depth), normal)
 
 
 def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
@@ -203,14 +200,14 @@ def _graze(system: System, condition: Condition) -> Test:
         start, _, values = system.unpack(z)
         time, contact, before, after = passage.events[condition.event]
         guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
-        size = 1.0 if before == 0 else guard_size(passage, GAPS * contact, system.flow)
+        size = 1.0 if before == 0 else guard_size(system, z, passage, GAPS * contact)
         if not guard.bend > 0:
             raise NotFound("the event is no graze")
         depth = 0.5 * guard.rate**2 / (guard.bend * size)
         return condition.depth - (np.sqrt(depth) if before == 0 and system.flow.peaked(contact, values) else depth)
 
     def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
-        size = np.concatenate([ranges(passage), np.maximum(np.abs(z[passage.end.size :]), 1e-6)])
+        size = system.sizes(z, passage)
         ends = [
             [value(z + way * step, system.follow(z + way * step)) for way in (1, -1)] for step in _NEAR * np.diag(size)
         ]
@@ -232,12 +229,19 @@ def lift_of(flow: Flow, k: int, size: float) -> np.ndarray:
     return lift
 
 
-def guard_size(passage: Passage, k: int, flow: Flow) -> float:
-    """Return a size of guard k: for a slip the range of the velocities, for a bound what is left at the most."""
+def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float:
+    """Return a size of guard k: for a slip the range of the velocities, for a bound what is left to both together.
+
+    That is twice the largest static friction, the largest of those at the start and where the contact begins to stick.
+    """
+    flow, contact = system.flow, k // GAPS
     if k % GAPS == 0:
         n_q = len(flow.scene.system.q)
-        return float(np.max(ranges(passage)[n_q : 2 * n_q]))
-    return float(max(abs(passage.gaps[k]) if np.isfinite(passage.gaps[k]) else 0.0, 1.0))
+        return float(np.max(passage.ranges[n_q : 2 * n_q]))
+    start, _, values = system.unpack(z)
+    times = {0.0, *(t for t, i, _, after in passage.events if i == contact and after == 0)}
+    size = max(flow.guard(start, values, t, contact, 1, sticks=True).size for t in times)
+    return size or abs(float(passage.gaps[k]))
 
 
 def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
@@ -247,12 +251,13 @@ def between(system: System, one: Point, other: Point, where: Callable[[Passage],
     """
     start, chord = one.z, other.z - one.z
     low, high, mark = 0.0, 1.0, where(one.passage)
+    size = np.maximum(np.abs(start), system.sizes(start, one.passage))
     for _ in range(_BISECTIONS):
         share = 0.5 * (low + high)
-        if np.max(np.abs((high - low) * chord) / np.maximum(np.abs(start), 1e-9)) < 1e-13:
+        if np.max(np.abs((high - low) * chord) / size) < _CLOSE:
             break
         try:
-            middle = solve(system, start + share * chord, chord / np.linalg.norm(chord), most=12)
+            middle = solve(system, start + share * chord, chord / size**2, most=12)
         except NotFound:
             high = share
             continue

@@ -169,7 +169,7 @@ def continue_cycle(
     if isinstance(start, HopfPoint):
         return _from_hopf(scene, name, (low, high), start, most, tolerance)
     orbit = limit_cycle(scene, start, tolerance)
-    system = _system(scene, name, orbit, tolerance)
+    system = _system(scene, name, (low, high), orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
     upward = _parameter_alone(system)
     sides: list[Found] = []
@@ -181,11 +181,10 @@ def continue_cycle(
     return _joined(scene, system, first, *sides)
 
 
-def _system(scene: Scene, name: str, orbit: Orbit | None, tolerance: float) -> System:
+def _system(scene: Scene, name: str, span: tuple[float, float], orbit: Orbit | None, tolerance: float) -> System:
     flow, values = flow_of(scene, (name,), tolerance), values_of(scene)
-    if flow.period is None or orbit is None:
-        return System(flow, values)
-    return System(flow, values, read_guess(orbit, flow, flow.period(values)).multiple)
+    multiple = read_guess(orbit, flow, flow.period(values)).multiple if flow.period and orbit else 0
+    return System(flow, values, multiple, widths=(span[1] - span[0],))
 
 
 def _parameter_alone(system: System) -> np.ndarray:
@@ -195,7 +194,7 @@ def _parameter_alone(system: System) -> np.ndarray:
 def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, tolerance: float) -> Branch:
     if start.parameter != name:
         raise SceneError(f"the Hopf point is one of {start.parameter}, the branch is to follow {name}")
-    system = _system(scene, name, None, tolerance)
+    system = _system(scene, name, span, None, tolerance)
     first, grows = birth(scene, system, start)
     walk = Walk(scene, system, span, most)
     begin = Found(special=[Met(Condition("hopf"), Placed(system, first), start.value)], end="hopf")

@@ -14,7 +14,7 @@ from symfric.orbits.continuation.bifurcations import TOUCHES, Condition, at_the_
 from symfric.orbits.continuation.branch import Special
 from symfric.orbits.cycle import Orbit, orbit_of, read_guess
 from symfric.orbits.flow_map import flow_of
-from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.orbits.shooting import Point, System, null_of, solve
 
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03  # of a step, in units of the spans, the period and the ranges of the states
 _NEARLY = 1e-3  # of the size of a guard
@@ -65,7 +65,7 @@ class Curve:
             there = near.z.copy()
             there[-2] = value
             point = solve(self._system, near.z, _unit(self._system, -2), through=there)
-            found.append(_exact(point, self.condition, _unit(self._system, -2))[-1])
+            found.append(_exact(self._system, point, self.condition, _unit(self._system, -2))[-1])
         return np.array(found)
 
     def to_dict(self) -> dict[str, object]:
@@ -146,15 +146,17 @@ def continue_special(
         raise SceneError(f"the point {dict(zip(names, here.tolist(), strict=True))} lies outside the spans")
     flow = flow_of(scene, names, tolerance)
     multiple = read_guess(orbit, flow, flow.period(values)).multiple if flow.period else 0
-    system = _conditioned(System(flow, values, multiple), special.condition, orbit)
+    system = _conditioned(
+        System(flow, values, multiple, widths=tuple(np.ptp(limits, axis=1).tolist())), special.condition, orbit
+    )
     first = solve(system, system.pack(orbit.start, orbit.period, values), _unit(system, -1))
-    along = np.linalg.svd(first.slopes)[2][-1]
+    along = null_of(system, first)
     sides = [_trace(system, first, way * along, limits, most) for way in (-1, 1)]
     points = (*reversed(sides[0][0]), first, *sides[1][0])
     return Curve(
         kind=special.kind,
         parameters=names,
-        values=np.array([_exact(p, special.condition)[-2:] for p in points]).T,
+        values=np.array([_exact(system, p, special.condition)[-2:] for p in points]).T,
         periods=np.array([system.unpack(p.z)[1] for p in points]),
         ends=(sides[0][1], sides[1][1]),
         condition=special.condition,
@@ -170,8 +172,8 @@ def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
         raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
     if condition.guard < 0:
         return condition.system(system, 1.0)
-    passage = system.follow(system.pack(orbit.start, orbit.period, system.values))
-    return condition.system(system, guard_size(passage, condition.guard, system.flow))
+    z = system.pack(orbit.start, orbit.period, system.values)
+    return condition.system(system, guard_size(system, z, system.follow(z), condition.guard))
 
 
 def _unit(system: System, place: int) -> np.ndarray:
@@ -181,27 +183,27 @@ def _unit(system: System, place: int) -> np.ndarray:
     return direction
 
 
-def _exact(point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+def _exact(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
     """Return the unknowns at the edge itself; see `at_the_edge`."""
-    return point.z + at_the_edge(point, condition, normal)
+    return point.z + at_the_edge(system, point, condition, normal)
 
 
 def _grazes(system: System, point: Point) -> bool:
     """Whether a guard is nearly touched, so that the orbits beyond have other events."""
     gaps = [k for k, gap in enumerate(point.passage.gaps) if abs(gap) < FAR]
-    return any(abs(point.passage.gaps[k]) < _NEARLY * guard_size(point.passage, k, system.flow) for k in gaps)
+    return any(abs(point.passage.gaps[k]) < _NEARLY * guard_size(system, point.z, point.passage, k) for k in gaps)
 
 
 def _trace(system: System, start: Point, along: np.ndarray, limits: np.ndarray, most: int) -> tuple[list[Point], str]:
     """Follow the curve from a point to the end of a span; return the points and why it ended."""
     points: list[Point] = []
-    point, step, largest = start, _FIRST, ranges(start.passage)
-    way = tangent(point, units(system, point, limits, largest), along)
+    point, step, largest = start, _FIRST, start.passage.ranges
+    way = tangent(system, point, units(system, point, limits, largest), along)
     while len(points) < most:
-        largest = np.maximum(largest, ranges(point.passage))
+        largest = np.maximum(largest, point.passage.ranges)
         size = units(system, point, limits, largest)
         new, ends = step_along(system, point, way, step, size, limits)
-        ahead = way if new is None else tangent(new, size, way)
+        ahead = way if new is None else tangent(system, new, size, way)
         if new is None or (cosine(ahead, way, size) < _TURN and step > _LEAST):
             if step <= _LEAST:
                 return points, "grazing" if _grazes(system, point) else "lost"

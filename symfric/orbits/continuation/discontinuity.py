@@ -36,6 +36,8 @@ class Corner(NamedTuple):
     Attributes
     ----------
     condition : Condition
+    system : System
+        Of the branch.
     point : Point
         On the edge, or as near to it as the condition says.
     beyond : Point or None
@@ -45,6 +47,7 @@ class Corner(NamedTuple):
     """
 
     condition: Condition
+    system: System
     point: Point
     beyond: Point | None = None
     jump: bool = False
@@ -52,7 +55,7 @@ class Corner(NamedTuple):
     @property
     def edge(self) -> np.ndarray:
         """The unknowns on the edge, (n_z,)."""
-        return self.point.z + at_the_edge(self.point, self.condition)
+        return self.point.z + at_the_edge(self.system, self.point, self.condition)
 
     @property
     def value(self) -> float:
@@ -79,12 +82,12 @@ def corner_between(system: System, one: Point, other: Point, size: np.ndarray, s
             if lies_there(corner):
                 return corner._replace(beyond=other)
     peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
-    for k in _guards(untouched.passage, contact, system):
+    for k in _guards(untouched, contact, system):
         corner = _touch(system, untouched, Condition(kind, k, side=int(peaked)))
         if lies_there(corner):
             return corner._replace(beyond=other)
     first, _ = between(system, one, other, signature)
-    return Corner(Condition(kind), first, other)
+    return Corner(Condition(kind), system, first, other)
 
 
 def corner_ahead(
@@ -121,7 +124,7 @@ def corner_ahead(
         for other in (point, _without_sticking(system, point, contact)):
             if other is None or ends:
                 continue
-            for k in _guards(other.passage, contact, system):
+            for k in _guards(other, contact, system):
                 graze = _touch(system, other, Condition("grazing", k))
                 if graze is None or not near(graze, _CLOSE):
                     continue
@@ -139,7 +142,7 @@ def _edges(system: System, point: Point, contact: int) -> list[Corner]:
     n = len(slip_ends(point.passage, contact))
     found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
-        for k in _guards(point.passage, contact, system):
+        for k in _guards(point, contact, system):
             kind = "grazing" if k % GAPS else "stick-onset"
             found.append(_touch(system, point, Condition(kind, k, side=1)))
     return [corner for corner in found if corner]
@@ -158,7 +161,7 @@ def _turned(system: System, near: Point, contact: int, which: int, kind: str) ->
         return None
     if condition.side and signature(found.passage) != signature(near.passage):
         return None
-    return Corner(condition, found, jump=peaked and holding.rate > 0)
+    return Corner(condition, system, found, jump=peaked and holding.rate > 0)
 
 
 def _touch(system: System, untouched: Point, condition: Condition) -> Corner | None:
@@ -169,13 +172,13 @@ def _touch(system: System, untouched: Point, condition: Condition) -> Corner | N
     """
     if not condition.side and has_others(untouched.passage, condition.guard):
         return None
-    size = guard_size(untouched.passage, condition.guard, system.flow)
     try:
+        size = guard_size(system, untouched.z, untouched.passage, condition.guard)
         found = solve(condition.system(system, size), untouched.z)
     except NotFound:
         return None
     same = signature(found.passage) == signature(untouched.passage)
-    return Corner(condition, found, jump=bool(condition.side)) if same else None
+    return Corner(condition, system, found, jump=bool(condition.side)) if same else None
 
 
 def _landing(system: System, point: Point) -> Corner | None:
@@ -187,9 +190,8 @@ def _landing(system: System, point: Point) -> Corner | None:
     for k in (GAPS * contact + row for row in rows):
         condition = Condition("grazing", k, landing=True)
         try:
-            return Corner(
-                condition, solve(condition.system(system, guard_size(point.passage, k, system.flow)), point.z)
-            )
+            size = guard_size(system, point.z, point.passage, k)
+            return Corner(condition, system, solve(condition.system(system, size), point.z))
         except NotFound:
             continue
     return None
@@ -207,7 +209,7 @@ def _grazes(system: System, point: Point) -> list[Corner]:
             if deep < _GRAZES:
                 condition = replace(condition, deep=deep)
                 there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])
-                found.append(Corner(condition, there))
+                found.append(Corner(condition, system, there))
         except NotFound:
             continue
     return found
@@ -218,7 +220,7 @@ def _without_sticking(system: System, point: Point, contact: int) -> Point | Non
     if all(i != contact for _, i, _, _ in point.passage.events):
         return None
     k = GAPS * contact
-    lift = lift_of(system.flow, k, guard_size(point.passage, k, system.flow))
+    lift = lift_of(system.flow, k, guard_size(system, point.z, point.passage, k))
     try:
         return solve(replace(system, lift=lift), point.z, _parameter_alone(point))
     except NotFound:
@@ -268,7 +270,8 @@ def _kind(untouched: Passage, touched: Passage) -> str:
     return "stick-onset" if sticks[0] < sticks[1] else "grazing"
 
 
-def _guards(passage: Passage, contact: int, system: System) -> list[int]:
+def _guards(point: Point, contact: int, system: System) -> list[int]:
     """Return the guards of a contact that turn somewhere on the orbit, the nearest to zero first."""
-    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if abs(passage.gaps[k]) < FAR]
-    return sorted(rows, key=lambda k: abs(passage.gaps[k]) / guard_size(passage, k, system.flow))
+    gaps = np.abs(point.passage.gaps)
+    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if gaps[k] < FAR]
+    return sorted(rows, key=lambda k: gaps[k] / guard_size(system, point.z, point.passage, k))

@@ -5,10 +5,12 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.model.scene import Scene
 from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.sizes import filled
 from symfric.theory import equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
 
 _SHARE = 0.02  # of the slips at the equilibrium that the first cycle uses up
+_GENTLE = 1e-3  # of the amplitude at which the growth that the cubic terms bring would be as fast as the vibration
 _REACH = 3.0  # half width of the bracket of a Hopf point, in distances to it
 
 
@@ -24,13 +26,18 @@ def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarra
     values = {**system.values, at.parameter: at.value}
     multipliers, vectors = np.linalg.eig(flow.run(x, values, 0.25 * period).by_start)
     mode = vectors[:, int(np.argmin(np.abs(multipliers - 1j)))]
-    mode = mode / np.max(np.abs(mode))
-    slips, unit = flow.slips(x, values), 1e-3 * max(1.0, np.max(np.abs(x)))
+    mode = mode / mode[0]  # `hopf` has seen that the first coordinate takes part
+    slips = flow.slips(x, values)
     swing = np.max([np.abs(flow.slips(x + way, values) - slips) for way in (mode.real, mode.imag)], axis=0)
-    size = np.min(_SHARE * np.abs(slips) / np.maximum(swing, 1e-300), initial=unit)
+    size = np.min(_SHARE * np.abs(slips)[swing > 0] / swing[swing > 0], initial=np.inf)
+    if at.first_lyapunov != 0:
+        size = min(size, _GENTLE * np.sqrt(at.omega / abs(at.first_lyapunov)))
+    if not np.isfinite(size):
+        raise NotFound("no cycle grows from the Hopf point: the vibration is linear there")
     direction = np.concatenate([mode.real, np.zeros(2)])
     guess = np.concatenate([x + size * mode.real, [period, at.value]])
-    return solve(system, guess, direction / np.linalg.norm(direction)), direction
+    normal = np.append(mode.real / filled(np.abs(mode), len(scene.system.q)) ** 2, [0.0, 0.0])
+    return solve(system, guess, normal), direction
 
 
 def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.ndarray) -> HopfPoint | None:

@@ -1,5 +1,7 @@
 """Where a branch goes on after its orbits end: what the motion settles to beyond a jump."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
@@ -7,7 +9,7 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation.arclength import REST
 from symfric.orbits.continuation.bifurcations import signature
 from symfric.orbits.cycle import limit_cycle, read_guess
-from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.orbits.shooting import Point, System, solve
 
 _BEYOND = (1e-6, 1e-4)  # of the span: how far behind the end
 
@@ -40,11 +42,11 @@ def settled_beyond(
             orbit = limit_cycle(scene.where({name: there}).starting(states), tolerance=system.flow.tolerance)
             period = None if system.free else system.flow.period
             forcing = period({**system.values, name: there}) if period else None
-            other = System(system.flow, system.values, read_guess(orbit, system.flow, forcing).multiple)
+            other = replace(system, multiple=read_guess(orbit, system.flow, forcing).multiple)
             found = solve(other, other.pack(orbit.start, orbit.period, {**system.values, name: there}), normal)
         except (NotFound, SceneError):
             continue
-        rests = np.all(ranges(found.passage) <= REST * ranges(end.passage))
+        rests = np.all(found.passage.ranges <= REST * end.passage.ranges)
         if not rests and signature(found.passage) != signature(end.passage):
             return other, found
     return None

@@ -12,7 +12,7 @@ from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between,
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
-from symfric.orbits.shooting import Point, System, ranges, solve
+from symfric.orbits.shooting import Point, System, solve
 
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03  # of a step, in units of the span, the period and the ranges of the states
 _TURN = 0.95  # least cosine between the directions of two steps on one smooth piece
@@ -70,7 +70,7 @@ class Walk:
         found, point, step, hopf = Found(), start, _FIRST, None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
         while len(found.orbits) < self._most and not found.end:
-            self._largest = np.maximum(self._largest, ranges(point.passage))
+            self._largest = np.maximum(self._largest, point.passage.ranges)
             before, known = point, len(found.special)
             point, way, step = self._advance(found, point, way, step)
             if found.end in _ENDS:
@@ -83,7 +83,7 @@ class Walk:
             found.orbits.append(Placed(self._system, point))
             trail.append(found.orbits[-1])
             hopf = hopf or self._hopf_ahead(before, point)
-            if hopf and ranges(point.passage)[0] <= _SMALLEST * self._largest[0]:
+            if hopf and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
                 found.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf.value))
                 found.end = "hopf"
             if not found.end:
@@ -93,7 +93,7 @@ class Walk:
 
     def tangent(self, point: Point, along: np.ndarray) -> np.ndarray:
         """Return the direction of the branch at an orbit, on the side of `along`."""
-        return tangent(point, self._units(point), along)
+        return tangent(self._system, point, self._units(point), along)
 
     def _units(self, point: Point) -> np.ndarray:
         return units(self._system, point, self._limits, self._largest)
@@ -172,7 +172,7 @@ class Walk:
 
     def _hopf_ahead(self, before: Point, point: Point):
         """Return the Hopf point at which shrinking orbits will end, or None."""
-        sizes = np.array([ranges(p.passage)[0] for p in (before, point)])
+        sizes = np.array([p.passage.ranges[0] for p in (before, point)])
         if not self._system.free or sizes[1] >= sizes[0] or sizes[1] > _SMALL * self._largest[0]:
             return None
         name = self._system.flow.parameters[0]
@@ -204,7 +204,7 @@ class Walk:
         except NotFound:
             return False
         apart = np.abs(_marks(Placed(old.system, there)) - _marks(Placed(self._system, new)))
-        size = np.tile(np.maximum(ranges(new.passage), ranges(there.passage)), 2)
+        size = np.tile(np.maximum(new.passage.ranges, there.passage.ranges), 2)
         return bool(np.all(apart[: size.size] <= _SAME * size))
 
     def _moved(self, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray]:

@@ -147,7 +147,7 @@ def plot_eigenvalues(stability, units: Mapping[str, str], ax=None):
         ax.plot(values.real[growing], values.imag[growing], "x", color=RED, markersize=8, label="growing")
     if not growing.all():
         ax.plot(values.real[~growing], values.imag[~growing], "x", color=GREEN, markersize=8, label="decaying")
-    reach = 1.3 * max(np.max(np.abs(values.real)), 1e-12)
+    reach = 1.3 * (max(np.max(np.abs(values.real)), 1e-12 * np.max(np.abs(values))) or 1.0)
     ax.set_xlim(-reach, reach)
     time = units.get("t")
     ax.set_xlabel("rate of growth" + in_brackets(time and f"1/{time}"))
