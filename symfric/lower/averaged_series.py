@@ -11,12 +11,14 @@ import numpy as np
 import sympy as sp
 
 from symfric.lower.chebyshev import ACCURACY, RESOLVED, chebyshev
+from symfric.model.laws import Law
 from symfric.model.numeric import NODES, Rule, numeric_function
 from symfric.model.symbols import SPEED
 
 FINEST = 16 * NODES  # nodes of the quadrature that the series are made from
 SHORT = (4, 6, 8, 12)  # numbers of terms of the sums beyond the fast speed
 BEYOND = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0)  # where they begin, against the fast speed
+BRIDGE = 1e-9  # part of the speed on either side of an infinite slope that a line replaces; with less, orders overflow
 _EDGE = 1e-12  # of 1: an angle that begins at the end of an interval
 
 _DISTANCE = sp.Dummy("distance", positive=True)
@@ -156,3 +158,31 @@ def _summed(integral: sp.Integral, places: np.ndarray, weights: np.ndarray) -> s
         for x, w in zip(places, weights, strict=True)
     ]
     return (high - low) * sp.Add(*terms)
+
+
+def bridged(law: Law) -> sp.Expr:
+    """Return the kinetic coefficient without integrals, with a straight line across every speed in `steep`.
+
+    The slope of an effective law behaves like 1/sqrt(q - v); a motion that hovers at v = q has no Taylor series there.
+    """
+    kinetic = without_integrals(law.kinetic)
+    if not law.steep:
+        return kinetic
+    bridged = []
+    for k, (expr, condition) in enumerate(kinetic.args):
+        speed = next((s for s in law.steep if condition in (SPEED < s, s > SPEED)), None)
+        if speed is None:
+            bridged.append((expr, condition))
+            continue
+        above = kinetic.args[k + 1].expr
+        begin, end = speed * (1 - BRIDGE), speed * (1 + BRIDGE) if _has_ends(above) else speed
+        low, high = expr.subs(SPEED, begin), above.subs(SPEED, end)
+        line = low + (high - low) * (SPEED - begin) / (end - begin)
+        bridged += [(expr, SPEED < begin), (line, SPEED < end)]
+    return sp.Piecewise(*bridged)
+
+
+def _has_ends(expr: sp.Expr) -> bool:
+    """Whether an expression may hold only from some speed on: inverse functions and roots do."""
+    roots = [e for e in expr.atoms(sp.Pow) if not e.exp.is_Integer and SPEED in e.base.free_symbols]
+    return bool(roots or expr.atoms(sp.asin, sp.acos))

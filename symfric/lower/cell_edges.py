@@ -10,12 +10,16 @@ side ``d sgn(rho)``. Where rho is zero the slip follows the edge, and the sign s
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import sympy as sp
 
 from symfric.lower.constraint_forces import hold
 from symfric.model.validation import made_of_cells
+
+if TYPE_CHECKING:
+    from symfric.lower.contact_dynamics import ContactDynamics
 
 ON_EDGE = 2.0  # magnitude of the entry of a switch that has no sign
 _ROUNDING = 64 * 2.0**-52  # of a place that is on an edge
@@ -73,63 +77,52 @@ class Edges:
         return ca.fmax(*(ca.fabs(ca.substitute(expr, signs, side)) for side in sides))
 
 
-def edges_of(low, mass: ca.SX, parallels: list[int]) -> Edges:
-    """Find the switches at which loads jump.
-
-    Parameters
-    ----------
-    low : symfric.lower.automaton.Lowering
-    mass : SX
-        The mass matrix.
-    parallels : list of int
-        For each contact the first one of which its slip is a multiple.
-    """
-    contacts, signs = low.scene.contacts, tuple(low.switches.signs)
+def edges_of(model: "ContactDynamics") -> Edges:
+    """Find the switches at which loads jump."""
+    contacts, signs = model.contacts, tuple(model.switches.signs)
     among: list[tuple[int, ...]] = []
     for i, c in enumerate(contacts):
         jumps = signs and not c.law.smooth and made_of_cells(c.profile)
-        inside = ca.which_depends(low.load[i], ca.vertcat(*signs), 1) if jumps else ()
+        inside = ca.which_depends(model.load[i], ca.vertcat(*signs), 1) if jumps else ()
         among.append(tuple(j for j, depends in enumerate(inside) if depends))
     switches = sorted({j for group in among for j in group})
     if not switches:
         return Edges(signs, tuple(among), tuple(() for _ in among), (), (), ca.SX(0, 1))
-    n = len(low.scene.system.q)
-    q, u = low.y[:n], low.y[n : 2 * n]
-    h = ca.vertcat(*low.switches.quantities)
-    slopes, still = ca.jacobian(h, q), ca.substitute(h, q, ca.SX.zeros(n))
-    J, factors = ca.jacobian(low.w, u), ca.ldl(mass)
-    spread = ca.ldl_solve(J.T, *factors)
+    q, u = model.q, model.u
+    h = ca.vertcat(*model.switches.quantities)
+    slopes, still = ca.jacobian(h, q), ca.substitute(h, q, ca.SX.zeros(q.numel()))
     steep, still = ca.fabs(slopes[switches, :]), ca.fabs(still[switches])
     place = steep @ ca.fabs(q) + still
     near = ca.vertsplit(ca.fabs(h[switches]) <= _ROUNDING * (place + ca.mmax(still)))
-    sides = tuple(
-        tuple(_sides(low, i, J, spread, parallels, slopes, group)) if group else () for i, group in enumerate(among)
-    )
+    sides = tuple(tuple(_sides(model, i, slopes, group)) if group else () for i, group in enumerate(among))
     found = Edges(signs, tuple(among), sides, tuple(switches), tuple(near), ca.SX(0, 1))
-    forces = ca.fabs(ca.ldl_solve(ca.SX.eye(n), *factors)) @ _applied(low) + ca.fabs(spread) @ _bounds(low, found)
+    able = ca.fabs(model.solve(ca.SX.eye(q.numel())))
+    forces = able @ _applied(model) + ca.fabs(model.spread) @ _bounds(model, found)
     sizes = [ca.densify(ca.vertcat(place, steep @ ca.fabs(u), steep @ forces))]
-    return replace(found, sizes=low.unswitched(sizes)[0])
+    return replace(found, sizes=model.unswitched(sizes)[0])
 
 
-def _sides(low, i, J, spread, parallels, slopes, among) -> list[ca.SX]:
+def _sides(model: "ContactDynamics", i: int, slopes: ca.SX, among: tuple[int, ...]) -> list[ca.SX]:
     """Return sgn(rho) for the switches `among` and contact i."""
-    contacts = low.scene.contacts
-    others = [k for k in range(len(contacts)) if parallels[k] != parallels[i] and not contacts[k].law.smooth]
+    contacts, groups = model.contacts, [k for k, _ in model.parallels]
+    others = [k for k in range(len(contacts)) if groups[k] != groups[i] and not contacts[k].law.smooth]
     order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
-    sticks = ca.vertcat(1, *(low.s[k] == 1 for k in others))
+    sticks = ca.vertcat(1, *(model.s[k] == 1 for k in others))
     pushed = ca.SX([-1.0, *(0.0 for _ in others)])
-    _, v, _ = hold(J[order, :], spread[:, order], ca.SX.zeros(J.shape[1]), pushed, sticks, tested=True)
+    J, still = model.slopes[order, :], ca.SX.zeros(model.u.numel())
+    _, v, _ = hold(J, model.spread[:, order], still, pushed, sticks, tested=True)
     rows = slopes[list(among), :]
     rho, size = ca.densify(rows @ v), ca.densify(ca.fabs(rows) @ ca.fabs(v))
     way = ca.if_else(rho < 0, -1, 1)
     return [ca.if_else(ca.fabs(rho[k]) <= _ALONG * size[k], 0, way[k]) for k in range(len(among))]
 
 
-def _applied(low) -> ca.SX:
+def _applied(model: "ContactDynamics") -> ca.SX:
     """Return the sums of the magnitudes of the applied forces."""
-    return ca.vertcat(*(sum(ca.fabs(low.sx(term)) for term in sp.Add.make_args(e)) for e in low.scene.system.force))
+    terms = [sp.Add.make_args(e) for e in model.system.force]
+    return ca.vertcat(*(sum(ca.fabs(model.read(term)) for term in es) for es in terms))
 
 
-def _bounds(low, edges: Edges) -> ca.SX:
+def _bounds(model: "ContactDynamics", edges: Edges) -> ca.SX:
     """Return the largest static friction of each contact."""
-    return ca.vertcat(*(edges.widest(low.load[i] * low.sx(c.law.stick)) for i, c in enumerate(low.scene.contacts)))
+    return ca.vertcat(*(edges.widest(e) for e in ca.vertsplit(model.load * model.static)))

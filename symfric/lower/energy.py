@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from symfric.lower.automaton import Lowering, accelerations
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 
 
@@ -17,18 +17,16 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     kinetic : casadi.Function
         ``(y, p) -> u^T M u / 2``.
     """
-    low = Lowering(scene, {})
-    n, nc = len(scene.system.q), len(scene.contacts)
-    q, u = low.y[:n], low.y[n : 2 * n]
-    f, mass = low.vector(scene.system.force), low.mass()
-    _, friction = accelerations(low, f, mass, tested=True)
+    model = ContactDynamics.of(scene)
+    f, mass, u, slip = model.force, model.mass, model.u, model.slip
+    _, friction = model.accelerations(tested=True)
     energy = 0.5 * u.T @ mass @ u
-    turning = ca.jacobian(energy, q) @ u
+    turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
-    contact = friction.T @ (ca.jacobian(low.w, u) @ u) if nc else ca.SX(0)
-    modes = ca.SX.sym("modes", nc)
-    out = low.unswitched([applied, contact])
-    if nc:
-        out = ca.substitute(out, [low.s, low.d], [modes == 0, ca.if_else(modes < 0, -1, 1)])
-    power = ca.Function("power", [low.y, low.t, low.p, modes], [ca.densify(e) for e in out])
-    return power, ca.Function("kinetic", [low.y, low.p], [ca.densify(energy)])
+    contact = friction.T @ (model.slopes @ u) if scene.contacts else ca.SX(0)
+    modes = ca.SX.sym("modes", slip.numel())
+    out = model.unswitched([applied, contact])
+    if scene.contacts:
+        out = ca.substitute(out, [model.s, model.d], [modes == 0, ca.if_else(modes < 0, -1, 1)])
+    power = ca.Function("power", [model.y, model.t, model.p, modes], [ca.densify(e) for e in out])
+    return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])

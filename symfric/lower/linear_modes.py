@@ -10,7 +10,9 @@ import casadi as ca
 import sympy as sp
 
 from symfric.errors import NoRoute
-from symfric.lower.automaton import Automaton, Lowering, constants
+from symfric.lower.automaton import Automaton
+from symfric.lower.constant_parameters import constants
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.laws import Law
 from symfric.model.outputs import ScalarOfExpression, friction_force, slip
 from symfric.model.scene import Scene
@@ -68,54 +70,54 @@ def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str
     if scene.inputs:
         raise NoRoute("a sampled input")
     lines = [line for c in contacts for line in lines_of(c.law)]
-    low = Lowering(scene, constants(scene, varied))
-    x, u = low.y[0], low.y[1]
-    force, mass = low.sx(system.force[0]), low.sx(system.mass[0, 0])
-    refuse_if_moving(low, mass, "the mass changes")
-    a_x, a_u, a_0 = plane(low, force / mass, [x, u], "the force")
+    model = ContactDynamics.of(scene, constants(scene, varied))
+    x, u = model.y[0], model.y[1]
+    force, mass = model.read(system.force[0]), model.read(system.mass[0, 0])
+    refuse_if_moving(model, mass, "the mass changes")
+    a_x, a_u, a_0 = plane(model, force / mass, [x, u], "the force")
     numbers = [a_x, a_u, a_0]
-    numbers += _contact(low, mass, lines) if contacts else [ca.SX(0)] * 5
+    numbers += _contact(model, mass, lines) if contacts else [ca.SX(0)] * 5
     friction = ca.SX.sym("friction")
     for c in contacts:
-        low.symbols[friction_force(c.name)], low.symbols[slip(c.name)] = friction, low.w[0]
-        low.moving |= {friction_force(c.name), slip(c.name)}
+        model.define(friction_force(c.name), friction)
+        model.define(slip(c.name), model.slip[0])
     for e in rows:
-        *slopes, rest = plane(low, low.sx(e), [x, u, friction], f"the output {e}")
+        *slopes, rest = plane(model, model.read(e), [x, u, friction], f"the output {e}")
         numbers += [rest, *slopes]
-    data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
+    data = ca.Function("data", [model.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
     sticks = any(not c.law.smooth for c in contacts)
-    return Oscillator(data, low.parameters, len(lines), sticks, len(rows))
+    return Oscillator(data, model.parameters, len(lines), sticks, len(rows))
 
 
-def _contact(low: Lowering, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
+def _contact(model: ContactDynamics, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
     """Return the numbers of the contact."""
-    (contact,) = low.scene.contacts
-    J, c = plane(low, low.w[0], [low.y[1]], "the slip")
-    refuse_if_moving(low, low.load, "the normal load changes")
-    numbers = [J / mass, J, c, low.load[0], low.sx(contact.law.stick)]
+    (contact,) = model.contacts
+    J, c = plane(model, model.slip[0], [model.y[1]], "the slip")
+    refuse_if_moving(model, model.load, "the normal load changes")
+    numbers = [J / mass, J, c, model.load[0], model.read(contact.law.stick)]
     for line in lines:
-        numbers += [low.sx(e) for e in line]
+        numbers += [model.read(e) for e in line]
     return numbers
 
 
-def plane(low: Lowering, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
+def plane(model: ContactDynamics, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
     """Return the slopes of a linear expression in the variables, and its value where they are zero."""
-    v, signs = ca.vertcat(*variables), ca.vertcat(*low.switches.signs)
+    v, signs = ca.vertcat(*variables), ca.vertcat(*model.switches.signs)
     slopes = ca.densify(ca.jacobian(e, v))
     rest = ca.substitute(e, v, ca.SX.zeros(v.numel()))
     if ca.depends_on(e, signs):
         raise NoRoute(f"{what} has a kink")
-    if any(ca.depends_on(slopes, m) for m in (low.y, low.t, v)):
+    if any(ca.depends_on(slopes, m) for m in (model.y, model.t, v)):
         raise NoRoute(f"{what} is not linear")
-    if ca.depends_on(rest, low.t):
+    if ca.depends_on(rest, model.t):
         raise NoRoute(f"{what} depends on time")
-    if ca.depends_on(rest, low.y):
+    if ca.depends_on(rest, model.y):
         raise NoRoute(f"{what} depends on the position")
     return [*ca.horzsplit(slopes), rest]
 
 
-def refuse_if_moving(low: Lowering, e: ca.SX, what: str) -> None:
-    if ca.depends_on(e, ca.vertcat(low.y, low.t, *low.switches.signs)):
+def refuse_if_moving(model: ContactDynamics, e: ca.SX, what: str) -> None:
+    if ca.depends_on(e, ca.vertcat(model.y, model.t, *model.switches.signs)):
         raise NoRoute(what)
 
 

@@ -1,39 +1,38 @@
 """Contacts on the same two bodies: they share the force that holds them in proportion to their bounds."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.lower.cell_edges import Edges
 from symfric.lower.constraint_forces import DISTINCT
-from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
 if TYPE_CHECKING:
-    from symfric.lower.automaton import Lowering
+    from symfric.lower.contact_dynamics import ContactDynamics
 
 
-def parallels(scene: Scene) -> list[tuple[int, float | sp.Expr]]:
+def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
     """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone.
 
     The sign of a factor is known, whatever the parameters in it.
     """
-    rows = [_row(scene, c.slip) for c in scene.contacts]
-    moving = {*scene.system.states, TIME, *scene.inputs}
+    contacts, u = model.contacts, model.system.u
+    rows = [_row(c.slip, u) for c in contacts]
+    moving = {*model.system.states, TIME, *model.inputs}
     found = []
-    for i, c in enumerate(scene.contacts):
-        before = [k for k in range(i) if not scene.contacts[k].law.smooth]
-        ratios = ((k, _ratio(rows[i], rows[k], c.slip, scene.contacts[k].slip, moving)) for k in before)
+    for i, c in enumerate(contacts):
+        before = [k for k in range(i) if not contacts[k].law.smooth]
+        ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
         found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return found
 
 
-def _row(scene: Scene, slip: sp.Expr) -> np.ndarray | None:
+def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:
     """Return the slopes of a slip and its value at rest if they are numbers."""
-    u = scene.system.u
     row = [*(slip.diff(e) for e in u), slip.xreplace(dict.fromkeys(u, sp.Integer(0)))]
     return np.array(row, dtype=float) if all(e.is_number for e in row) else None
 
@@ -61,15 +60,14 @@ def _sign(factor: float | sp.Expr) -> float:
     return 1.0 if factor > 0 else -1.0
 
 
-def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
+def rooms_left(model: "ContactDynamics", friction: ca.SX) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
     """Share the friction forces of sticking contacts.
 
     Parameters
     ----------
-    low : Lowering
+    model : ContactDynamics
     friction : SX
         Of each contact, those of parallel ones carried by the first that sticks.
-    edges : Edges
 
     Returns
     -------
@@ -77,15 +75,14 @@ def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, l
     rooms : list of pairs of SX
         For each contact, what is left to its bound before it slips backwards, and before it slips forwards.
     """
-    groups, contacts = parallels(low.scene), low.scene.contacts
+    groups, edges = model.parallels, model.edges
     same = [_sign(factor) for _, factor in groups]  # way of a contact over that of its group
-    sticks = [low.sx(c.law.stick) for c in contacts]
 
     def shared(way: int) -> tuple[list[ca.SX], ca.SX]:
         """Return bounds and friction where groups are about to slip in the direction `way`."""
-        loads = [edges.towards(i, ca.SX(way * s), low.load[i]) for i, s in enumerate(same)]
-        bounds = [load * stick for load, stick in zip(loads, sticks, strict=True)]
-        return bounds, _in_proportion(low, friction, bounds, groups)
+        loads = [edges.towards(i, ca.SX(way * s), model.load[i]) for i, s in enumerate(same)]
+        bounds = [load * stick for load, stick in zip(loads, ca.vertsplit(model.static), strict=True)]
+        return bounds, _in_proportion(model, friction, bounds, groups)
 
     back = shared(-1)
     forth = shared(1) if edges.switches else back
@@ -99,7 +96,7 @@ def rooms_left(low: "Lowering", friction: ca.SX, edges: Edges) -> tuple[ca.SX, l
 
 
 def _in_proportion(
-    low: "Lowering", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float | sp.Expr]]
+    model: "ContactDynamics", friction: ca.SX, bounds: list[ca.SX], groups: list[tuple[int, float | sp.Expr]]
 ) -> ca.SX:
     """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
 
@@ -111,12 +108,12 @@ def _in_proportion(
         group = [(i, factor) for i, (k, factor) in enumerate(groups) if k == first]
         if len(group) < 2:
             continue
-        factors = {i: low.sx(factor) for i, factor in group}
-        sticks = {i: (low.s[i] == 1) + (low.s[i] == 3) for i, _ in group}
+        factors = {i: model.read(factor) for i, factor in group}
+        sticks = {i: (model.s[i] == 1) + (model.s[i] == 3) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
         reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
         loaded = ca.SX(1)
-        if not ca.depends_on(reach, ca.vertcat(low.y, low.t)):
+        if not ca.depends_on(reach, ca.vertcat(model.y, model.t)):
             loaded = ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:

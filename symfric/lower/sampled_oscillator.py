@@ -7,7 +7,8 @@ import casadi as ca
 import sympy as sp
 
 from symfric.errors import NoRoute
-from symfric.lower.automaton import Lowering, constants
+from symfric.lower.constant_parameters import constants
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.linear_modes import lines_of, plane, refuse_if_moving
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
@@ -58,26 +59,33 @@ def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = 
     law = lines_of(contact.law)
     if len(law) > 1 or not law[0][2].is_zero:
         raise NoRoute("the friction depends on the sliding speed")
-    low = Lowering(scene, constants(scene, varied))
-    u, w = low.y[0], low.y[1]
+    model = ContactDynamics.of(scene, constants(scene, varied))
+    u, w = model.y[0], model.y[1]
     a, friction = ca.SX.sym("a"), ca.SX.sym("friction")
-    low.symbols[symbol] = a
-    mass = low.sx(system.mass[0, 0])
-    refuse_if_moving(low, mass, "the mass changes")
-    stiff, damp, gain, rest = plane(low, low.sx(system.force[0]) / mass, [u, w, a], "the force")
-    load = low.sx(contact.normal)
-    if ca.depends_on(load, ca.vertcat(low.y, low.t, a)):
+    model.define(symbol, a)
+    mass = model.read(system.mass[0, 0])
+    refuse_if_moving(model, mass, "the mass changes")
+    stiff, damp, gain, rest = plane(model, model.read(system.force[0]) / mass, [u, w, a], "the force")
+    load = model.read(contact.normal)
+    if ca.depends_on(load, ca.vertcat(model.y, model.t, a)):
         raise NoRoute("the normal load changes")
-    numbers = [-damp, -stiff, gain, rest, load * low.sx(law[0][1]) / mass, load * low.sx(contact.law.stick) / mass]
+    numbers = [
+        -damp,
+        -stiff,
+        gain,
+        rest,
+        load * model.read(law[0][1]) / mass,
+        load * model.read(contact.law.stick) / mass,
+    ]
     cells = profile_lines(contact.profile, system.q[0])
     for edges_and_line in cells:
-        numbers += [ca.SX(float(e)) if e.is_infinite else low.sx(e) for e in edges_and_line]
-    low.symbols[friction_force(contact.name)], low.symbols[slip(contact.name)] = mass * friction, w
-    low.moving |= {friction_force(contact.name), slip(contact.name)}
+        numbers += [ca.SX(float(e)) if e.is_infinite else model.read(e) for e in edges_and_line]
+    model.define(friction_force(contact.name), mass * friction)
+    model.define(slip(contact.name), w)
     for e in rows:
-        numbers += plane(low, low.sx(e), [u, w, friction, a], f"the output {e}")
-    data = ca.Function("data", [low.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
-    return Record(data, low.parameters, signal, len(cells), len(rows))
+        numbers += plane(model, model.read(e), [u, w, friction, a], f"the output {e}")
+    data = ca.Function("data", [model.p, ca.SX.sym("unused")], [ca.densify(ca.vertcat(*numbers))])
+    return Record(data, model.parameters, signal, len(cells), len(rows))
 
 
 def profile_lines(profile: sp.Expr, q: sp.Symbol) -> list[tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]]:

@@ -9,7 +9,8 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.lower.automaton import Automaton, lower, vanishing
+from symfric.lower.automaton import Automaton, lower
+from symfric.lower.constant_parameters import vanishing
 from symfric.lower.relaxed_guards import GAPS, lifted
 from symfric.lower.variational_equations import varied
 from symfric.model.excitation import common_rate, frequencies

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from symfric.lower.automaton import averaged_over, vanishing
+from symfric.lower.constant_parameters import averaged_over, vanishing
 from symfric.model.outputs import Events, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.lowered import LoweredScene

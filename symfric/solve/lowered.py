@@ -2,7 +2,8 @@
 
 from functools import cached_property
 
-from symfric.lower.automaton import Automaton, constants, lower
+from symfric.lower.automaton import Automaton, lower
+from symfric.lower.constant_parameters import constants
 from symfric.model.scene import Scene
 from symfric.solve.observables import Wanted, wanted_of
 

@@ -11,7 +11,7 @@ from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
-from symfric.theory.sliding import Field, curvature, field_of
+from symfric.theory.sliding import Field, field_of
 from symfric.theory.stability import linearise
 
 DEGENERATE = 1e-9  # of the cubic coefficient relative to the terms it is the sum of
@@ -191,7 +191,7 @@ def multilinear(field: Field, p: np.ndarray, x: np.ndarray, M: np.ndarray, A: np
     From ``M(q) a(x) = G(x)`` differentiated two and three times at a = 0.
     """
     n, n_x = field.n, len(field.states)
-    G2, G3, M1, M2 = curvature(field)(x, p, field.directions(x, p))
+    G2, G3, M1, M2 = field.curvature(x, p, field.directions(x, p))
     rows = slice(n, 2 * n)
 
     def place(accelerations, rates):

@@ -10,16 +10,17 @@ and M without inverting the mass matrix symbolically.
 
 import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache, reduce
+from dataclasses import replace
+from functools import cached_property, lru_cache, reduce
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.numeric import numeric
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
@@ -27,36 +28,50 @@ from symfric.model.system import Contact, System
 Values = Mapping[sp.Symbol, float]
 
 
-@dataclass(frozen=True, eq=False)
 class Field:
-    """Numeric functions of the sliding equations; every one takes states, parameters and slip signs as vectors.
+    """The sliding equations, from the contact dynamics; numeric functions take states, parameters and slip signs.
+
+    Parameters
+    ----------
+    system : System
+        Without time.
+    contacts : tuple of Contact
+    parameters : tuple of Symbol
 
     Attributes
     ----------
-    states, parameters : tuples of Symbol
+    states : tuple of Symbol
     n, n_z : int
         Coordinates and first-order states.
-    contacts : tuple of Contact
-    parts : tuple of Expr
-        G and Z, length n + n_z.
     signs : tuple of Symbol
         Stand for sign(w) of each contact in `parts`.
-    value, jacobian, mass, slip : callables ``(x, p, s) -> ndarray``
-        (n + n_z,), (n + n_z, n_x), (n, n) and (n_c,).
     """
 
-    states: tuple[sp.Symbol, ...]
-    parameters: tuple[sp.Symbol, ...]
-    n: int
-    n_z: int
-    system: System
-    contacts: tuple[Contact, ...]
-    parts: tuple[sp.Expr, ...]
-    signs: tuple[sp.Symbol, ...]
-    value: Callable
-    jacobian: Callable
-    mass: Callable
-    slip: Callable
+    def __init__(self, system: System, contacts: tuple[Contact, ...], parameters: tuple[sp.Symbol, ...]):
+        self.system, self.contacts, self.parameters = system, contacts, parameters
+        self.states, self.n, self.n_z = system.states, len(system.q), len(system.z)
+        self.signs = tuple(sp.Dummy(f"s_{c.name}", real=True) for c in contacts)
+        model = self._model = ContactDynamics(system, contacts, parameters)
+        sides = model.force + model.slopes.T @ model.sliding if contacts else model.force
+        self._sides, self._mass = model.unswitched([ca.vertcat(sides, model.z_rate), ca.densify(model.mass)])
+        out = [self._sides, ca.jacobian(self._sides, model.y), self._mass, *model.unswitched([model.slip])]
+        self._value, self._slopes, self._mass_of, self._slip = (self._function(e) for e in out)
+
+    def value(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return G and Z, shape (n + n_z,)."""
+        return self._value(x, p, s).toarray().ravel()
+
+    def jacobian(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return the derivatives of G and Z by the states, shape (n + n_z, n_x)."""
+        return self._slopes(x, p, s).toarray()
+
+    def mass(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return M, shape (n, n)."""
+        return self._mass_of(x, p, s).toarray()
+
+    def slip(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return the slips, shape (n_c,)."""
+        return self._slip(x, p, s).toarray().ravel()
 
     def vector(self, values: Values) -> np.ndarray:
         """Return the parameters as a vector in the order of `parameters`."""
@@ -65,6 +80,66 @@ class Field:
     def directions(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the sign of each slip; +1 where it vanishes, which only smooth laws may meet."""
         return np.where(self.slip(x, p, np.ones(len(self.contacts))) < 0, -1.0, 1.0)
+
+    @alone(SYMBOLIC)
+    def curvature(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the second and third derivatives of G and Z, and the first and second of M, by the states.
+
+        Returns
+        -------
+        G2, G3, M1, M2 : ndarray
+            Shapes (n + n_z, n_x, n_x), (n + n_z, n_x, n_x, n_x), (n, n, n_x) and (n, n, n_x, n_x), symmetric in the
+            last axes.
+        """
+        n, n_x = self.n, len(self.states)
+        found = [np.zeros((count, *[n_x] * order)) for count, order, _, _ in self._curved]
+        for array, (_, _, places, function) in zip(found, self._curved, strict=True):
+            values = function(x, p, s).toarray().ravel()
+            for (row, *columns), value in zip(places, values, strict=True):
+                for permuted in itertools.permutations(columns):
+                    array[(row, *permuted)] = value
+        second, third, mass_1, mass_2 = found
+        return second, third, mass_1.reshape(n, n, n_x), mass_2.reshape(n, n, n_x, n_x)
+
+    @cached_property
+    def parts(self) -> tuple[sp.Expr, ...]:
+        """G and Z as expressions of the states, `parameters` and `signs`, length n + n_z."""
+        parts = [branches(e, self.states) for e in (*self.system.force, *self.system.z_rate)]
+        for contact, sign in zip(self.contacts, self.signs, strict=True):
+            friction = -friction_of(contact, sign, self.states)
+            for i, u in enumerate(self.system.u):
+                slope = contact.slip.diff(u)
+                if not slope.is_zero:
+                    parts[i] += slope * friction
+        return tuple(parts)
+
+    @cached_property
+    def _curved(self) -> list[tuple[int, int, list[tuple[int, ...]], ca.Function]]:
+        """Number of rows, order, places (row, columns in increasing order) and values of the derivatives in use."""
+        rows = ((self._sides, (2, 3)), (ca.vec(self._mass.T), (1, 2)))
+        found = []
+        for graph, orders in rows:
+            for order, (places, entries) in enumerate(_derivatives(graph, self._model.y, max(orders)), 1):
+                if order in orders:
+                    found.append((graph.numel(), order, places, self._function(entries)))
+        return found
+
+    def _function(self, graph: ca.SX) -> ca.Function:
+        model = self._model
+        return ca.Function("sliding", [model.y, model.p, model.d], [ca.densify(graph)])
+
+
+def _derivatives(graph: ca.SX, y: ca.SX, order: int):
+    """Yield places and entries of the derivatives of order 1, 2, ..., each combination of columns once."""
+    places: list[tuple[int, ...]] = [(row,) for row in range(graph.numel())]
+    entries = ca.densify(graph)
+    for _ in range(order):
+        slopes = ca.jacobian(entries, y)
+        rows, columns = slopes.sparsity().get_triplet()
+        wanted = [k for k, (r, c) in enumerate(zip(rows, columns, strict=True)) if c >= max(places[r][1:], default=0)]
+        places = [(*places[rows[k]], columns[k]) for k in wanted]
+        entries = ca.vertcat(*(slopes.nz[k] for k in wanted)) if wanted else ca.SX(0, 1)
+        yield places, entries
 
 
 @alone(SYMBOLIC)
@@ -109,39 +184,10 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
         )
         for c in scene.contacts
     )
-    return _compiled(replace(system, force=force, z_rate=rates), contacts, scene.parameters)
+    return _field(replace(system, force=force, z_rate=rates), contacts, scene.parameters)
 
 
-@lru_cache(maxsize=32)
-def _compiled(system: System, contacts: tuple[Contact, ...], parameters: tuple[sp.Symbol, ...]) -> Field:
-    signs = tuple(sp.Dummy(f"s_{c.name}", real=True) for c in contacts)
-    parts = [branches(e, system.states) for e in (*system.force, *system.z_rate)]
-    for contact, sign in zip(contacts, signs, strict=True):
-        friction = -friction_of(contact, sign, system.states)
-        for i, u in enumerate(system.u):
-            slope = contact.slip.diff(u)
-            if not slope.is_zero:
-                parts[i] += slope * friction
-    states = system.states
-    arguments = (*states, *parameters, *signs)
-    n, n_z, n_x = len(system.q), len(system.z), len(states)
-    rows = [e.diff(x) for e in parts for x in states]
-    slips = [branches(c.slip, states) for c in contacts]
-    mass = [branches(e, states) for e in system.mass]
-    return Field(
-        states,
-        parameters,
-        n,
-        n_z,
-        system,
-        contacts,
-        tuple(parts),
-        signs,
-        _function(arguments, parts, (n + n_z,)),
-        _function(arguments, rows, (n + n_z, n_x)),
-        _function(arguments, mass, (n, n)),
-        _function(arguments, slips, (len(contacts),)),
-    )
+_field = lru_cache(maxsize=32)(Field)
 
 
 def friction_of(contact: Contact, sign: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
@@ -184,66 +230,3 @@ def _smallest(arguments):
 
 
 _KINKS = (_Kink(sp.Abs, _absolute), _Kink(sp.Max, _largest), _Kink(sp.Min, _smallest))
-
-
-def _function(arguments, entries, shape):
-    """Compile a list of expressions to ``f(x, p, s) -> ndarray`` of the given shape."""
-    compiled = numeric(arguments, entries)
-
-    def evaluate(x, p, s):
-        return np.array(compiled(*np.concatenate([x, p, s])), dtype=float).reshape(shape)
-
-    return evaluate
-
-
-@lru_cache(maxsize=32)
-@alone(SYMBOLIC)
-def curvature(field: Field) -> Callable:
-    """Compile the second and third derivatives of G, Z and M with respect to the states.
-
-    Returns
-    -------
-    callable ``(x, p, s) -> (G2, G3, M1, M2)``
-        Shapes (n + n_z, n_x, n_x), (n + n_z, n_x, n_x, n_x), (n, n, n_x) and (n, n, n_x, n_x), symmetric in the last
-        axes.
-    """
-    n, n_x = field.n, len(field.states)
-    parts = field.parts
-    mass = tuple(branches(e, field.states) for e in field.system.mass)
-    blocks: tuple[tuple[tuple[sp.Expr, ...], int, tuple[int, ...]], ...] = (
-        *((parts, 2, (len(parts), n_x, n_x)), (parts, 3, (len(parts), n_x, n_x, n_x))),
-        *((mass, 1, (n * n, n_x)), (mass, 2, (n * n, n_x, n_x))),
-    )
-    entries, places = [], []
-    for block, (rows, order, _) in enumerate(blocks):
-        for index, derivative in _derivatives(rows, field.states, order):
-            places.append((block, index))
-            entries.append(derivative)
-    arguments = (*field.states, *field.parameters, *field.signs)
-    numbers = _function(arguments, entries, (len(entries),))
-
-    def evaluate(x, p, s):
-        arrays = [np.zeros(shape) for _, _, shape in blocks]
-        for (block, (row, columns)), value in zip(places, numbers(x, p, s), strict=True):
-            for permuted in set(itertools.permutations(columns)):
-                arrays[block][(row, *permuted)] = value
-        second, third, mass_1, mass_2 = arrays
-        return second, third, mass_1.reshape(n, n, n_x), mass_2.reshape(n, n, n_x, n_x)
-
-    return evaluate
-
-
-def _derivatives(rows, states, order):
-    """Yield ((row, columns), derivative) of the nonzero derivatives, columns in increasing order."""
-    for row, expr in enumerate(rows):
-        level: dict[tuple[int, ...], sp.Expr] = {(): expr}
-        for _ in range(order):
-            level = {
-                (*columns, j): e.diff(states[j])
-                for columns, e in level.items()
-                for j in range(columns[-1] if columns else 0, len(states))
-                if states[j] in e.free_symbols
-            }
-            level = {columns: e for columns, e in level.items() if not e.is_zero}
-        for columns, e in level.items():
-            yield (row, columns), e

@@ -17,9 +17,10 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import OPTIMISER, SYMBOLIC, alone
-from symfric.lower.printer import Printer, Switches
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
+from symfric.model.system import Contact
 
 FIRST, LAST = 3, 7  # collocation points in an element: while the modes are looked for, and when they are known
 SLIDE = 1e-6  # of the largest slip: an element whose slips are below it sticks
@@ -62,29 +63,25 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
     numbers = scene.where(dict.fromkeys(controls, 0.0)).numbers()
     if scene.inputs or any(TIME in e.free_symbols for e in (*system.expressions, *(c.slip for c in scene.contacts))):
         raise SceneError("the scene depends on time or on a sampled input; optimal control takes what is autonomous")
-    x, w = ca.SX.sym("x", len(system.states)), ca.SX.sym("w", len(controls))
+    for contact in scene.contacts:
+        _check_law(contact, numbers)
+    w = ca.SX.sym("w", len(controls))
     a, speed = ca.SX.sym("a", len(scene.contacts)), ca.SX.sym("speed", len(scene.contacts))
-    symbols = {s: ca.SX(v) for s, v in numbers.items()}
-    symbols |= dict(zip(system.states, ca.vertsplit(x), strict=True)) | dict(
-        zip(controls, ca.vertsplit(w), strict=True)
-    )
-    switches = Switches()
-    show = Printer(symbols, {*system.states, *controls}, switches)
-    force = ca.vertcat(*(show(e) for e in system.force))
-    slips = []
-    for k, c in enumerate(scene.contacts):
-        slips.append(show(c.slip))
-        force += _friction(c, k, show, symbols, numbers, a[k], speed[k], switches, system.u)
-    if switches.signs:
+    fixed = {s: sp.Float(numbers[s]) for s in scene.parameters if s not in controls}
+    free = dict(zip(controls, ca.vertsplit(w), strict=True))
+    model = ContactDynamics(system, scene.contacts, scene.parameters, (), fixed, free)
+    mu = ca.vertcat(*(model.kinetic(k, speed[k]) for k in range(a.numel())))
+    friction = -model.load * mu * (2 * a - 1)  # in step form
+    acceleration = model.solve(model.force + model.slopes.T @ friction)
+    rates = ca.vertcat(model.u, acceleration, model.z_rate)
+    integrand = None if cost is None else model.read(cost)
+    if model.switches.signs:
         raise SceneError("a force or a law of the scene has a kink; optimal control takes smooth ones")
-    n = len(system.q)
-    mass = ca.reshape(ca.vertcat(*(show(e) for e in system.mass)), n, n)
-    rates = ca.vertcat(x[n : 2 * n], ca.solve(mass, force), *(show(e) for e in system.z_rate))
     return Dynamics(
-        ca.Function("rate", [x, w, a, speed], [rates]),
-        ca.Function("slip", [x, w], [ca.vertcat(*slips)]),
-        None if cost is None else ca.Function("cost", [x, w], [show(cost)]),
-        n,
+        ca.Function("rate", [model.y, w, a, speed], [rates]),
+        ca.Function("slip", [model.y, w], [model.slip]),
+        None if integrand is None else ca.Function("cost", [model.y, w], [integrand]),
+        len(system.q),
         len(system.states),
         len(controls),
         len(scene.contacts),
@@ -160,8 +157,7 @@ def dimensionless(model: Dynamics, sizes: Sizes) -> Dynamics:
     )
 
 
-def _friction(contact, k, show, symbols, numbers, a, speed, switches, u) -> ca.SX:
-    """Return the generalised friction force of a contact in step form."""
+def _check_law(contact: Contact, numbers) -> None:
     law = contact.law
     rest = law.kinetic.subs(SPEED, 0).subs(numbers)
     if law.breaks or abs(float(rest) - float(sp.sympify(law.stick).subs(numbers))) > 1e-12 * abs(float(rest)):
@@ -169,9 +165,6 @@ def _friction(contact, k, show, symbols, numbers, a, speed, switches, u) -> ca.S
             f"the law of contact {contact.name!r} has a static friction above the kinetic one, or breaks; optimal "
             "control takes one smooth branch that begins at the static friction"
         )
-    mu = Printer({**symbols, SPEED: speed}, {SPEED}, switches, scope=str(k))(law.kinetic)
-    pull = -show(contact.normal * contact.profile) * mu * (2 * a - 1)
-    return ca.vertcat(*(show(contact.slip.diff(e)) * pull for e in u))
 
 
 class Program:

@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.lower.automaton import vanishing
+from symfric.lower.constant_parameters import vanishing
 from symfric.model.excitation import later
 from symfric.model.outputs import End, Integral, Max, Min, Trajectory
 from symfric.model.scene import Scene

@@ -16,7 +16,8 @@ import numpy as np
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton, constants, lower
+from symfric.lower.automaton import Automaton, lower
+from symfric.lower.constant_parameters import constants
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite

@@ -1,0 +1,243 @@
+"""The equations of motion of a scene with contacts, as CasADi graphs. This is the one place where they are written.
+
+With the velocities u = q', the slips w = w(q, u, t), which are affine in u, and the friction forces lambda,
+
+    M(q) u' = f + J^T lambda,   J = dw/du,   w' = J u' + c,   c = dw/dq u + dw/dt,
+
+where contact i carries the load N_i >= 0, bears up to ``N_i mu_s`` while it sticks, and slips against
+``lambda_i = -d_i N_i mu(d_i w_i)`` in the direction d_i = +-1. Everything is smooth: kinks are switches, signs held as
+data; see `symfric.lower.printer`.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import casadi as ca
+import sympy as sp
+
+from symfric.lower.averaged_series import bridged
+from symfric.lower.cell_edges import Edges, edges_of
+from symfric.lower.constraint_forces import hold
+from symfric.lower.load_sharing import parallels
+from symfric.lower.printer import Printer, Switches
+from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, TIME
+from symfric.model.system import Contact, System
+
+
+class ContactDynamics:
+    """Symbols and graphs of one system: what follows from them is a function of state, time, parameters and mode.
+
+    Parameters
+    ----------
+    system : System
+    contacts : sequence of Contact
+    parameters : sequence of Symbol
+        Of which the equations are functions.
+    inputs : sequence of Symbol
+        Sampled inputs.
+    constants : mapping of Symbol to Expr
+        Parameters that the graphs take as numbers instead.
+    free : mapping of Symbol to SX
+        Parameters that are other graphs, and change along a run.
+
+    Attributes
+    ----------
+    y, t, p : SX
+        State (n_x,), time, and parameters followed by start, value and slope of the sample interval of every input.
+    q, u : SX, shape (n,)
+        Coordinates and velocities in y.
+    s, d : SX, shape (n_c,)
+        Of every contact, whether it sticks, and the direction of its slip; see `symfric.lower.automaton`.
+    slip, load : SX, shape (n_c,)
+        w, and the normal load times the profile.
+    parameters, inputs : tuple of Symbol
+        Order of the entries of p.
+    moving : set of Symbol
+        What changes along a run.
+    switches : Switches
+        The kinks met so far.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        contacts: Sequence[Contact],
+        parameters: Sequence[sp.Symbol],
+        inputs: Sequence[sp.Symbol] = (),
+        constants: Mapping[sp.Symbol, sp.Expr] | None = None,
+        free: Mapping[sp.Symbol, ca.SX] | None = None,
+    ):
+        self.system, self.contacts, self.inputs = system, tuple(contacts), tuple(inputs)
+        self.constants, free = dict(constants or {}), free or {}
+        self.y, self.t = ca.SX.sym("y", len(system.states)), ca.SX.sym("t")
+        n = len(system.q)
+        self.q, self.u = self.y[:n], self.y[n : 2 * n]
+        self.parameters = tuple(s for s in parameters if s not in self.constants and s not in free)
+        own = len(self.parameters)
+        self.p = ca.SX.sym("p", own + 3 * len(self.inputs))
+        self.switches = Switches()
+        symbols = {TIME: self.t, **free}
+        symbols |= dict(zip(system.states, ca.vertsplit(self.y), strict=True))
+        symbols |= {s: self.p[i] for i, s in enumerate(self.parameters)}
+        for k, s in enumerate(self.inputs):
+            start, value, slope = ca.vertsplit(self.p[own + 3 * k : own + 3 * k + 3])
+            symbols[s] = value + slope * (self.t - start)
+        self.moving = {*system.states, TIME, *self.inputs, *free}
+        self._print = Printer(symbols, self.moving, self.switches)
+        n_c = len(self.contacts)
+        self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
+        slips, loads, frictions = [], [], []
+        for i, c in enumerate(self.contacts):
+            slips.append(self.read(c.slip))
+            loads.append(self.read(c.normal * c.profile))
+            frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
+        self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
+
+    @classmethod
+    def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
+        """Write down the equations of a scene."""
+        return cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
+
+    # Reading expressions of the scene
+
+    def read(self, expr: sp.Expr) -> ca.SX:
+        """Return the graph of an expression."""
+        return self._print(sp.sympify(expr).xreplace(self.constants))
+
+    def vector(self, exprs: Sequence[sp.Expr]) -> ca.SX:
+        """Return the graphs of some expressions as a column."""
+        return _column([self.read(e) for e in exprs])
+
+    def define(self, symbol: sp.Symbol, graph: ca.SX) -> None:
+        """Let a symbol in expressions read from now on stand for a graph that changes along a run."""
+        self._print.symbols[symbol] = graph
+        self.moving.add(symbol)
+
+    def unswitched(self, out: list[ca.SX]) -> list[ca.SX]:
+        """Return expressions in which the signs of the kinks are those of their quantities, no longer data."""
+        if not self.switches.signs:
+            return out
+        signs, quantities = ca.vertcat(*self.switches.signs), ca.vertcat(*self.switches.quantities)
+        nested = ca.which_depends(quantities, signs, 1, True)
+        for k in (k for k in reversed(range(len(nested))) if nested[k]):
+            out = ca.substitute(out, [signs[k]], [ca.if_else(quantities[k] < 0, -1, 1)])
+        plain = [k for k, depends in enumerate(nested) if not depends]
+        if plain:
+            out = ca.substitute(out, [signs[plain]], [ca.if_else(quantities[plain] < 0, -1, 1)])
+        return out
+
+    # The equations
+
+    @cached_property
+    def mass(self) -> ca.SX:
+        """M, sparse, shape (n, n)."""
+        rows = self.system.mass.tolist()
+        return ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.read(e) for e in row)) for row in rows)))
+
+    @cached_property
+    def force(self) -> ca.SX:
+        """The applied forces f, shape (n,)."""
+        return self.vector(self.system.force)
+
+    @cached_property
+    def z_rate(self) -> ca.SX:
+        """The rates of the first-order states, shape (n_z,)."""
+        return self.vector(self.system.z_rate)
+
+    @cached_property
+    def slopes(self) -> ca.SX:
+        """J = dw/du, shape (n_c, n)."""
+        return ca.jacobian(self.slip, self.u) if self.contacts else ca.SX(0, self.u.numel())
+
+    @cached_property
+    def drift(self) -> ca.SX:
+        """Slip accelerations at constant velocities, c = dw/dq u + dw/dt, shape (n_c,)."""
+        return ca.jacobian(self.slip, self.q) @ self.u + ca.jacobian(self.slip, self.t)
+
+    @cached_property
+    def spread(self) -> ca.SX:
+        """Accelerations by unit friction forces, M^-1 J^T, shape (n, n_c)."""
+        return self.solve(self.slopes.T) if self.contacts else ca.SX(self.u.numel(), 0)
+
+    @cached_property
+    def static(self) -> ca.SX:
+        """Static coefficients of friction, shape (n_c,)."""
+        return self.vector([c.law.stick for c in self.contacts])
+
+    @cached_property
+    def at_rest(self) -> ca.SX:
+        """Kinetic coefficients at slip zero, shape (n_c,)."""
+        return self.vector([c.law.at_rest for c in self.contacts])
+
+    def kinetic(self, i: int, speed: ca.SX) -> ca.SX:
+        """Return the kinetic coefficient of contact i at a speed."""
+        contact = self.contacts[i]
+        inside = {**self._print.symbols, SPEED: speed}
+        show = Printer(inside, {*self.moving, SPEED}, self.switches, scope=contact.name)
+        return show(bridged(contact.law.where(self.constants)))
+
+    def solve(self, forces: ca.SX) -> ca.SX:
+        """Return the accelerations by some forces, M^-1 forces."""
+        return ca.ldl_solve(forces, *self._factors)
+
+    @cached_property
+    def _factors(self) -> tuple[ca.SX, ca.SX, list[int]]:
+        return ca.ldl(self.mass)
+
+    @cached_property
+    def parallels(self) -> list[tuple[int, float | sp.Expr]]:
+        """For each contact the first one of which its slip is a multiple, and the factor."""
+        return parallels(self)
+
+    @cached_property
+    def edges(self) -> Edges:
+        """Where profiles jump: the load there is that of the side to which a contact slips."""
+        return edges_of(self)
+
+    @cached_property
+    def sliding(self) -> ca.SX:
+        """Friction forces of contacts that slip in the direction d, shape (n_c,)."""
+        sliding = ca.SX(self._sliding)
+        for i in range(len(self.contacts)):
+            sliding[i] = self.edges.towards(i, self.d[i], sliding[i])
+        return sliding
+
+    def accelerations(self, tested: bool) -> tuple[ca.SX, ca.SX]:
+        """Return u' and the friction forces of all contacts in the mode held by (s, d).
+
+        `tested` says whether the graph itself finds out which sticking contacts are redundant, by conditions on the
+        state; otherwise the mode says it.
+        """
+        n = self.u.numel()
+        if not self.contacts:
+            return self.solve(self.force), ca.SX(0, 1)
+        slipping = ca.SX(self.sliding)
+        sticking = [i for i, c in enumerate(self.contacts) if not c.law.smooth]
+        for i in sticking:
+            slipping[i] = ca.if_else(self.s[i] > 0.5, 0, self.sliding[i])
+        free = self.solve(self.force + self.slopes.T @ slipping)
+        if not sticking:
+            return free, slipping
+        rows, drift = self.slopes[sticking, :], self.drift[sticking, :]
+        held, gain, own = hold(rows, self.solve(rows.T), free, drift, self.s[sticking] == 1, tested)
+        friction, rate = ca.SX(slipping), ca.densify(free + gain)
+        for k, i in enumerate(sticking):
+            friction[i] = slipping[i] + held[k]
+            index, factor = self.anchor(i)
+            if index >= 0:  # a body held by the ground follows it exactly, not to rounding
+                rate[index - n] = ca.if_else(own[k], -drift[k] / factor, rate[index - n])
+        return rate, friction
+
+    def anchor(self, i: int) -> tuple[int, float]:
+        """Return the index in y of the one velocity on which slip i depends, and its factor; (-1, 0) if several."""
+        system = self.system
+        slopes = [self.contacts[i].slip.diff(u) for u in system.u]
+        present = [k for k, e in enumerate(slopes) if e != 0]
+        if len(present) == 1 and slopes[present[0]].is_number:
+            return len(system.q) + present[0], float(slopes[present[0]])
+        return -1, 0.0
+
+
+def _column(entries: list[ca.SX]) -> ca.SX:
+    return ca.vertcat(*entries) if entries else ca.SX(0, 1)
