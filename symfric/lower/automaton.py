@@ -111,26 +111,30 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     SceneError
         If an expression has no CasADi form.
     """
-    model = ContactDynamics.of(scene, constants(scene, varied))
-    system, w, load, s, d = scene.system, model.slip, model.load, model.s, model.d
+    return automaton_of(ContactDynamics.of(scene, constants(scene, varied)), rows)
+
+
+def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automaton:
+    """Build the automaton of contact dynamics, in which it defines the forces and slips that the rows may contain."""
+    contacts, w, load, s, d = model.contacts, model.slip, model.load, model.s, model.d
     rate, friction = model.accelerations(tested=False)
     guards = []
     friction, rooms = rooms_left(model, friction)
     for i, (behind, ahead) in enumerate(rooms):
-        if scene.contacts[i].law.smooth:
+        if contacts[i].law.smooth:
             guards += [d[i] * w[i], ca.SX(1)]
         else:
             sticks, idle = s[i] > 0.5, s[i] == 2
             guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, d[i] * w[i]))]
             guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
-    for i, c in enumerate(scene.contacts):
+    for i, c in enumerate(contacts):
         model.define(friction_force(c.name), friction[i])
         model.define(slip(c.name), w[i])
     wanted = model.vector(list(rows))
-    loads = tuple(c.name for c in scene.contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
+    loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
     out = [ca.vertcat(model.u, rate, model.z_rate), ca.SX(0, 1), wanted]
     guards += model.switches.guards
-    guards += [load[i] for i, c in enumerate(scene.contacts) if c.name in loads]
+    guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
     out[1] = ca.vertcat(*guards) if guards else ca.SX(0, 1)
     out = [ca.densify(e) for e in out]
     mode = ca.vertcat(s, d, *model.switches.signs)
@@ -139,17 +143,17 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     return Automaton(
         field=field,
         gauge=_gauge(model),
-        states=tuple(s.name for s in system.states),
-        contacts=tuple(c.name for c in scene.contacts),
+        states=tuple(s.name for s in model.system.states),
+        contacts=tuple(c.name for c in contacts),
         loads=loads,
-        sticks=tuple(not c.law.smooth for c in scene.contacts),
+        sticks=tuple(not c.law.smooth for c in contacts),
         parameters=model.parameters,
         inputs=model.inputs,
-        n_q=len(system.q),
+        n_q=model.q.numel(),
         n_switches=len(model.switches.signs),
         at_edges=model.edges.switches,
         autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
-        anchors=tuple(model.anchor(i) for i in range(len(scene.contacts))),
+        anchors=tuple(model.anchor(i) for i in range(len(contacts))),
         parallels=tuple(k for k, _ in model.parallels),
     )
 

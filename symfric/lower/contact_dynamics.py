@@ -10,6 +10,7 @@ data; see `symfric.lower.printer`.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from functools import cached_property
 
 import casadi as ca
@@ -98,6 +99,13 @@ class ContactDynamics:
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Write down the equations of a scene."""
         return cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
+
+    def copy(self) -> "ContactDynamics":
+        """Return the same equations, free to define symbols and to meet kinks of their own."""
+        other = copy(self)
+        other.switches, other.moving = self.switches.copy(), set(self.moving)
+        other._print = self._print.copy(other.moving, other.switches)
+        return other
 
     # Reading expressions of the scene
 

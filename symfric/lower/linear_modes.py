@@ -11,7 +11,6 @@ import sympy as sp
 
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
-from symfric.lower.constant_parameters import constants
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.laws import Law
 from symfric.model.outputs import ScalarOfExpression, friction_force, slip
@@ -46,31 +45,29 @@ class Oscillator:
     rows: int
 
 
-def oscillator(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Oscillator:
-    """Write a scene down as one oscillator.
+def oscillator(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Oscillator:
+    """Write contact dynamics down as one oscillator.
 
     Parameters
     ----------
-    scene : Scene
+    model : ContactDynamics
+        Gets to know the friction force.
     rows : sequence of Expr
         Expressions of which extremes are wanted.
-    varied : frozenset of str
-        Parameters that will change although they are exactly zero; see `symfric.lower.automaton.constants`.
 
     Raises
     ------
     NoRoute
-        If the scene is something else; the message says what.
+        If they are something else; the message says what.
     """
-    system, contacts = scene.system, scene.contacts
+    system, contacts = model.system, model.contacts
     if len(system.q) > 1 or system.z:
         raise NoRoute(f"{len(system.states)} states, the closed form is for one mass")
     if len(contacts) > 1:
         raise NoRoute(f"{len(contacts)} contacts, the closed form is for one")
-    if scene.inputs:
+    if model.inputs:
         raise NoRoute("a sampled input")
     lines = [line for c in contacts for line in lines_of(c.law)]
-    model = ContactDynamics.of(scene, constants(scene, varied))
     x, u = model.y[0], model.y[1]
     force, mass = model.read(system.force[0]), model.read(system.mass[0, 0])
     refuse_if_moving(model, mass, "the mass changes")

@@ -54,6 +54,10 @@ class Switches:
     guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
     _known: dict = field(default_factory=dict)
 
+    def copy(self) -> "Switches":
+        """Return the same switches, to which others can be added."""
+        return Switches([*self.signs], [*self.quantities], [*self.guards], dict(self._known))
+
     def of(self, quantity: ca.SX, key) -> ca.SX:
         """Return the sign of `quantity` as data; the same `key` gives the same switch."""
         if key not in self._known:
@@ -90,6 +94,10 @@ class Printer:
     scope: str = ""
     nodes: tuple[tuple[sp.Symbol, sp.Expr, sp.Expr, float], ...] = ()
     _memo: dict = field(default_factory=dict)
+
+    def copy(self, moving: set[sp.Symbol], switches: Switches) -> "Printer":
+        """Return a printer that has printed the same, to which symbols can be added."""
+        return Printer(dict(self.symbols), moving, switches, self.scope, self.nodes, dict(self._memo))
 
     def __call__(self, expr: sp.Expr) -> ca.SX:
         """Return the SX of a scalar expression."""

@@ -1,17 +1,15 @@
 """One mass on a rough floor under a sampled input, written down as numbers that follow from the parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import sympy as sp
 
 from symfric.errors import NoRoute
-from symfric.lower.constant_parameters import constants
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.linear_modes import lines_of, plane, refuse_if_moving
 from symfric.model.outputs import friction_force, slip
-from symfric.model.scene import Scene
 from symfric.model.system import Signal
 
 
@@ -38,20 +36,29 @@ class Record:
     rows: int
 
 
-def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Record:
-    """Write a scene down as one mass under a record.
+def record(model: ContactDynamics, signals: Mapping[sp.Symbol, Signal], rows: Sequence[sp.Expr] = ()) -> Record:
+    """Write contact dynamics down as one mass under a record.
+
+    Parameters
+    ----------
+    model : ContactDynamics
+        Gets to know the input and the friction force.
+    signals : mapping of Symbol to Signal
+        Of its inputs.
+    rows : sequence of Expr
+        Expressions wanted along the run.
 
     Raises
     ------
     NoRoute
-        If the scene is something else; the message says what.
+        If they are something else; the message says what.
     """
-    system, contacts = scene.system, scene.contacts
+    system, contacts = model.system, model.contacts
     if len(system.q) > 1 or system.z:
         raise NoRoute(f"{len(system.states)} states, the closed form is for one mass")
-    if len(contacts) != 1 or len(scene.inputs) != 1:
-        raise NoRoute(f"{len(contacts)} contacts and {len(scene.inputs)} inputs, the closed form is for one of each")
-    (contact,), ((symbol, signal),) = contacts, scene.inputs.items()
+    if len(contacts) != 1 or len(signals) != 1:
+        raise NoRoute(f"{len(contacts)} contacts and {len(signals)} inputs, the closed form is for one of each")
+    (contact,), ((symbol, signal),) = contacts, signals.items()
     if signal.t0 != 0:
         raise NoRoute("the input does not start at t = 0")
     if contact.slip != system.u[0]:
@@ -59,7 +66,6 @@ def record(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = 
     law = lines_of(contact.law)
     if len(law) > 1 or not law[0][2].is_zero:
         raise NoRoute("the friction depends on the sliding speed")
-    model = ContactDynamics.of(scene, constants(scene, varied))
     u, w = model.y[0], model.y[1]
     a, friction = ca.SX.sym("a"), ca.SX.sym("friction")
     model.define(symbol, a)

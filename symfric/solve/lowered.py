@@ -1,11 +1,16 @@
 """A scene together with its equations in CasADi, which are written once however many routes look at them."""
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any, TypeVar
 
-from symfric.lower.automaton import Automaton, lower
+from symfric.lower.automaton import Automaton, automaton_of
 from symfric.lower.constant_parameters import constants
+from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 from symfric.solve.observables import Wanted, wanted_of
+
+T = TypeVar("T")
 
 
 class LoweredScene:
@@ -20,16 +25,32 @@ class LoweredScene:
 
     def __init__(self, scene: Scene, varied: frozenset[str] = frozenset()):
         self.scene, self.varied = scene, varied
+        self._forms: dict[Callable, Any] = {}
 
     @cached_property
     def wanted(self) -> Wanted:
         """The observables of the scene."""
         return wanted_of(self.scene)
 
+    @property
+    def dynamics(self) -> ContactDynamics:
+        """The equations of motion, to which the caller may add."""
+        return self._dynamics.copy()
+
+    @cached_property
+    def _dynamics(self) -> ContactDynamics:
+        return ContactDynamics.of(self.scene, constants(self.scene, self.varied))
+
     @cached_property
     def automaton(self) -> Automaton:
         """The hybrid automaton with the observables as rows."""
-        return lower(self.scene, [r.expr for r in self.wanted.rows], self.varied)
+        return automaton_of(self.dynamics, [r.expr for r in self.wanted.rows])
+
+    def once(self, form: Callable[["LoweredScene"], T]) -> T:
+        """Return what a function makes of this object, computed at its first use."""
+        if form not in self._forms:
+            self._forms[form] = form(self)
+        return self._forms[form]
 
     @cached_property
     def built_in(self) -> dict[str, float]:

@@ -10,7 +10,7 @@ from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices,
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import RANGE, wanted_of
+from symfric.solve.observables import RANGE
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def form_of(lowered: LoweredScene) -> Form:
     for contact in scene.contacts:
         lines_of(contact.law)
     try:
-        return _in_closed_form(scene, varied)
+        return _in_closed_form(lowered)
     except NoRoute as reason:
         why = str(reason)
     timeless = without_harmonics(scene)
@@ -71,19 +71,20 @@ def form_of(lowered: LoweredScene) -> Form:
     return Form(timeless, automaton.parameters, Modes(automaton, slopes), cheapest, words)
 
 
-def _in_closed_form(scene: Scene, varied: frozenset[str]) -> Form:
+def _in_closed_form(lowered: LoweredScene) -> Form:
     """Return the form of one mass that needs no matrices."""
+    scene = lowered.scene
     if scene.inputs:
-        recorded = recorded_in(scene, varied)
+        recorded = recorded_in(lowered)
         words = "one mass on the floor under a sampled input, from sample to sample in closed form"
         return Form(scene, recorded.problem.parameters, recorded, True, words)
-    closed = _closed(scene, varied)
+    closed = _closed(lowered)
     words = "one mass, linear between events, in closed form"
     return Form(scene, closed.parameters, closed, True, words)
 
 
-def _closed(scene: Scene, varied: frozenset[str]) -> Oscillator:
-    rows = wanted_of(scene).rows
+def _closed(lowered: LoweredScene) -> Oscillator:
+    rows = lowered.wanted.rows
     if any(r.kind != RANGE for r in rows):
         raise NoRoute("an integral or a value at a time is wanted")
-    return oscillator(scene, [r.expr for r in rows], varied)
+    return oscillator(lowered.dynamics, [r.expr for r in rows])

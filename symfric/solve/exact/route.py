@@ -52,7 +52,7 @@ class Exact:
     def answer(self, scene: LoweredScene) -> Answer:
         """Take scenes that are linear between events."""
         try:
-            form = form_of(scene)
+            form = scene.once(form_of)
         except NoRoute as reason:
             return Answer(False, False, str(reason))
         return Answer(True, form.cheapest, form.words)
@@ -80,7 +80,7 @@ class ExactProgram(Compiled):
         lowered = LoweredScene(scene, varied) if lowered is None else lowered
         self.built_in = lowered.built_in
         self.wider: dict[frozenset[str], Program] = {}
-        form = form_of(lowered)
+        form = lowered.once(form_of)
         self._model = _model(form, settings, len(scene.system.states))
         self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 

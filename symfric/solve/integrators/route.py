@@ -16,8 +16,7 @@ import numpy as np
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton, lower
-from symfric.lower.constant_parameters import constants
+from symfric.lower.automaton import Automaton, automaton_of
 from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
@@ -79,7 +78,7 @@ class Integrators:
 
     def build(self, scene: LoweredScene, tolerance: float) -> "IntegratorsProgram":
         """Compile a scene."""
-        return IntegratorsProgram(scene.scene, tolerance, self, scene.varied)
+        return IntegratorsProgram(scene.scene, tolerance, self, scene.varied, scene)
 
 
 def _on_the_way(scene: LoweredScene) -> bool:
@@ -133,10 +132,18 @@ class _Motion:
 class IntegratorsProgram:
     """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
 
-    def __init__(self, scene: Scene, tolerance: float, settings: Integrators, varied: frozenset[str] = frozenset()):
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float,
+        settings: Integrators,
+        varied: frozenset[str] = frozenset(),
+        lowered: LoweredScene | None = None,
+    ):
         self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
         self.varied = varied
-        self.built_in = {s.name: float(v) for s, v in constants(scene, varied).items()}
+        lowered = LoweredScene(scene, varied) if lowered is None else lowered
+        self.built_in = lowered.built_in
         self.wider: dict[frozenset[str], IntegratorsProgram] = {}
         scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
         self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
@@ -144,7 +151,7 @@ class IntegratorsProgram:
         self._times = {n: scene.horizon if o.time is None else o.time for n, o in scalars.items() if isinstance(o, At)}
         self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
         self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
-        self.automaton = lower(scene, [*self._integrals.values(), *self._ranges.values()], varied)
+        self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
         refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from symfric.errors import NoRoute
 from symfric.lower.sampled_oscillator import Record, record
-from symfric.model.scene import Scene
-from symfric.solve.observables import INTEGRAL, Wanted, wanted_of
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.observables import INTEGRAL, Wanted
 
 
 class Recorded(NamedTuple):
@@ -15,7 +15,7 @@ class Recorded(NamedTuple):
     wanted: Wanted
 
 
-def recorded_in(scene: Scene, varied: frozenset[str] = frozenset()) -> Recorded:
+def recorded_in(lowered: LoweredScene) -> Recorded:
     """Write a scene down as one mass under a record.
 
     Raises
@@ -23,7 +23,7 @@ def recorded_in(scene: Scene, varied: frozenset[str] = frozenset()) -> Recorded:
     NoRoute
         If the scene is something else, or wants more than the march through a record gives.
     """
-    wanted = wanted_of(scene)
+    wanted = lowered.wanted
     if any(r.kind == INTEGRAL for r in wanted.rows):
         raise NoRoute("an integral is wanted")
-    return Recorded(record(scene, [r.expr for r in wanted.rows], varied), wanted)
+    return Recorded(record(lowered.dynamics, lowered.scene.inputs, [r.expr for r in wanted.rows]), wanted)

@@ -13,6 +13,7 @@ from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.exact.record.workspace import SHARED, make_record_room
 from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
 from symfric.solve.loop.workspace import T_END
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import THEN
 
 
@@ -43,7 +44,7 @@ class Marcher:
 
     def __init__(self, scene: Scene):
         varied = frozenset(s.name for s in scene.values)
-        recorded = recorded_in(scene, varied)
+        recorded = recorded_in(LoweredScene(scene, varied))
         self.parameters = tuple(s.name for s in recorded.problem.parameters)
         self.row = recorded.wanted.row
         self._model = record_model(scene, recorded, (100_000_000, 20_000_000), 2)
