@@ -340,3 +340,26 @@ def test_other_units(name, seed):
         assert value.shape == known.shape, what
         size = np.max(np.abs(known[np.isfinite(known)]), initial=0.0)
         assert value == pytest.approx(known, rel=one.rel, abs=one.rel * size, nan_ok=True), what
+
+
+def test_a_slow_belt_is_no_belt_at_rest():
+    """A belt of 1e-18 m/s slides below its mass as any other; two belts of one speed have no slip, whatever it is."""
+    rest = sf.equilibrium(belt(v_b=1e-18, gamma2=1e-18))
+    assert rest.x[0] == pytest.approx(0.4e-18)
+    other = sp.Symbol("v_c", positive=True)
+    system = sf.System([X], [U], [[1]], [-X])
+    for size in (1.0, 1e9):
+        contact = sf.Contact("belts", U - V + other + C, 1, sf.laws.coulomb(0.3))
+        scene = sf.Scene(system, [contact], {V: 0.3 * size, other: 0.1 * size, C: 0.2 * size}, {X: 0.0, U: 0.0}, 10.0)
+        with pytest.raises(sf.SceneError, match="does not slip"):
+            sf.equilibrium(scene)
+
+
+def test_amplitudes_without_a_speed_of_a_contact():
+    """Van der Pol's cycle has the amplitude 2, in any unit of length: nothing else tells how large it is."""
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-X + (1 - X**2) * U / 20]), (), {}, {X: 1.0, U: 0.0}, 100.0)
+    for power in (-15, 0, 15):
+        units = Units(0, power, 2)
+        slow = sf.average(units.written(scene))
+        assert slow.amplitudes == pytest.approx([2.0 * units.of(LENGTH)], rel=1e-9)
+        assert slow.stable.all()

@@ -133,14 +133,15 @@ def explorer(file: SceneFile) -> Explorer:
         raise SceneError(f"{file.path}: the scene has no values to change; name some in [values]")
     swept, speeds = _sweep(file)
     motion = prepare(as_run(scene).wanting({PATH: as_run(scene).outputs[PATH]}), TOLERANCE)
+    path = motion.run()
     found = Explorer(
         file,
         _ranges(file, swept, speeds),
         swept,
         _coarse_first(speeds),
         motion,
-        _steady(scene, float(np.ptp(motion.run().x[0]))),
-        _friction(file),
+        _steady(scene, float(np.ptp(path.x[0]))),
+        _friction(file, float(np.max(np.abs(path.x[len(scene.system.q) : 2 * len(scene.system.q)])))),
     )
     for values in _choices_of_zeros(found.ranges):
         found.view(values)
@@ -156,7 +157,8 @@ def _steady(scene: Scene, reach: float) -> Program:
     earlier, until the settling ends.
     """
     q, end = scene.system.q[0], SETTLE * scene.horizon
-    before = 1e3 * max(reach, 1e-12) / scene.horizon * sp.Max(0, end - TIME)
+    largest = max(abs(scene.numbers()[s]) for s in scene.system.q)
+    before = 1e3 * (reach or largest or 1.0) / scene.horizon * sp.Max(0, end - TIME)
     wanted = {"high": Max(q - before), "low": Min(q + before)}
     return prepare(scene.wanting(wanted).until(end + scene.horizon), TOLERANCE)
 
@@ -204,8 +206,11 @@ def _choices_of_zeros(ranges: tuple[Range, ...]) -> list[dict[str, float]]:
     return [base | {r.name: r.high for r, on in zip(zeros, chosen, strict=True) if on} for chosen in choices]
 
 
-def _friction(file: SceneFile) -> Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return a function of values: speeds, coefficients, and coefficients under the fast excitation."""
+def _friction(file: SceneFile, fastest: float) -> Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return a function of values: speeds, coefficients, and coefficients under the fast excitation.
+
+    The speeds go beyond the breaks of the law and the belts, or `fastest`, that of the motion, without any.
+    """
     from symfric.theory.separation import fast_slips
 
     scene = file.scene
@@ -220,7 +225,7 @@ def _friction(file: SceneFile) -> Callable[..., tuple[np.ndarray, np.ndarray, np
         fast = fast_slips(shaken)[contact.name] if is_excited(shaken) else sp.Integer(0)
     except SceneError:
         fast = sp.Integer(0)
-    top = 1.5 * max([float(b.subs(scene.values)) for b in contact.law.breaks] + [_reach(file)])
+    top = 1.5 * (max([float(b.subs(scene.values)) for b in contact.law.breaks] + [_reach(file)]) or fastest or 1.0)
     return partial(_curves, parameters, law, numeric_function(parameters, fast), top)
 
 
@@ -229,7 +234,7 @@ def _reach(file: SceneFile) -> float:
     swept, speeds = _sweep(file)
     values = file.scene.parameter_values()
     given = [abs(values[s]) for s in belt_speeds(file.scene)]
-    return max([1e-9, *given, *(np.abs(speeds) if swept in {s.name for s in belt_speeds(file.scene)} else ())])
+    return max([0.0, *given, *(np.abs(speeds) if swept in {s.name for s in belt_speeds(file.scene)} else ())])
 
 
 def _curves(parameters, law, fast, top: float, values: Mapping[str, float]) -> tuple:

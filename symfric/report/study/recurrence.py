@@ -1,9 +1,11 @@
 """Whether a motion repeats itself, and after what time: read off its states, not off its equations."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+
+from symfric.orbits.sizes import filled
+from symfric.solve.run import Run
 
 MOST = 8  # periods of the excitation, or passages of a coordinate through its middle, in one period of the motion
 LEAST = 4  # periods over which a motion has to repeat itself
@@ -22,12 +24,13 @@ class Recurrence(NamedTuple):
     note: str = ""
 
 
-def of_excited(run: Callable, end: float, forcing: float) -> Recurrence:
+def of_excited(run: Run, end: float, forcing: float) -> Recurrence:
     """Return the period of a motion that is excited with a period, from a run over many of them.
 
     Parameters
     ----------
-    run : callable ``t -> x``, shape (n_x, ...)
+    run : Run
+        With its trajectory.
     end : float
     forcing : float
         Period of the excitation.
@@ -47,7 +50,7 @@ def of_excited(run: Callable, end: float, forcing: float) -> Recurrence:
     return _checked(run, end, k * forcing, size)
 
 
-def of_free(run: Callable, end: float, times: np.ndarray) -> Recurrence:
+def of_free(run: Run, end: float, times: np.ndarray) -> Recurrence:
     """Return the period of a motion without excitation, from the times at which a coordinate passes its middle."""
     if not times.size:
         return Recurrence(np.nan, FEW)
@@ -59,9 +62,9 @@ def of_free(run: Callable, end: float, times: np.ndarray) -> Recurrence:
     return Recurrence(np.nan, _NOT if times.size > LEAST * MOST else FEW)
 
 
-def _ranges(run: Callable, end: float) -> np.ndarray:
+def _ranges(run: Run, end: float) -> np.ndarray:
     size = np.ptp(run(np.linspace(0.0, end, 20 * _PLACES)), axis=1)
-    return np.maximum(size, 1e-12 * max(np.max(size), 1e-290))
+    return filled(size, len(run.base.system.q))
 
 
 def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:
@@ -80,7 +83,7 @@ def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:
     return bool(fades and late <= SAME and late**2 / (early - late) <= SAME)
 
 
-def _checked(run: Callable, end: float, period: float, size: np.ndarray) -> Recurrence:
+def _checked(run: Run, end: float, period: float, size: np.ndarray) -> Recurrence:
     """Return a period if the whole motion of the last ones repeats itself."""
     t = np.linspace(max(0.0, end - 3 * period), end - period, _PLACES)
     apart = np.max(np.abs(run(t + period) - run(t)) / size[:, None])
