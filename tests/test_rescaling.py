@@ -86,7 +86,7 @@ def branch_over(name, span, rel=1e-9, start=None) -> Question:
         found = {
             "ends": Seen((branch.ends, [(s.kind, s.jump) for s in branch.special])),
             "special": Seen([s.value for s in branch.special], dimension, rel),
-            "values": Seen(branch.values[:: max(1, len(branch.values) // 5)], dimension, 1e-6),
+            "values": Seen([np.min(branch.values), np.max(branch.values)], dimension, 1e-6),
         }
         for k, special in enumerate(branch.special):
             size = 1e-6 if special.kind != "hopf" else 1e-3

@@ -79,7 +79,7 @@ def _beyond_limits(problem: Problem, stable: Problem) -> str:
     seen = {kind: problem.speeds.worst(regime, q, kind)[0] for kind in problem.limits if kind != "acceleration"}
     words = []
     for kind, limit in problem.limits.items():
-        value = a * Omega**2 if kind == "acceleration" else float(f"{seen[kind].value:.12g}")
+        value = a * Omega**2 if kind == "acceleration" else limit * round(seen[kind].value / limit, 12)
         over, at = abs(value - limit), "" if kind == "acceleration" else f" at v_b = {seen[kind].v:.6g}"
         if kind == "friction" and value < limit:
             words.append(f"it leaves {value:.9g} of the friction{at}, short of {limit:g} by {over:.9g}")

@@ -30,7 +30,7 @@ def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray)
 def tangent(system: System, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the direction of the curve, of unit length in the units `size`, on the side of `along`, (n_z,)."""
     normal = along / size**2
-    way = step_of(system, point, np.zeros(point.rest.size), normal, np.linalg.norm(along / size))
+    way = step_of(system, point, np.zeros(point.rest.size), normal, float(np.linalg.norm(along / size)))
     return way / np.linalg.norm(way / size)
 
 
