@@ -1,10 +1,11 @@
 """Arrays by their addresses, for compiled code that does not own them.
 
-Compiled code knows the arrays of a NamedTuple as one pointer, to the table of their addresses, and reads from it what
+Compiled code knows an `ArraySet` as one pointer, to the table of their addresses, and reads from it what
 it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
 """
 
-from typing import Annotated, NamedTuple
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 
@@ -19,8 +20,52 @@ WIDTH = 4  # of the table: address and shape
 WORD = 8  # bytes of every number
 
 
+class Scalars(np.ndarray):
+    """An array of numbers of one kind that have names; Python and compiled code read and write them as attributes.
+
+    A subclass lists them as annotations and says with ``kind`` whether they are of type float or int.
+    """
+
+    names: ClassVar[tuple[str, ...]] = ()
+    kind: ClassVar[type] = float
+
+    def __init_subclass__(cls, kind: type | None = None):
+        cls.names, cls.kind = (*cls.names, *cls.__annotations__), kind or cls.kind
+        for place, name in enumerate(cls.names):
+            setattr(cls, name, property(*_entry(place)))
+
+    @classmethod
+    def zeros(cls) -> Self:
+        """Return all of them as zero."""
+        return np.zeros(len(cls.names), cls.kind).view(cls)
+
+
+def _entry(place: int):
+    def get(self: np.ndarray):
+        return self.item(place)
+
+    def put(self: np.ndarray, value) -> None:
+        self[place] = value
+
+    return get, put
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ArraySet:
+    """Arrays that compiled code works on; the annotations of the fields say what they are."""
+
+    @classmethod
+    def names(cls) -> list[str]:
+        """Return the names of the fields in their order."""
+        return [f.name for f in fields(cls)]
+
+    def items(self) -> list[tuple[str, Any]]:
+        """Return names and arrays."""
+        return [(name, getattr(self, name)) for name in self.names()]
+
+
 class Table:
-    """Address and shape of every array of a NamedTuple, one row for each, and room for the result of a call.
+    """Address and shape of every array of an `ArraySet`, one row for each, and room for the result of a call.
 
     Attributes
     ----------
@@ -29,9 +74,10 @@ class Table:
         as this object and the arrays live.
     """
 
-    def __init__(self, work: NamedTuple):
-        self._rows = np.zeros((len(work) + 1, WIDTH), dtype=np.int64)
-        for row, array in zip(self._rows, work, strict=False):
+    def __init__(self, work: ArraySet):
+        arrays = work.items()
+        self._rows = np.zeros((len(arrays) + 1, WIDTH), dtype=np.int64)
+        for row, (_, array) in zip(self._rows, arrays, strict=False):
             row[0] = array.ctypes.data
             row[1 : 1 + array.ndim] = array.shape
         self.address = self._rows.ctypes.data

@@ -6,10 +6,17 @@ from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 from llvmlite import ir
 from numba import njit, types
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+from numba.extending import (
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    models,
+    register_model,
+)
 from numba.np.arrayobj import make_array, populate_array
 
-from symfric.codegen.array_table import WIDTH, WORD
+from symfric.codegen.array_table import WIDTH, WORD, ArraySet, Scalars
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -78,22 +85,38 @@ def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
 _KINDS = {float: types.float64, int: types.int64}
 
 
-class Arrays(types.Type):
-    """The numba type of the arrays of a NamedTuple whose fields are annotated as `symfric.codegen.array_table` says."""
+class NamedNumbers(types.Type):
+    """The numba type of a `Scalars`: a pointer to its numbers."""
 
-    def __init__(self, record: type):
+    def __init__(self, scalars: type[Scalars]):
+        super().__init__(f"NamedNumbers({scalars.__module__}.{scalars.__qualname__})")
+        self.number = _KINDS[scalars.kind]
+        self.places = {name: place for place, name in enumerate(scalars.names)}
+
+
+class Arrays(types.Type):
+    """The numba type of an `ArraySet`: a pointer to its table."""
+
+    def __init__(self, record: type[ArraySet]):
         super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
         hints = get_type_hints(record, include_extras=True)
-        self.fields = {}
-        for row, (name, hint) in enumerate(hints.items()):
-            ((kind, indices),) = hint.__metadata__
-            self.fields[name] = row, types.Array(_KINDS[kind], indices, "C")
+        self.fields = {name: (row, _type_of(hints[name])) for row, name in enumerate(record.names())}
 
 
-@register_model(Arrays)
-class _Model(models.PrimitiveModel):
+def _type_of(hint: Any) -> types.Type:
+    if isinstance(hint, type) and issubclass(hint, Scalars):
+        return NamedNumbers(hint)
+    ((kind, indices),) = hint.__metadata__
+    return types.Array(_KINDS[kind], indices, "C")
+
+
+class _Pointer(models.PrimitiveModel):
     def __init__(self, manager, kind):
         super().__init__(manager, kind, ir.IntType(64).as_pointer())
+
+
+register_model(Arrays)(_Pointer)
+register_model(NamedNumbers)(_Pointer)
 
 
 @infer_getattr
@@ -102,6 +125,14 @@ class _Fields(AttributeTemplate):
 
     def generic_resolve(self, value, attr):  # type: ignore[override]  # numba: "not implemented" until a class does
         return value.fields[attr][1] if attr in value.fields else None
+
+
+@infer_getattr
+class _Numbers(AttributeTemplate):
+    key = NamedNumbers
+
+    def generic_resolve(self, value, attr):  # type: ignore[override]
+        return value.number if attr in value.places else None
 
 
 @lower_getattr_generic(Arrays)
@@ -116,6 +147,8 @@ def _field(context, builder, kind, table, name):
         number.set_metadata("invariant.load", constant)
         return number
 
+    if isinstance(array, NamedNumbers):
+        return builder.inttoptr(entry(0), ir.IntType(64).as_pointer())
     made = make_array(array)(context, builder)
     shape = [entry(1 + axis) for axis in range(array.ndim)]
     word = ir.Constant(ir.IntType(64), WORD)
@@ -127,8 +160,26 @@ def _field(context, builder, kind, table, name):
     return made._getvalue()
 
 
-def opener(record: type) -> Callable:
-    """Return the compiled function that takes the address of the table of a NamedTuple and returns its arrays."""
+def _place(context, builder, kind, numbers, name):
+    """Return the address of a number."""
+    start = builder.bitcast(numbers, context.get_value_type(kind.number).as_pointer())
+    return builder.gep(start, [ir.Constant(ir.IntType(64), kind.places[name])])
+
+
+@lower_getattr_generic(NamedNumbers)
+def _read(context, builder, kind, numbers, name):
+    return builder.load(_place(context, builder, kind, numbers, name))
+
+
+@lower_setattr_generic(NamedNumbers)
+def _write(context, builder, signature, args, name):
+    kind, given = signature.args
+    value = context.cast(builder, args[1], given, kind.number)
+    builder.store(value, _place(context, builder, kind, args[0], name))
+
+
+def opener(record: type[ArraySet]) -> Callable:
+    """Return the compiled function that takes the address of the table of an `ArraySet` and returns its arrays."""
     kind = Arrays(record)
 
     @_intrinsic

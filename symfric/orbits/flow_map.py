@@ -17,7 +17,7 @@ from symfric.model.excitation import common_rate, frequencies
 from symfric.model.outputs import End, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.sizes import filled
-from symfric.solve.loop.workspace import DOUBTS, T_END, Workspace
+from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.observables import RANGE, TURN, Row, Wanted
 from symfric.solve.program import Numbers
 from symfric.solve.routes import Program, prepare
@@ -203,7 +203,7 @@ class Flow:
         _, p = self._numbers.changed(values, {})
         raised = np.zeros(2 * n_c) if lift is None else lift
         workspace = self._model.workspace()
-        workspace.arrays.clock[T_END] = time
+        workspace.arrays.clock.t_end = time
         status = workspace.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
         w = workspace.arrays
         log = workspace.take_log()
@@ -214,7 +214,7 @@ class Flow:
             raise NotFound(f"the motion from this start ends early: {status.name}")
         return found
 
-    def _passage(self, w: Workspace, log: tuple[np.ndarray, np.ndarray]) -> Passage:
+    def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
         """Copy what a run has left in its arrays."""
         n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
         n_e, n_s, n_g = n_x + GAPS * n_c, n_x + n_p, GAPS * n_c
@@ -237,7 +237,7 @@ class Flow:
             low=low,
             high=high,
             ranges=filled(high - low, self._automaton.n_q),
-            doubtful=bool(w.counts[DOUBTS]),
+            doubtful=bool(w.counts.doubts),
         )
 
 

@@ -11,13 +11,13 @@ from symfric.errors import NoRoute, SceneError
 from symfric.lower.linear_modes import Oscillator
 from symfric.model.scene import Scene
 from symfric.solve.exact.classify import Form, Modes, form_of
-from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_room
+from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_arrays
 from symfric.solve.exact.record.observables import Recorded
 from symfric.solve.exact.record.program import record_model
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
-from symfric.solve.loop.workspace import T_END
+from symfric.solve.loop.run_arrays import limit
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import wanted_of
 from symfric.solve.program import Compiled, Numbers, check_tolerance
@@ -116,9 +116,9 @@ def _closed_model(scene: Scene, problem: Oscillator, budgets: tuple[int, int], n
     """Compile what the closed forms need."""
     wanted = wanted_of(scene)
     code = compile_functions([problem.data])
-    first = make_room(problem, code.addresses["data"])
-    first.clock[T_END] = scene.horizon
-    limits = *budgets, 1_000_000, wanted.path, wanted.events, 1, 0, 0, 0
-    first.limits[:] = (*limits, problem.branches, problem.sticks, problem.rows)
+    first = make_arrays(problem, code.addresses["data"])
+    first.clock.t_end = scene.horizon
+    limit(first.limits, budgets, wanted)
+    first.limits.branches, first.limits.sticks, first.limits.rows = problem.branches, problem.sticks, problem.rows
     launch = load_loop("symfric.solve.exact.oscillator.entry", "the closed forms of an oscillator")
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)

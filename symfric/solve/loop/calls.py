@@ -2,27 +2,27 @@
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.powers import gather, powers
-from symfric.solve.loop.workspace import FUNCTIONS, LINEAR, STICKER
+from symfric.solve.loop.workspace import FUNCTIONS
 
 
 @compiled(inline=True)
 def _variant(w):
     """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
-    return 2 + FUNCTIONS if w.limits[STICKER] >= 0 and w.m[w.limits[STICKER]] > 0.5 else 2
+    return 2 + FUNCTIONS if w.limits.sticker >= 0 and w.m[w.limits.sticker] > 0.5 else 2
 
 
 @compiled(inline=True)
 def prelude(w):
     """Recompute what depends on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
-    if w.limits[LINEAR]:
+    if w.limits.linear:
         gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
 
 
 @compiled(inline=True)
 def expand(w):
     """Compute all Taylor coefficients at the present state."""
-    if w.limits[LINEAR]:
+    if w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
     else:
         call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
@@ -31,7 +31,7 @@ def expand(w):
 @compiled(inline=True)
 def probe(w):
     """Compute the first coefficients in the mode on trial."""
-    if w.limits[LINEAR]:
+    if w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
     else:
         call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)

@@ -2,12 +2,13 @@
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from symfric.codegen.array_table import Table
-from symfric.solve.loop.workspace import CHUNK, EVENTS, GRAZES, KEPT_EVENTS, KEPT_STEPS, KINKS, REST, STEPS
+from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.observables import RANGE, Row, Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
@@ -17,6 +18,8 @@ _CHUNK_BYTES = 2**26  # most in one piece of a trajectory or of a list of events
 _SMALL_BYTES = 2**20  # a workspace with larger pieces is kept only if no other is
 _KEPT = 16  # workspaces that a model keeps for the next runs
 _STATUS = tuple(Status)
+_SHOWN = ("steps", "events", "kinks", "grazes")  # the first of `Counts`
+T = TypeVar("T", bound=RunArrays)
 
 Found = tuple[np.ndarray, float, dict[str, float], Raw]  # final state, its time, counts, and what was kept
 
@@ -34,8 +37,7 @@ class CompiledModel:
         From `symfric.codegen.loop_loader`.
     code : object
         What keeps the machine code of the scene alive.
-    first : NamedTuple of arrays
-        With the fields given_y, given_p, y, counts, clock, total, event_t, event_i, path_t, path_c and path_m.
+    first : RunArrays
     shared : frozenset of str
         Fields that no run changes: all workspaces have the same arrays there.
     wanted : Wanted
@@ -59,7 +61,7 @@ class CompiledModel:
         self._code = code
         self._idle: deque[Workspace] = deque(maxlen=_KEPT)
         self.path_rows = path_rows(first)
-        for array in first:
+        for _, array in first.items():
             array.setflags(write=False)
 
     def workspace(self) -> "Workspace":
@@ -102,7 +104,7 @@ class Workspace:
 
     Attributes
     ----------
-    arrays : NamedTuple of arrays
+    arrays : RunArrays
         What compiled code works on.
     large : bool
         Whether it holds so much memory that few of its kind should be kept.
@@ -134,8 +136,8 @@ class Workspace:
             elif code == EVENTS_FULL:
                 self._extend_log()
             w = self.arrays
-            if progress is not None and w.counts[STEPS] - told >= w.limits[CHUNK]:
-                told = w.counts[STEPS]
+            if progress is not None and w.counts.steps - told >= w.limits.chunk:
+                told = w.counts.steps
                 progress(min(1.0, float(w.y[-1]) / self._model.horizon))
             code = self._launch(self._table, False)
         return _STATUS[code]
@@ -143,8 +145,8 @@ class Workspace:
     def collect(self) -> Found:
         """Return what the run has left, copied."""
         w, wanted, n_x = self.arrays, self._model.wanted, self._model.n_x
-        counts = w.counts.tolist()
-        path, log, kept = None, None, counts[KEPT_STEPS]
+        counts = w.counts
+        path, log, kept = None, None, counts.kept_steps
         if self._extended:
             path, log = self._take_path(kept) if wanted.path else None, self.take_log()
         else:  # nearly always, and in a tenth of the time of a short run
@@ -152,7 +154,7 @@ class Workspace:
                 t, c = w.path_t, w.path_c
                 path = Path(t[:kept, 0].copy(), t[:kept, 1].copy(), c[:kept, :n_x].copy(), w.path_m[:kept].copy())
             if wanted.events:
-                kept = counts[KEPT_EVENTS]
+                kept = counts.kept_events
                 log = w.event_t[:kept].copy(), w.event_i[:kept].copy()
         ranges, integrals = {}, {}
         if wanted.row:
@@ -163,8 +165,8 @@ class Workspace:
                     ranges[name] = _range(row, low, high)
                 else:
                     integrals[name] = value
-        raw = Raw(ranges, integrals, w.clock.item(REST), path, log)
-        stats = {"steps": counts[STEPS], "events": counts[EVENTS], "kinks": counts[KINKS], "grazes": counts[GRAZES]}
+        raw = Raw(ranges, integrals, w.clock.rest, path, log)
+        stats = dict(zip(_SHOWN, counts.tolist(), strict=False))
         return w.y[:n_x].copy(), w.y.item(-1), stats, raw
 
     def _take_path(self, kept: int) -> Path:
@@ -174,13 +176,13 @@ class Workspace:
         before, self._path = self._path, _NONE
         if before.rows or w.path_c.nbytes <= _CHUNK_BYTES:
             return Path(*_joined(before, last))
-        self._set(w._replace(**_fields(self._model.first, "path", copied=True)))
+        self._set(replace(w, **_fields(self._model.first, "path", copied=True)))
         return Path(*last)
 
     def take_log(self) -> tuple[np.ndarray, np.ndarray]:
         """Return times and changes of the events of the run."""
         w = self.arrays
-        kept = w.counts.item(KEPT_EVENTS)
+        kept = w.counts.kept_events
         before, self._log, self._extended = self._log, _NONE, False
         times, changes = _joined(before, (w.event_t[:kept], w.event_i[:kept]))
         return times, changes
@@ -188,48 +190,48 @@ class Workspace:
     def _extend_path(self) -> bool:
         """Put the full piece of the trajectory aside and begin another; return False if there is no room."""
         w, model, self._extended = self.arrays, self._model, True
-        kept, rows = w.counts.item(KEPT_STEPS), len(w.path_t)
+        kept, rows = w.counts.kept_steps, len(w.path_t)
         if kept > rows:  # the loop begins again, with as many rows as it has counted
             size = kept
         else:
             piece = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, : model.n_x], w.path_m[:kept]
             self._path = _with(self._path, piece, kept)
-            w.counts[KEPT_STEPS] = 0
+            w.counts.kept_steps = 0
             most = rows if kept and w.path_c.nbytes > _CHUNK_BYTES // 2 else 2 * rows
             size = min(most, model.path_rows - self._path.rows)
         if size <= 0 or (kept == 0 and size <= rows):
             return False
-        self._set(w._replace(**_fields(w, "path", rows=size)))
+        self._set(replace(w, **_fields(w, "path", rows=size)))
         self.large = self.large or self.arrays.path_c.nbytes > _SMALL_BYTES
         return True
 
     def _extend_log(self) -> None:
         """Put the full piece of the list of events aside and begin another."""
         w, self._extended = self.arrays, True
-        kept, rows = w.counts.item(KEPT_EVENTS), len(w.event_t)
+        kept, rows = w.counts.kept_events, len(w.event_t)
         if kept > rows:
             size = kept
         else:
             self._log = _with(self._log, (w.event_t[:kept], w.event_i[:kept]), kept)
-            w.counts[KEPT_EVENTS] = 0
+            w.counts.kept_events = 0
             size = rows if kept and w.event_i.nbytes > _CHUNK_BYTES // 2 else 2 * rows
-        self._set(w._replace(**_fields(w, "event", rows=size)))
+        self._set(replace(w, **_fields(w, "event", rows=size)))
         self.large = self.large or self.arrays.event_i.nbytes > _SMALL_BYTES
 
 
-def path_rows(first: Any) -> int:
+def path_rows(first: RunArrays) -> int:
     """Return how many steps of a trajectory there may be."""
     return PATH_BYTES // first.path_c[0].nbytes
 
 
-def own(first: Any, shared: frozenset[str]) -> Any:
+def own(first: T, shared: frozenset[str]) -> T:
     """Return the arrays of a run from those of its model: the shared ones themselves, copies of the others."""
-    return type(first)(*(a if n in shared else a.copy() for n, a in zip(first._fields, first, strict=True)))
+    return replace(first, **{n: a.copy() for n, a in first.items() if n not in shared})
 
 
-def _fields(w: Any, prefix: str, rows: int = 0, copied: bool = False) -> dict[str, np.ndarray]:
+def _fields(w: RunArrays, prefix: str, rows: int = 0, copied: bool = False) -> dict[str, np.ndarray]:
     """Return new arrays in place of those whose name begins like this."""
-    old = {name: getattr(w, name) for name in w._fields if name.startswith(f"{prefix}_")}
+    old = {name: a for name, a in w.items() if name.startswith(f"{prefix}_")}
     return {n: a.copy() if copied else np.empty((rows, *a.shape[1:]), a.dtype) for n, a in old.items()}
 
 

@@ -2,9 +2,9 @@
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.loop.event_loop import drive, reset
-from symfric.solve.loop.workspace import Workspace
+from symfric.solve.loop.workspace import LoopArrays
 
-_at_address = opener(Workspace)
+_at_address = opener(LoopArrays)
 
 
 @compiled(fused=True)

@@ -8,51 +8,20 @@ from symfric.solve.loop.calls import expand, prelude
 from symfric.solve.loop.mode_selection import keep_scales, settle
 from symfric.solve.loop.polynomials import extend_range, first_crossing, value
 from symfric.solve.loop.resting_edges import decisive, size_of
+from symfric.solve.loop.run_arrays import EXPAND, GO, SETTLE, begin_counting, budget, pause
 from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.loop.singular_start import start_singular
 from symfric.solve.loop.step_acceptance import proven, reach
 from symfric.solve.loop.step_size import step_rule, step_size
 from symfric.solve.loop.tolerances import EPS, TOUCH, natural_time, no_acceleration
 from symfric.solve.loop.workspace import (
-    CHUNK,
-    DOUBTS,
-    EVENTS,
-    EXPAND,
-    FLAGGED,
-    FOLLOWED,
     FORCES,
-    GO,
-    GRAZES,
-    H_LAST,
-    KEEP_EVENTS,
-    KEEP_PATH,
-    KEPT_EVENTS,
-    KEPT_STEPS,
-    MARK_EVENTS,
-    MARK_STEPS,
-    MARK_STEPS_T,
-    MARK_T,
-    MAX_EVENTS,
-    MAX_STEPS,
-    N_Q,
-    PHASE,
-    REST,
-    SEGMENT,
-    SETTLE,
-    STALL,
-    STEPS,
-    T_END,
-    T_LOW,
-    TOLERANCE,
-    VARIED,
 )
 from symfric.solve.observables import FOLLOW, INTEGRAL, THEN, TURN
-from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
+from symfric.solve.status import Status
 
-_OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
-_COLLAPSE, _CHATTER, _NAN = int(Status.STEP_COLLAPSE), int(Status.CHATTER), int(Status.NOT_FINITE)
-_LOST = int(Status.LOST_CONTACT)
-_STALLED = 200  # events without time advancing
+_OK, _COLLAPSE = int(Status.OK), int(Status.STEP_COLLAPSE)
+_NAN, _LOST = int(Status.NOT_FINITE), int(Status.LOST_CONTACT)
 _MANY_STEPS, _LEAST_PROGRESS = 20_000, 1e-9  # steps that together advance less than this part of the run stand still
 _LEAST_STEP = 1e-24  # part of the run
 # by how much a step may be longer if an event or the end follows: at an order of 20 its error grows threefold, which is
@@ -71,9 +40,7 @@ def reset(w):
         w.p[k] = w.given_p[k] if k < n_p else w.segment_p[0, k - n_p]
     for k in range(w.m.size):
         w.m[k] = 0.0 if k < n_c else 1.0
-    w.counts[:] = 0
-    w.clock[T_LOW], w.clock[H_LAST], w.clock[REST] = 0.0, 0.0, np.nan
-    w.clock[MARK_T], w.clock[MARK_STEPS_T] = 0.0, -np.inf
+    begin_counting(w)
     w.scale[:] = 0.0
     w.other[:] = 0.0
     w.carries[:] = 0
@@ -91,40 +58,35 @@ def reset(w):
 
 @part
 def drive(w):
-    """Integrate from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
+    """Integrate from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a reason to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
-    pause = w.counts[STEPS] + w.limits[CHUNK]
+    stop = w.counts.steps + w.limits.chunk
     rule = step_rule(w)
     while True:
-        if w.y[n_x] >= w.clock[T_END]:
+        if w.y[n_x] >= w.clock.t_end:
             return _OK
-        if w.counts[STEPS] >= w.limits[MAX_STEPS]:
-            return _STEPS
-        if w.counts[STEPS] >= w.counts[MARK_STEPS]:
-            if w.y[n_x] - w.clock[MARK_STEPS_T] < _LEAST_PROGRESS * w.clock[T_END]:
+        status = pause(w, stop, n_c)
+        if status != _OK:
+            return status
+        if w.counts.steps >= w.counts.mark_steps:
+            if w.y[n_x] - w.clock.mark_steps_t < _LEAST_PROGRESS * w.clock.t_end:
                 return _COLLAPSE
-            w.counts[MARK_STEPS], w.clock[MARK_STEPS_T] = w.counts[STEPS] + _MANY_STEPS, w.y[n_x]
-        if w.counts[STEPS] >= pause:
-            return PAUSED
-        if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
-            return PATH_FULL
-        if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] + n_c >= w.event_t.size:
-            return EVENTS_FULL
-        if w.counts[PHASE] == SETTLE:
+            w.counts.mark_steps, w.clock.mark_steps_t = w.counts.steps + _MANY_STEPS, w.y[n_x]
+        if w.counts.phase == SETTLE:
             status = _switch(w, n_x, n_c)
             if status != _OK:
                 return status
-        if w.counts[PHASE] == EXPAND:
+        if w.counts.phase == EXPAND:
             expand(w)
-            w.counts[PHASE] = GO
+            w.counts.phase = GO
         h = step_size(w, n_x, rule)
         if not h > 0.0:
             status = start_singular(w, n_x, n_c)
             if status != _OK:
                 return status
             continue
-        limit = min(w.clock[T_END], w.segment_t[w.counts[SEGMENT] + 1])
-        left = (limit - w.y[n_x]) - w.clock[T_LOW]
+        limit = min(w.clock.t_end, w.segment_t[w.counts.segment + 1])
+        left = (limit - w.y[n_x]) - w.clock.t_low
         last = h * _STRETCH >= left
         if last:
             h = left
@@ -133,7 +95,7 @@ def drive(w):
             holds = proven(w, n_x, tau)
             if holds == tau:
                 break
-            if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock[T_END]):
+            if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock.t_end):
                 return _COLLAPSE
             last, h = False, holds
             tau = _first_event(w, n_x, n_c, h, h)
@@ -147,12 +109,12 @@ def drive(w):
             if not abs(w.y[i]) < np.inf:
                 return _NAN
         if last:
-            w.y[n_x], w.clock[T_LOW] = limit, 0.0
-            if limit < w.clock[T_END]:
+            w.y[n_x], w.clock.t_low = limit, 0.0
+            if limit < w.clock.t_end:
                 _next_segment(w)
                 continue
-        w.counts[PHASE] = SETTLE if w.counts[FLAGGED] else EXPAND
-        if w.counts[FLAGGED] == 2:
+        w.counts.phase = SETTLE if w.counts.flagged else EXPAND
+        if w.counts.flagged == 2:
             return _LOST
 
 
@@ -160,7 +122,7 @@ def drive(w):
 def _first_event(w, n_x, n_c, h, far):
     """Return the time to the first guard that becomes negative within `far`, else h; name it in ``w.hit``."""
     n_g = w.hit.size
-    w.counts[FLAGGED] = 0
+    w.counts.flagged = 0
     reach(w, h, far)
     tau, which = far, -1
     for g in range(n_g):
@@ -170,7 +132,7 @@ def _first_event(w, n_x, n_c, h, far):
         begin = w.c[r, 0]
         begin += w.slack[g]
         if g >= w.m.size:
-            begin += TOUCH * w.clock[TOLERANCE] * max(w.scale[r], total)  # it may have been zero until now
+            begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # it may have been zero until now
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]
@@ -193,7 +155,7 @@ def _first_event(w, n_x, n_c, h, far):
         for g in range(which):
             if w.hit[g]:  # an earlier candidate that turned out to be later
                 w.hit[g] = 0
-        w.counts[FLAGGED] = 2 if which >= w.m.size else 1
+        w.counts.flagged = 2 if which >= w.m.size else 1
         return tau
     return h
 
@@ -231,15 +193,15 @@ def _crossing(w, r, g, begin, total, h):
 def _advance(w, n_x, n_c, tau):
     """Move the state over the step, keep what is wanted of it, and update the scales."""
     order = w.c.shape[1] - 1
-    if w.limits[KEEP_PATH]:
-        k = w.counts[KEPT_STEPS]
-        w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] + w.clock[T_LOW], tau
+    if w.limits.keep_path:
+        k = w.counts.kept_steps
+        w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] + w.clock.t_low, tau
         for r in range(n_x):
             for j in range(order + 1):
                 w.path_c[k, r, j] = w.c[r, j]
         for i in range(n_c):
             w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        w.counts[KEPT_STEPS] += 1
+        w.counts.kept_steps += 1
     if w.kind.size:
         _accumulate(w, n_x + w.hit.size, tau)
     for r in range(w.c.shape[0]):
@@ -250,17 +212,17 @@ def _advance(w, n_x, n_c, tau):
             w.scale[r] = max(w.scale[r], abs(w.c[r, 0]))
         else:
             w.scale[r] = max(w.scale[r], abs(w.c[r, 1]) * tau)
-    gain = tau + w.clock[T_LOW]
+    gain = tau + w.clock.t_low
     new = w.y[n_x] + gain
-    w.clock[T_LOW] = gain - (new - w.y[n_x])
+    w.clock.t_low = gain - (new - w.y[n_x])
     w.y[n_x] = new
-    w.clock[H_LAST] = max(tau, 0.1 * w.clock[H_LAST])
-    w.counts[STEPS] += 1
+    w.clock.h_last = max(tau, 0.1 * w.clock.h_last)
+    w.counts.steps += 1
     if tau > 0.0:
-        w.counts[STALL] = 0
+        w.counts.stall = 0
         for g in range(w.fresh.size):
             w.fresh[g] = 0
-        for s in range(w.limits[VARIED]):
+        for s in range(w.limits.varied):
             w.tau[s] = 0.0
 
 
@@ -280,10 +242,10 @@ def _accumulate(w, first, tau):
             w.total[e, 2] = new
             continue
         if w.kind[e] == THEN:
-            since = (w.then[e] - w.y[w.y.size - 1]) - w.clock[T_LOW]
+            since = (w.then[e] - w.y[w.y.size - 1]) - w.clock.t_low
             if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
                 w.total[e, 2] = value(c, order, since)
-                if e >= w.limits[FOLLOWED] and w.counts[DOUBTS]:
+                if e >= w.limits.followed and w.counts.doubts:
                     w.total[e, 2] = np.nan
             continue
         if w.kind[e] == FOLLOW:
@@ -299,20 +261,20 @@ def _accumulate(w, first, tau):
         old_low, old_high = w.total[e, 0], w.total[e, 1]
         low, high = extend_range(w.poly, order, old_low, old_high, w.table, w.stack, w.found, w.slope)
         w.total[e, 0], w.total[e, 1] = low, high
-        if e < w.limits[FOLLOWED]:
+        if e < w.limits.followed:
             note_places(w, e, tau, old_low, old_high)
 
 
 @compiled(inline=True, fused=True)
 def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
-    if w.limits[VARIED]:
+    if w.limits.varied:
         remember(w)
     status = settle(w)
     if status != _OK:
         return status
-    starting = w.clock[H_LAST] == 0.0 and w.counts[STEPS] == 0
-    if w.limits[VARIED]:
+    starting = w.clock.h_last == 0.0 and w.counts.steps == 0
+    if w.limits.varied:
         jump(w, n_x, n_c, starting)
     keep_scales(w, n_x, n_c)
     changed, at_rest = 0, n_c > 0
@@ -321,41 +283,26 @@ def _switch(w, n_x, n_c):
         at_rest = at_rest and mode == 0
         if mode != w.old[i] and not starting:
             changed += 1
-            if w.limits[KEEP_EVENTS]:
-                k = w.counts[KEPT_EVENTS]
-                w.event_t[k] = w.y[n_x] + w.clock[T_LOW]
+            if w.limits.keep_events:
+                k = w.counts.kept_events
+                w.event_t[k] = w.y[n_x] + w.clock.t_low
                 w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = i, w.old[i], mode
-                w.counts[KEPT_EVENTS] += 1
+                w.counts.kept_events += 1
     if starting:
         _begin(w, n_x)
-    for i in range(w.limits[N_Q], 2 * w.limits[N_Q]):
+    for i in range(w.limits.n_q, 2 * w.limits.n_q):
         at_rest = at_rest and abs(w.y[i]) <= 1e-13 * w.scale[i]
     if not at_rest:
-        w.clock[REST] = np.nan
-    elif not w.clock[REST] >= 0.0:
-        w.clock[REST] = w.y[n_x] + w.clock[T_LOW]
-        for s in range(w.limits[VARIED]):
+        w.clock.rest = np.nan
+    elif not w.clock.rest >= 0.0:
+        w.clock.rest = w.y[n_x] + w.clock.t_low
+        for s in range(w.limits.varied):
             w.rest[s] = w.tau[s]
-    w.counts[EVENTS] += changed
-    w.counts[GRAZES] += changed == 0 and not starting
-    w.counts[STALL] += 1
-    w.counts[PHASE] = EXPAND
-    return budget(w, n_x)
-
-
-@compiled(inline=True, fused=True)
-def budget(w, n_x):
-    """Return a status that ends a run of too many events."""
-    if w.counts[STALL] > _STALLED:
-        return _CHATTER
-    if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
-        return _EVENTS
-    if w.counts[EVENTS] - w.counts[MARK_EVENTS] > 1000:
-        t = w.y[n_x]
-        if t - w.clock[MARK_T] < 4e-13 * max(t, 1e-3 * w.clock[T_END]):
-            return _CHATTER
-        w.counts[MARK_EVENTS], w.clock[MARK_T] = w.counts[EVENTS], t
-    return _OK
+    w.counts.events += changed
+    w.counts.grazes += changed == 0 and not starting
+    w.counts.stall += 1
+    w.counts.phase = EXPAND
+    return budget(w, w.y[n_x])
 
 
 @compiled(fused=True)
@@ -370,11 +317,11 @@ def _begin(w, n_x):
 @compiled(fused=True)
 def _next_segment(w):
     """Load the next slope of the inputs."""
-    w.counts[SEGMENT] += 1
+    w.counts.segment += 1
     n = w.segment_p.shape[1]
     for k in range(n):
-        w.p[w.p.size - n + k] = w.segment_p[w.counts[SEGMENT], k]
+        w.p[w.p.size - n + k] = w.segment_p[w.counts.segment, k]
     for g in range(w.hit.size):
         w.hit[g] = 0
     prelude(w)
-    w.counts[PHASE] = SETTLE
+    w.counts.phase = SETTLE

@@ -17,15 +17,10 @@ from symfric.solve.loop.tolerances import ROUNDING, TIE, TOUCH, natural_time, no
 from symfric.solve.loop.workspace import (
     COUPLING,
     DROP,
-    EDGES,
-    KINKS,
     LOAD,
-    N_Q,
     PULL,
     SLIP,
-    T_END,
     TERMS,
-    TOLERANCE,
 )
 from symfric.solve.status import Status
 
@@ -49,15 +44,15 @@ def settle(w):
         g, lost = w.loads[i], 0.0
         if g >= 0:
             w.slack[g] = no_load(w, i)
-            lost = -w.slack[g] - TOUCH * w.clock[TOLERANCE] * w.scale[n_x + g]
+            lost = -w.slack[g] - TOUCH * w.clock.tolerance * w.scale[n_x + g]
         if w.gauge[LOAD, i] < lost:
             return _LOST
         if w.gauge[DROP, i] < 0.0:
             return _UNDECIDED
-    horizon = w.clock[T_END]
+    horizon = w.clock.t_end
     for i in range(w.turns.size):
         w.turns[i] = 0
-    edges = w.limits[EDGES] > 0
+    edges = w.limits.edges > 0
     rounds = 60 + 12 * (n_c + n_s)
     for turn in range(rounds):
         _share(w, n_c)
@@ -80,7 +75,7 @@ def settle(w):
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     measure(w, w.y, w.gauge)
-    n_q = w.limits[N_Q]
+    n_q = w.limits.n_q
     for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.trial, w.span)
@@ -124,7 +119,7 @@ def _project(w, n_c):
     if not coupled:  # exact without, where every slip has a velocity of its own
         return False
     close = _share(w, n_c)
-    n_q = w.limits[N_Q]
+    n_q = w.limits.n_q
     for i in range(n_c):
         w.impulse[i] = -w.gauge[SLIP, i]
         for j in range(i):
@@ -171,7 +166,7 @@ def _share(w, n_c):
 @compiled
 def _share_closely(w, n_c):
     """Do so where a slip nearly follows from those before it; see `symfric.lower.constraint_forces`."""
-    n_q = w.limits[N_Q]
+    n_q = w.limits.n_q
     spread = COUPLING + n_c
     for i in range(n_c):
         if w.m[i] < 0.5:
@@ -287,7 +282,7 @@ def _change_switch(w, n_x, n_c, n_s, edges):
         if wrong:
             w.turns[n_c + j] += 1
             w.m[2 * n_c + j] = -w.m[2 * n_c + j]
-            w.counts[KINKS] += 1
+            w.counts.kinks += 1
             return True
     return False
 

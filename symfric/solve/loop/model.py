@@ -11,8 +11,9 @@ from symfric.lower.variational_equations import Variations
 from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
 from symfric.solve.loop.compiled_model import CompiledModel
+from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.series import Series, reach
-from symfric.solve.loop.workspace import SHARED, T_END, make_workspace
+from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Wanted
 
 
@@ -33,7 +34,7 @@ def series_model(
     scene : Scene
     automaton : Automaton
     variants : sequence of Series
-        As for `make_workspace`; those without a series are linear equations.
+        As for `make_arrays`; those without a series are linear equations.
     wanted : Wanted
     budgets : (int, int)
         Most steps and events.
@@ -52,19 +53,15 @@ def series_model(
     functions += [jump] if jump else []
     code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
-    first = make_workspace(automaton, variants, code.addresses, wanted.rows, pieces, jump)
-    first.clock[T_END:] = scene.horizon, *tolerances
-    sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
-    limits = *budgets, 1_000_000, wanted.path, wanted.events, automaton.n_q, first.exposed.size > 0
-    derivatives = (variations.columns, variations.followed) if variations else (0, 0)
-    first.limits[:] = (
-        *limits,
-        sticker,
-        linear,
-        *derivatives,
-        len(automaton.at_edges),
-        automaton.n_q * automaton.coupled,
-    )
+    first = make_arrays(automaton, variants, code.addresses, wanted.rows, pieces, jump)
+    clock, limits = first.clock, first.limits
+    clock.t_end, (clock.tolerance, clock.doubt) = scene.horizon, tolerances
+    limit(limits, budgets, wanted)
+    limits.n_q, limits.checked, limits.linear = automaton.n_q, first.exposed.size > 0, linear
+    limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
+    limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
+    if variations:
+        limits.varied, limits.followed = variations.columns, variations.followed
     launch = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)

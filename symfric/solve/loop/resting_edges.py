@@ -4,7 +4,7 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.solve.loop.series import PROBED
 from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
-from symfric.solve.loop.workspace import COUPLED, COUPLING, EDGES, KINKS, N_Q
+from symfric.solve.loop.workspace import COUPLING
 
 _MOST = 6  # changes of one switch while settling
 
@@ -26,7 +26,7 @@ def find_edges(w, n_x, n_c, first):
         new = _sign(w, row, g, j, n_c)
         if new != w.m[g] and w.turns[n_c + j] < _MOST:
             w.turns[n_c + j] += 1
-            w.counts[KINKS] += new * w.m[g] < 0.0
+            w.counts.kinks += new * w.m[g] < 0.0
             w.m[g] = new
             changed = True
     return changed
@@ -35,7 +35,7 @@ def find_edges(w, n_x, n_c, first):
 @compiled(inline=True)
 def size_of(w, n_c, j, derivative):
     """Return the size of the terms of the quantity of switch j, at which a load jumps, or of one of its derivatives."""
-    at = (COUPLING + n_c + w.limits[N_Q] + w.limits[COUPLED]) * n_c + derivative * w.limits[EDGES] + w.edge[j] - 1
+    at = (COUPLING + n_c + w.limits.n_q + w.limits.coupled) * n_c + derivative * w.limits.edges + w.edge[j] - 1
     return w.gauge[at // n_c, at % n_c]
 
 

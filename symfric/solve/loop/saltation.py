@@ -10,7 +10,7 @@ from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.solve.loop.polynomials import roots, value
 from symfric.solve.loop.tolerances import natural_time
-from symfric.solve.loop.workspace import DOUBTS, EDGES, FOLLOWED, JUMP, STALL, TOLERANCE, VARIED
+from symfric.solve.loop.workspace import JUMP
 from symfric.solve.observables import INTEGRAL, RANGE
 
 APART = 1e-6  # relative difference of the times of events that are meant to be one
@@ -31,7 +31,7 @@ def remember(w):
 @compiled
 def jump(w, n_x, n_c, starting):
     """Apply the saltation to all derivatives; count the events at which there are none, and void what lies on them."""
-    n_s, n_m, n_g, n_f = w.limits[VARIED], w.m.size, w.hit.size, w.limits[FOLLOWED]
+    n_s, n_m, n_g, n_f = w.limits.varied, w.m.size, w.hit.size, w.limits.followed
     n_y, first = n_x // (1 + n_s), w.kind.size - n_f * n_s
     for k in range(n_m):
         w.before[w.p.size + n_m + k] = w.m[k]
@@ -44,8 +44,8 @@ def jump(w, n_x, n_c, starting):
         _doubt_start(w, n_c, n_s, slips)
     else:
         _doubt(w, n_x, n_c, slopes)
-    void = np.nan if w.counts[DOUBTS] else 1.0
-    if w.limits[EDGES]:
+    void = np.nan if w.counts.doubts else 1.0
+    if w.limits.edges:
         _doubt_edges(w, n_c, slips + n_c * n_s)
     for k in range(n_s * n_y):
         w.y[n_y + k] = w.after[k]
@@ -72,15 +72,15 @@ def _doubt(w, n_x, n_c, slopes):
         changes = slipped != slips or (slips and w.before[first + n_c + i] != w.m[n_c + i])
         changed = changed or changes
         if changes and slipped and w.after[slopes + n_g + 2 * i] > APART:  # its slip ended with that of another
-            w.counts[DOUBTS] += 1
+            w.counts.doubts += 1
     for g in range(2 * n_c):
         if w.before[first + 2 * n_m + g] == 0.0:
             continue
-        slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock[TOLERANCE]) ** 0.5 * w.scale[n_x + g]
+        slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         if slow or w.after[slopes + n_g + g] > APART:
-            w.counts[DOUBTS] += 1
-    if changed and w.counts[STALL] > 0:
-        w.counts[DOUBTS] += 1
+            w.counts.doubts += 1
+    if changed and w.counts.stall > 0:
+        w.counts.doubts += 1
 
 
 @compiled
@@ -89,7 +89,7 @@ def _doubt_start(w, n_c, n_s, slips):
     for i in range(n_c):
         if w.zero[i] and w.m[i] < 0.5:
             for s in range(n_s):
-                w.counts[DOUBTS] += w.after[slips + i * n_s + s] != 0.0
+                w.counts.doubts += w.after[slips + i * n_s + s] != 0.0
 
 
 @compiled
@@ -97,7 +97,7 @@ def _doubt_edges(w, n_c, off):
     """Count the contacts at rest on the edge of a cell that a direction moves off it."""
     for j in range(w.edge.size):
         if w.edge[j] and abs(w.m[2 * n_c + j]) == ON_EDGE:
-            w.counts[DOUBTS] += w.after[off + w.edge[j] - 1] > APART
+            w.counts.doubts += w.after[off + w.edge[j] - 1] > APART
 
 
 @compiled
@@ -160,12 +160,12 @@ def turn_lowest(w, e):
 def follow(w, f, c, tau):
     """Evaluate derivative row f where the row it follows took its extremes in this step."""
     e = int(w.then[f])
-    s = (f - w.kind.size) % w.limits[VARIED]
+    s = (f - w.kind.size) % w.limits.varied
     parent = w.c[w.c.shape[0] - w.kind.size + e]
     for side in range(2):
         place = w.total[e, 2 + side]
         if place < 0.0:
             continue
-        w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if w.counts[DOUBTS] == 0 else np.nan
+        w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if w.counts.doubts == 0 else np.nan
         if place == 0.0:  # a row that jumped at the event where this step begins
             w.total[f, side] += parent[1] * w.tau[s]

@@ -9,8 +9,9 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.calls import expand
+from symfric.solve.loop.run_arrays import EXPAND
 from symfric.solve.loop.tolerances import TIE, natural_time
-from symfric.solve.loop.workspace import EXPAND, KEEP_PATH, KEPT_STEPS, PHASE, PULL, STALL, T_END, TERMS
+from symfric.solve.loop.workspace import PULL, TERMS
 from symfric.solve.status import Status
 
 FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
@@ -21,11 +22,11 @@ _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 @compiled
 def start_singular(w, n_x, n_c):
     """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
-    w.counts[STALL] += 1
+    w.counts.stall += 1
     begins = False
     for g in range(w.fresh.size):
         begins = begins or w.fresh[g] != 0
-    if w.counts[STALL] > 20 or (w.counts[STALL] == 1 and not begins):
+    if w.counts.stall > 20 or (w.counts.stall == 1 and not begins):
         return _NAN
     for r in range(n_x):
         w.base[0, r] = w.y[r]
@@ -41,7 +42,7 @@ def start_singular(w, n_x, n_c):
             time = size / pull if size > 0.0 else time
             if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[PULL, i]:
                 weight = 0.5
-    h = min(FRACTION * time, w.clock[T_END] - w.y[n_x])
+    h = min(FRACTION * time, w.clock.t_end - w.y[n_x])
     for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
         if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
             w.base[2, r] = 0.0
@@ -56,16 +57,16 @@ def start_singular(w, n_x, n_c):
     _keep(w, n_x, n_c, h)
     for g in range(w.fresh.size):
         w.fresh[g] = 0
-    w.counts[PHASE] = EXPAND
+    w.counts.phase = EXPAND
     return status
 
 
 @compiled
 def _keep(w, n_x, n_c, h):
     """Add the short step to the trajectory, as a straight line."""
-    if w.limits[KEEP_PATH] == 0 or w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+    if w.limits.keep_path == 0 or w.counts.kept_steps >= w.path_t.shape[0]:
         return
-    k = w.counts[KEPT_STEPS]
+    k = w.counts.kept_steps
     w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] - h, h
     for r in range(n_x):
         for j in range(w.c.shape[1]):
@@ -73,7 +74,7 @@ def _keep(w, n_x, n_c, h):
         w.path_c[k, r, 0], w.path_c[k, r, 1] = w.base[0, r], (w.y[r] - w.base[0, r]) / h
     for i in range(n_c):
         w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-    w.counts[KEPT_STEPS] += 1
+    w.counts.kept_steps += 1
 
 
 @compiled

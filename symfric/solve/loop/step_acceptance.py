@@ -12,7 +12,6 @@ from symfric.solve.loop.calls import bound_terms, bound_unseen, probe_trial
 from symfric.solve.loop.polynomials import value
 from symfric.solve.loop.powers import reach_of
 from symfric.solve.loop.tolerances import EPS
-from symfric.solve.loop.workspace import CHECKED, LINEAR, N_Q, T_LOW, TOLERANCE
 
 _PARTS = 400  # of a step, at most
 _LEAST = 2.0**-12  # length of a part, relative to the step
@@ -26,7 +25,7 @@ _SLACK = 50.0  # tolerances that a defect may have where it is looked at
 def reach(w, h, far):
     """Compute what a step of length h adds to the states, and by how much one of length `far` can change the guards."""
     w.step[0], w.step[1] = h, far
-    if w.limits[LINEAR]:
+    if w.limits.linear:
         reach_of(w.c, h, far, w.y.size - 1, w.reach)
         return
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
@@ -35,7 +34,7 @@ def reach(w, h, far):
 @compiled(inline=True, fused=True)
 def proven(w, n_x, tau):
     """Move the state on trial to the end of a step of length tau; return the length that holds, or one to try."""
-    if w.limits[CHECKED]:
+    if w.limits.checked:
         return _proven(w, n_x, tau)
     _try_end(w, n_x, tau)
     return tau
@@ -89,15 +88,15 @@ def _hides_nothing(w, n_x, begin, end, tau):
         else:
             w.box[r] = value(w.c[r], order, middle)
             w.box[n_x + 1 + r] = abs(slope(w.c[r], middle)) * half + 0.5 * half * half * w.bend[r]
-    w.box[n_x], w.box[2 * n_x + 1] = w.y[n_x] + (w.clock[T_LOW] + middle), half
+    w.box[n_x], w.box[2 * n_x + 1] = w.y[n_x] + (w.clock.t_low + middle), half
     bound_unseen(w)
     for e in range(w.exposed.size):
         r = w.exposed[e]
         if r < n_x:
             start = abs(w.c[r, 1])
-            allowed = w.clock[TOLERANCE] * max(w.scale[r], start * tau) / (end - begin) + _NOTHING
+            allowed = w.clock.tolerance * max(w.scale[r], start * tau) / (end - begin) + _NOTHING
         else:
-            allowed = w.clock[TOLERANCE] * _size(w, r, tau) + _NOTHING
+            allowed = w.clock.tolerance * _size(w, r, tau) + _NOTHING
         if not w.unseen[r] <= allowed and not w.unseen[r] <= allowed + _rounding(w, r):
             return False
     return True
@@ -129,12 +128,12 @@ def _try_end(w, n_x, t):
 def _obeys(w, n_x, t, tau):
     """Return whether rates and exposed rows of the polynomial after the time t are those of the equations."""
     _try_end(w, n_x, t)
-    w.trial[n_x] = w.y[n_x] + (w.clock[T_LOW] + t)
+    w.trial[n_x] = w.y[n_x] + (w.clock.t_low + t)
     probe_trial(w)
-    for r in range(w.limits[N_Q]):
+    for r in range(w.limits.n_q):
         w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
-    tolerance = _SLACK * w.clock[TOLERANCE]
-    for r in range(w.limits[N_Q], n_x):
+    tolerance = _SLACK * w.clock.tolerance
+    for r in range(w.limits.n_q, n_x):
         rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
         w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
         scale = max(w.scale[r], start * t, abs(truth) * t)

@@ -4,7 +4,6 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.tolerances import EPS
-from symfric.solve.loop.workspace import CHECKED, H_LAST, T_END, TOLERANCE
 
 _TINY = 1e-300  # a scale that is none
 _SHORT = 1e-3  # of the run: a first step that no coefficient limits
@@ -19,7 +18,7 @@ _MOST = 1023 << 30
 @compiled(inline=True)
 def step_rule(w):
     """Return what `step_size` needs of the tolerance and the order."""
-    order, tolerance = w.c.shape[1] - 1, w.clock[TOLERANCE]
+    order, tolerance = w.c.shape[1] - 1, w.clock.tolerance
     limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
     return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
 
@@ -30,7 +29,7 @@ def step_size(w, n_x, rule):
 
     Terms are compared by their logarithms, in fixed point: see `_bits`.
     """
-    order, before = w.c.shape[1] - 1, w.clock[H_LAST]
+    order, before = w.c.shape[1] - 1, w.clock.h_last
     if before == 0.0:
         return _first_step(w)
     grain, limit, root, root_below = rule
@@ -42,7 +41,7 @@ def step_size(w, n_x, rule):
         if max(a, b) == 0:
             continue
         scale = max(w.scale[r], abs(w.c[r, 1]) * before, grain * abs(w.c[r, 0]))
-        if w.limits[CHECKED] and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
+        if w.limits.checked and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
             # near a singularity of a law its guard must be right relative to what is left of it
             scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, grain * scale)
         if scale < _TINY:
@@ -109,7 +108,7 @@ def _first_step(w):
     Of a row that has only every third or fourth term, the last that there are.
     """
     order = w.c.shape[1] - 1
-    tolerance = w.clock[TOLERANCE]
+    tolerance = w.clock.tolerance
     h, late = np.inf, np.inf
     for r in range(w.c.shape[0]):
         own, end = np.inf, order
@@ -128,7 +127,7 @@ def _first_step(w):
             if reach == 0.0 and w.c[r, 0] != 0.0:
                 reach = _root(tolerance * abs(w.c[r, 0]) / a, last)
             elif reach == 0.0:  # nothing to compare with: a part of the run
-                reach = _SHORT * w.clock[T_END]
+                reach = _SHORT * w.clock.t_end
             own = min(own, reach)
         if _comes_late(w, r):
             late = min(late, own)

@@ -1,7 +1,7 @@
 """What counts as zero: rounding, ties, and the error of the run."""
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.workspace import COUPLING, DOUBT, FORCES, N_Q, PULL, STEPS, T_END, TERMS
+from symfric.solve.loop.workspace import COUPLING, FORCES, PULL, TERMS
 
 EPS = 2.0**-52
 ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
@@ -24,11 +24,11 @@ def natural_time(w):
     What a belt carries changes its speed by rounding alone; no time is longer than the run.
     """
     time = 0.0
-    n = w.limits[N_Q]
+    n = w.limits.n_q
     for i in range(n):
         if w.scale[n + i] > 0.0:
             time = max(time, w.scale[i] / w.scale[n + i])
-    return min(time, w.clock[T_END]) if time > 0.0 else 1e-3 * w.clock[T_END]
+    return min(time, w.clock.t_end) if time > 0.0 else 1e-3 * w.clock.t_end
 
 
 @compiled
@@ -53,8 +53,8 @@ def doubt_of(w, i):
     of the run is its tolerance times acceleration, range of the slip over the natural time, next to that of the bound.
     """
     pull, least = w.gauge[PULL, i], no_acceleration(w, i, 0.0)
-    if w.counts[STEPS] > 0:
-        error = w.clock[DOUBT] * (pull + w.span[TERMS, i] / natural_time(w))
+    if w.counts.steps > 0:
+        error = w.clock.doubt * (pull + w.span[TERMS, i] / natural_time(w))
         least = max(least, min(MOST_DOUBT * pull, error))
     coupling = w.gauge[COUPLING + i, i]
     return least / coupling if coupling > 0.0 else 0.0

@@ -1,7 +1,7 @@
 """The arrays that one run of the event loop works on; made once for a program and used again for every run."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -9,32 +9,10 @@ import numpy as np
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 from symfric.solve.loop.series import PROBED, Series
 from symfric.solve.observables import Row
 
-# entries of `counts`
-STEPS, EVENTS, KINKS, GRAZES, KEPT_STEPS, KEPT_EVENTS, SEGMENT, PHASE, STALL, MARK_EVENTS, FLAGGED, DOUBTS = range(12)
-MARK_STEPS = 12
-# entries of `clock`
-T_LOW, H_LAST, REST, MARK_T, MARK_STEPS_T, T_END, TOLERANCE, DOUBT = range(8)
-# values of counts[PHASE]
-SETTLE, EXPAND, GO = range(3)
-# entries of `limits`
-(
-    MAX_STEPS,
-    MAX_EVENTS,
-    CHUNK,
-    KEEP_PATH,
-    KEEP_EVENTS,
-    N_Q,
-    CHECKED,
-    STICKER,
-    LINEAR,
-    VARIED,
-    FOLLOWED,
-    EDGES,
-    COUPLED,
-) = range(13)
 FUNCTIONS = 5  # entries of `code` for one variant, after two
 JUMP = 2 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
@@ -45,18 +23,38 @@ SHARED = frozenset({"code", "pattern", "sticks", "anchor", "factor", "parallel",
 SHARED |= {"segment_t", "segment_p", "exposed"}
 
 
-class Workspace(NamedTuple):
-    """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients."""
+class LoopLimits(Limits, kind=int):
+    """And what its scene is like."""
 
-    # addresses of gauge and reach, then of prelude, series, probe, unseen and terms; if one contact alone can stick
-    # (named by the limit STICKER) these are for its slipping, and five more are for its sticking; with LINEAR, the
-    # prelude computes the matrices of the equations, and that is all; last the jump of the derivatives at events, in as
-    # many directions as the limit VARIED says; the first FOLLOWED rows have derivatives, which are the last rows
-    code: Integers
-    given_y: Reals  # state and parameters at the start of a run
-    given_p: Reals
-    y: Reals  # state and time, (n_x + 1,)
-    p: Reals  # parameters, then start, value and slope of every input
+    n_q: int  # coordinates
+    checked: int  # whether something may be unseen in the coefficients of a step
+    sticker: int  # the only contact that can stick if it has series of its own for that, else -1
+    linear: int  # whether the equations are matrices
+    varied: int  # directions in which there are derivatives
+    followed: int  # the first so many rows have them; they are the last rows
+    edges: int  # switches at which a load jumps
+    coupled: int  # n_q if two slips have a mass in common, else 0
+
+
+class LoopClock(Clock):
+    """And tolerances."""
+
+    tolerance: float  # of the run
+    doubt: float  # part of an acceleration by which errors may falsify a decision to stick
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoopArrays(RunArrays):
+    """Arrays of one run; n_r = n_x + n_g + n_e rows of order + 1 coefficients.
+
+    `code` has the addresses of gauge and reach, then of prelude, series, probe, unseen and terms; if one contact alone
+    can stick these are for its slipping, and five more are for its sticking; of linear equations, the prelude computes
+    the matrices, and that is all; last the jump of the derivatives at events. Behind the parameters, `p` has start,
+    value and slope of every input.
+    """
+
+    clock: LoopClock
+    limits: LoopLimits
     m: Reals  # stick flags, directions, switch signs
     aux: Reals  # what the prelude computes, and room for series that are tables
     newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
@@ -68,8 +66,8 @@ class Workspace(NamedTuple):
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # the first of them, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
-    # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit COUPLED = n_q, the
-    # slopes J^T, (COUPLING + n_c + n_q + COUPLED, n_c), and the sizes at the edges, one after the other, see
+    # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit `coupled`, the
+    # slopes J^T, (COUPLING + n_c + n_q + coupled, n_c), and the sizes at the edges, one after the other, see
     # `symfric.lower.cell_edges.Edges`
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
@@ -103,7 +101,6 @@ class Workspace(NamedTuple):
     fresh: Integers  # guards that start their mode at zero, (n_g,)
     slack: Reals  # what is added to a guard so that it starts its mode at zero, and to a load for its rounding, (n_g,)
     kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
-    total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
     step: Reals  # length of the step on trial, and how far guards are followed, (2,)
     reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
     poly: Reals  # a polynomial, its own copy, (order + 5,)
@@ -113,14 +110,6 @@ class Workspace(NamedTuple):
     table: Cube  # of Bernstein coefficients
     segment_t: Reals  # times at which inputs change their slope, increasing, the last one infinite
     segment_p: Matrix  # start, value and slope of every input from there on
-    counts: Integers
-    clock: Reals
-    limits: Integers
-    event_t: Reals
-    event_i: IntegerMatrix  # contact, mode before, mode after
-    path_t: Matrix  # start and length of every step kept
-    path_c: Cube  # its state coefficients, (n, n_x, order + 1)
-    path_m: IntegerMatrix  # its modes, (n, n_c)
     then: Reals  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
     before: Reals  # parameters, the modes before and after an event, and the guards hit: what the jump takes
     after: Reals  # what it gives; see `symfric.lower.variational_equations`
@@ -129,21 +118,21 @@ class Workspace(NamedTuple):
     rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
 
 
-def make_workspace(
+def make_arrays(
     automaton: Automaton,
     variants: Sequence[Series],
     addresses: dict[str, int],
     rows: Sequence[Row],
     segments,
     jump: ca.Function | None = None,
-) -> Workspace:
+) -> LoopArrays:
     """Allocate the arrays of a program.
 
     Parameters
     ----------
     automaton : Automaton
     variants : sequence of Series
-        One for all modes, or two, as described at `Workspace.code`.
+        One for all modes, or two, as described at `LoopArrays`.
     addresses : dict of str to int
         By function name.
     rows : sequence of Row
@@ -167,11 +156,10 @@ def make_workspace(
     ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
-    return Workspace(
+    return LoopArrays(
+        **{**common(n_x, len(automaton.parameters), n_e, order, n_c), "clock": LoopClock.zeros()},
+        limits=LoopLimits.zeros(),
         code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
-        given_y=room(n_x),
-        given_p=room(len(automaton.parameters)),
-        y=room(n_x + 1),
         p=room(variants[0].prelude.nnz_in(0)),
         m=room(automaton.n_mode),
         aux=room(max(v.prelude.nnz_out(0) + v.room for v in variants)),
@@ -214,7 +202,6 @@ def make_workspace(
         fresh=flags(n_g),
         slack=room(n_g),
         kind=np.array([r.kind for r in rows], dtype=np.int64),
-        total=room(n_e, 4),
         step=room(2),
         reach=room(n_x + n_g),
         poly=room(order + 5),
@@ -224,14 +211,6 @@ def make_workspace(
         table=bernstein_table(order),
         segment_t=segments[0],
         segment_p=segments[1],
-        counts=np.zeros(13, dtype=np.int64),
-        clock=room(8),
-        limits=np.zeros(13, dtype=np.int64),
-        event_t=room(64),
-        event_i=np.zeros((64, 3), dtype=np.int64),
-        path_t=room(64, 2),
-        path_c=room(64, n_x, order + 1),
-        path_m=np.zeros((64, n_c), dtype=np.int64),
         then=np.array([r.time for r in rows], dtype=float),
         before=room(jump.nnz_in(1) if jump else 0),
         after=room(jump.nnz_out(0) if jump else 0),

@@ -12,7 +12,7 @@ from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
-from symfric.solve.loop.workspace import DOUBTS, EVENTS, KINKS, REST, Workspace
+from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import FOLLOW, RANGE, TURN, Row, Wanted
 from symfric.solve.program import Numbers, check_tolerance
@@ -97,7 +97,7 @@ class SensitiveProgram:
         workspace = self._model.workspace()
         status = workspace.drive(y, p, progress)
         final, t_final, stats, raw = workspace.collect()
-        if status == Status.OK and workspace.arrays.counts[DOUBTS]:
+        if status == Status.OK and workspace.arrays.counts.doubts:
             status = Status.NO_DERIVATIVE
         raw = raw._replace(derivatives=self._derivatives(workspace.arrays, status))
         self._model.give_back(workspace)
@@ -114,12 +114,11 @@ class SensitiveProgram:
                 first[k, self._states.index(name)] = float(direction == name)
         return first.ravel()
 
-    def _derivatives(self, w: Workspace, status: Status) -> Derivatives:
+    def _derivatives(self, w: LoopArrays, status: Status) -> Derivatives:
         """Copy the derivatives of a run from its arrays."""
         n_x = len(self._states)
-        counts = w.counts.tolist()
-        known, smooth = status != Status.NO_DERIVATIVE, not (counts[EVENTS] or counts[KINKS])
-        rests = w.clock.item(REST) >= 0.0
+        known, smooth = status != Status.NO_DERIVATIVE, not (w.counts.events or w.counts.kinks)
+        rests = w.clock.rest >= 0.0
         return Derivatives(self._columns, w.y[n_x:-1].copy(), w.total.copy(), w.rest.copy(), known, rests, smooth)
 
 

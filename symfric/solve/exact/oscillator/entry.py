@@ -2,9 +2,9 @@
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.exact.oscillator.event_loop import drive, reset
-from symfric.solve.exact.oscillator.workspace import Room
+from symfric.solve.exact.oscillator.workspace import OscillatorArrays
 
-_at_address = opener(Room)
+_at_address = opener(OscillatorArrays)
 
 
 @compiled(ieee_division=True)

@@ -10,46 +10,18 @@ from symfric.solve.exact.oscillator.workspace import (
     A_U,
     A_X,
     BRANCH,
-    BRANCHES,
-    DIRECTION,
     LEFT,
     LOAD,
     PULL,
-    RATE,
-    ROWS,
     SHIFT,
-    SPEED,
-    STARTED,
     STATIC,
-    STICKS,
-    STILL,
-    WHERE,
     J,
 )
-from symfric.solve.loop.event_loop import budget
+from symfric.solve.loop.run_arrays import GO, SETTLE, begin_counting, budget, pause
 from symfric.solve.loop.tolerances import MOST_DOUBT, ROUNDING, TIE
-from symfric.solve.loop.workspace import (
-    CHUNK,
-    EVENTS,
-    GO,
-    GRAZES,
-    KEEP_EVENTS,
-    KEEP_PATH,
-    KEPT_EVENTS,
-    KEPT_STEPS,
-    KINKS,
-    MAX_STEPS,
-    PHASE,
-    REST,
-    SETTLE,
-    STALL,
-    STEPS,
-    T_END,
-    T_LOW,
-)
-from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
+from symfric.solve.status import PATH_FULL, Status
 
-_OK, _STEPS = int(Status.OK), int(Status.STEP_BUDGET)
+_OK = int(Status.OK)
 _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)
 
 
@@ -62,49 +34,43 @@ def reset(w):
     for k in range(w.given_p.size):
         w.p[k] = w.given_p[k]
     call_code(w.code[0], w.p.ctypes.data, w.p.ctypes.data, w.data.ctypes.data)
-    w.counts[:] = 0
-    w.clock[T_LOW], w.clock[REST], w.clock[3] = 0.0, np.nan, 0.0
-    w.m[STILL], w.m[STARTED], w.m[DIRECTION], w.m[WHERE] = 0, 0, 1, 0
-    for e in range(w.limits[ROWS]):
+    begin_counting(w)
+    w.m.still, w.m.started, w.m.direction, w.m.where = 0, 0, 1, 0
+    for e in range(w.limits.rows):
         w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
 
 
 @part
 def drive(w):
-    """Go from the state in ``w.y`` to ``w.clock[T_END]``; return a status, or a reason to call again."""
-    pause = w.counts[STEPS] + w.limits[CHUNK]
-    while w.y[2] < w.clock[T_END]:
-        if w.counts[STEPS] >= w.limits[MAX_STEPS]:
-            return _STEPS
-        if w.counts[STEPS] >= pause:
-            return PAUSED
-        if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] >= w.event_t.size:
-            return EVENTS_FULL
-        if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
-            return PATH_FULL
-        if w.counts[PHASE] == SETTLE:
+    """Go from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a reason to call again."""
+    stop = w.counts.steps + w.limits.chunk
+    while w.y[2] < w.clock.t_end:
+        status = pause(w, stop, 1)
+        if status != _OK:
+            return status
+        if w.counts.phase == SETTLE:
             status = _switch(w)
             if status != _OK:
                 return status
-            w.counts[PHASE] = GO
-        left = (w.clock[T_END] - w.y[2]) - w.clock[T_LOW]
+            w.counts.phase = GO
+        left = (w.clock.t_end - w.y[2]) - w.clock.t_low
         f = _flow(w)
-        tau, side = _release(w, left) if w.m[STILL] else _exit(w, f, left)
-        if w.limits[KEEP_PATH]:
-            kept = w.counts[KEPT_STEPS]
+        tau, side = _release(w, left) if w.m.still else _exit(w, f, left)
+        if w.limits.keep_path:
+            kept = w.counts.kept_steps
             if keep(w, f, min(tau, left)) < min(tau, left):
-                w.counts[KEPT_STEPS] = kept  # the step is repeated with more room, so that the motion is the same
+                w.counts.kept_steps = kept  # the step is repeated with more room, so that the motion is the same
                 return PATH_FULL
         last = tau >= left
         _advance(w, f, left if last else tau)
         if not (abs(w.y[0]) < np.inf and abs(w.y[1]) < np.inf):
             return _NAN
         if last:
-            w.y[2], w.clock[T_LOW] = w.clock[T_END], 0.0
+            w.y[2], w.clock.t_low = w.clock.t_end, 0.0
         elif side != 0:
             _arrive(w, side)
-            if w.counts[STALL] > 0:
-                status = budget(w, 2)
+            if w.counts.stall > 0:
+                status = budget(w, w.y[2])
                 if status != _OK:
                     return status
     return _OK
@@ -114,16 +80,16 @@ def drive(w):
 def _flow(w):
     """Return the constants of the present mode's equation."""
     K, C = -w.data[A_X], -w.data[A_U]
-    if w.limits[BRANCHES]:
-        C += w.data[PULL] * w.data[J] * w.data[LOAD] * w.data[BRANCH + 3 * w.m[WHERE] + 2]
+    if w.limits.branches:
+        C += w.data[PULL] * w.data[J] * w.data[LOAD] * w.data[BRANCH + 3 * w.m.where + 2]
     return flow(K, C)
 
 
 @compiled(ieee_division=True)
 def _friction(w, speed):
     """Return the friction at a sliding speed."""
-    k = BRANCH + 3 * w.m[WHERE]
-    return -w.m[DIRECTION] * w.data[LOAD] * (w.data[k + 1] + w.data[k + 2] * speed)
+    k = BRANCH + 3 * w.m.where
+    return -w.m.direction * w.data[LOAD] * (w.data[k + 1] + w.data[k + 2] * speed)
 
 
 @compiled(ieee_division=True)
@@ -142,42 +108,42 @@ def _release(w, left):
 @compiled(ieee_division=True)
 def _exit(w, f, left):
     """Return when the sliding speed leaves its branch of the law, and on which side."""
-    if w.limits[BRANCHES] == 0:
+    if w.limits.branches == 0:
         return NEVER, 0
-    d, k = w.data, w.m[WHERE]
-    rest = w.m[DIRECTION] * d[SHIFT]
+    d, k = w.data, w.m.where
+    rest = w.m.direction * d[SHIFT]
     low = d[BRANCH + 3 * k - 3] if k > 0 else 0.0
-    scale = w.m[DIRECTION] * d[J]
-    return first_exit(f, w.v[SPEED] - rest, scale * w.v[RATE], low - rest, d[BRANCH + 3 * k] - rest, left)
+    scale = w.m.direction * d[J]
+    return first_exit(f, w.v.speed - rest, scale * w.v.rate, low - rest, d[BRANCH + 3 * k] - rest, left)
 
 
 @compiled(ieee_division=True)
 def _advance(w, f, tau):
     """Move the state, keep what is wanted of the motion on the way."""
-    x, u, a = w.y[0], w.y[1], w.v[RATE]
-    if w.limits[ROWS]:
+    x, u, a = w.y[0], w.y[1], w.v.rate
+    if w.limits.rows:
         _extend(w, f, x, u, a, 0.0)
-    if w.m[STILL]:
+    if w.m.still:
         w.y[0] = x + u * tau
     else:
         g, rate = basis(f, tau)
-        if w.limits[ROWS]:
+        if w.limits.rows:
             _turns(w, f, x, u, a, tau)
         w.y[0] = x + u * g + (a + f.C * u) * integral(f, tau, g, rate)
         w.y[1] = u * rate + (a + f.C * u) * g
-        w.v[RATE] = a * rate - f.K * u * g
-        w.v[SPEED] = w.m[DIRECTION] * (w.data[J] * w.y[1] + w.data[SHIFT])
-    if w.limits[ROWS]:
-        _extend(w, f, w.y[0], w.y[1], w.v[RATE], 0.0)
+        w.v.rate = a * rate - f.K * u * g
+        w.v.speed = w.m.direction * (w.data[J] * w.y[1] + w.data[SHIFT])
+    if w.limits.rows:
+        _extend(w, f, w.y[0], w.y[1], w.v.rate, 0.0)
     for i in range(2):
         w.largest[i] = max(w.largest[i], abs(w.y[i]))
-    gain = tau + w.clock[T_LOW]
+    gain = tau + w.clock.t_low
     new = w.y[2] + gain
-    w.clock[T_LOW] = gain - (new - w.y[2])
+    w.clock.t_low = gain - (new - w.y[2])
     w.y[2] = new
-    w.counts[STEPS] += 1
+    w.counts.steps += 1
     if tau > 0.0:
-        w.counts[STALL] = 0
+        w.counts.stall = 0
 
 
 @compiled(ieee_division=True)
@@ -191,13 +157,13 @@ def _extend(w, f, x, u, a, t):
         )
     d = w.data
     friction = 0.0
-    if w.limits[BRANCHES]:
-        if w.m[STILL]:
+    if w.limits.branches:
+        if w.m.still:
             friction = -(d[A_X] * x + d[A_U] * u + d[A_0]) / d[PULL]
         else:
-            friction = _friction(w, w.m[DIRECTION] * (d[J] * u + d[SHIFT]))
-    k = BRANCH + 3 * w.limits[BRANCHES]
-    for e in range(w.limits[ROWS]):
+            friction = _friction(w, w.m.direction * (d[J] * u + d[SHIFT]))
+    k = BRANCH + 3 * w.limits.branches
+    for e in range(w.limits.rows):
         value = d[k] + d[k + 1] * x + d[k + 2] * u + d[k + 3] * friction
         w.total[e, 0], w.total[e, 1] = min(w.total[e, 0], value), max(w.total[e, 1], value)
         k += 4
@@ -207,11 +173,11 @@ def _extend(w, f, x, u, a, t):
 def _turns(w, f, x, u, a, tau):
     """Extend the ranges of the rows by their turning points within tau; the largest are the first or the last."""
     d = w.data
-    k = BRANCH + 3 * w.limits[BRANCHES]
-    for _ in range(w.limits[ROWS]):
+    k = BRANCH + 3 * w.limits.branches
+    for _ in range(w.limits.rows):
         along, across = d[k + 1], d[k + 2]
-        if w.limits[BRANCHES]:
-            across -= d[k + 3] * d[LOAD] * d[J] * d[BRANCH + 3 * w.m[WHERE] + 2]
+        if w.limits.branches:
+            across -= d[k + 3] * d[LOAD] * d[J] * d[BRANCH + 3 * w.m.where + 2]
         t = first_zero(f, along * u + across * a, along * a - across * (f.C * a + f.K * u))
         k += 4
         if t >= tau:
@@ -229,80 +195,80 @@ def _turns(w, f, x, u, a, tau):
 def _arrive(w, side):
     """Make the event exact: a release, a change of the law's branch, or zero slip, which must be settled."""
     d = w.data
-    if w.m[STILL]:
-        w.m[STARTED] = -side - 3  # the direction of the slip, known
-        w.counts[PHASE] = SETTLE
+    if w.m.still:
+        w.m.started = -side - 3  # the direction of the slip, known
+        w.counts.phase = SETTLE
         return
-    if side < 0 and w.m[WHERE] == 0:
-        w.m[STARTED] = 2
-        w.counts[PHASE] = SETTLE
+    if side < 0 and w.m.where == 0:
+        w.m.started = 2
+        w.counts.phase = SETTLE
         return
     if side < 0:
-        w.m[WHERE] -= 1
-    w.v[SPEED] = d[BRANCH + 3 * w.m[WHERE]]
+        w.m.where -= 1
+    w.v.speed = d[BRANCH + 3 * w.m.where]
     if side > 0:
-        w.m[WHERE] += 1
-    w.y[1] = (w.m[DIRECTION] * w.v[SPEED] - d[SHIFT]) / d[J]
-    w.v[RATE] = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0] + d[PULL] * _friction(w, w.v[SPEED])
-    w.counts[KINKS] += 1
-    w.counts[STALL] += 1
+        w.m.where += 1
+    w.y[1] = (w.m.direction * w.v.speed - d[SHIFT]) / d[J]
+    w.v.rate = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0] + d[PULL] * _friction(w, w.v.speed)
+    w.counts.kinks += 1
+    w.counts.stall += 1
 
 
 @compiled(ieee_division=True)
 def _switch(w):
     """Settle the mode and log what changed."""
     d = w.data
-    if w.limits[BRANCHES] == 0:
-        w.v[RATE] = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
+    if w.limits.branches == 0:
+        w.v.rate = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
         return _OK
     if d[LOAD] < 0.0:
         return _LOST
     if d[STATIC] * (1.0 + 1e-12) < d[BRANCH + 1]:
         return _UNDECIDED
-    starting = w.m[STARTED] == 0
-    before = 0 if w.m[STILL] else w.m[DIRECTION]
+    starting = w.m.started == 0
+    before = 0 if w.m.still else w.m.direction
     slip = d[J] * w.y[1] + d[SHIFT]
     if starting and abs(slip) > ROUNDING * (abs(d[J] * w.y[1]) + abs(d[SHIFT])):
-        w.m[DIRECTION] = 1 if slip > 0.0 else -1
-        w.v[SPEED] = abs(slip)
+        w.m.direction = 1 if slip > 0.0 else -1
+        w.v.speed = abs(slip)
         _find_branch(w)
     else:
         w.y[1] = -d[SHIFT] / d[J]
-        w.v[SPEED] = 0.0
-        w.m[WHERE] = 0
-        way = w.m[STARTED] + 3 if w.m[STARTED] < 0 else _way(w)
-        w.m[STILL] = way == 0
+        w.v.speed = 0.0
+        w.m.where = 0
+        way = w.m.started + 3 if w.m.started < 0 else _way(w)
+        w.m.still = way == 0
         if way != 0:
-            w.m[DIRECTION] = way
-    w.m[STARTED] = 1
-    w.v[RATE] = 0.0
-    if w.m[STILL] == 0:
+            w.m.direction = way
+    w.m.started = 1
+    w.v.rate = 0.0
+    if w.m.still == 0:
         _accelerate(w)
-    after = 0 if w.m[STILL] else w.m[DIRECTION]
+    after = 0 if w.m.still else w.m.direction
     if after != 0 or w.y[1] != 0.0:
-        w.clock[REST] = np.nan
-    elif not w.clock[REST] >= 0.0:
-        w.clock[REST] = w.y[2] + w.clock[T_LOW]
+        w.clock.rest = np.nan
+    elif not w.clock.rest >= 0.0:
+        w.clock.rest = w.y[2] + w.clock.t_low
     if starting:
         return _OK
     if after == before:
-        w.counts[GRAZES] += 1
+        w.counts.grazes += 1
     else:
-        if w.limits[KEEP_EVENTS]:
-            k = w.counts[KEPT_EVENTS]
-            w.event_t[k] = w.y[2] + w.clock[T_LOW]
+        if w.limits.keep_events:
+            k = w.counts.kept_events
+            w.event_t[k] = w.y[2] + w.clock.t_low
             w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = 0, before, after
-            w.counts[KEPT_EVENTS] += 1
-        w.counts[EVENTS] += 1
-    w.counts[STALL] += 1
-    return budget(w, 2)
+            w.counts.kept_events += 1
+        w.counts.events += 1
+    w.counts.stall += 1
+    return budget(w, w.y[2])
 
 
 @compiled(ieee_division=True)
 def _find_branch(w):
-    w.m[WHERE] = 0
-    while w.v[SPEED] > w.data[BRANCH + 3 * w.m[WHERE]]:
-        w.m[WHERE] += 1
+    w.m.where = 0
+    while w.v.speed > w.data[BRANCH + 3 * w.m.where]:
+        w.m.where += 1
 
 
 @compiled(ieee_division=True)
@@ -310,9 +276,9 @@ def _accelerate(w):
     """Compute the acceleration of a slip that begins; what rounding leaves of none is none."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
-    w.v[RATE] = free + d[PULL] * _friction(w, w.v[SPEED])
-    if w.v[SPEED] == 0.0 and abs(w.v[RATE]) <= TIE * abs(d[PULL] * d[LOAD]) * (d[STATIC] + abs(d[BRANCH + 1])):
-        w.v[RATE] = 0.0
+    w.v.rate = free + d[PULL] * _friction(w, w.v.speed)
+    if w.v.speed == 0.0 and abs(w.v.rate) <= TIE * abs(d[PULL] * d[LOAD]) * (d[STATIC] + abs(d[BRANCH + 1])):
+        w.v.rate = 0.0
 
 
 @compiled(ieee_division=True)
@@ -320,18 +286,18 @@ def _way(w):
     """Return the way a contact at zero slip goes on: 0 sticks, else the direction of its slip."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
-    if not w.limits[STICKS]:
+    if not w.limits.sticks:
         way = d[J] * free
         if abs(way) <= TIE * abs(d[J]) * (abs(d[A_X] * w.y[0]) + abs(d[A_U] * w.y[1]) + abs(d[A_0])):
             way = d[J] * d[A_X] * w.y[1]
-        return w.m[DIRECTION] if way == 0.0 else (1 if way > 0.0 else -1)
+        return w.m.direction if way == 0.0 else (1 if way > 0.0 else -1)
     held, rate = -free / d[PULL], -d[A_X] * w.y[1] / d[PULL]
     bound = d[LOAD] * d[STATIC]
     room, scale = bound - abs(held), bound + abs(held)
     way = (-1 if held > 0.0 else 1) if held != 0.0 else (-1 if rate > 0.0 else 1)
     if room < -_doubt(w) * scale:
         return way
-    if room <= ROUNDING * scale and -way * rate * w.clock[T_END] > TIE * scale:
+    if room <= ROUNDING * scale and -way * rate * w.clock.t_end > TIE * scale:
         return way
     return 0
 
@@ -339,7 +305,7 @@ def _way(w):
 @compiled(ieee_division=True)
 def _doubt(w):
     """Return the part of its bound by which rounding may have falsified the stick force."""
-    if w.m[STARTED] == 0:
+    if w.m.started == 0:
         return TIE
     d = w.data
     pull = abs(d[PULL]) * d[LOAD] * d[STATIC]

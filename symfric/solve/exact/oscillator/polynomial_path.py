@@ -4,8 +4,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.oscillator.closed_form import basis, integral
-from symfric.solve.exact.oscillator.workspace import DIRECTION, ORDER, RATE, STILL
-from symfric.solve.loop.workspace import KEPT_STEPS, T_LOW
+from symfric.solve.exact.oscillator.workspace import ORDER
 
 _LENGTH = 2.0  # of a piece, in units of the largest characteristic root that is alive
 _DEAD = 1e-18
@@ -14,10 +13,10 @@ _DEAD = 1e-18
 @compiled(ieee_division=True)
 def keep(w, f, tau):
     """Append the motion of the next tau; return how far there was room."""
-    x, u, a = w.y[0], w.y[1], w.v[RATE]
-    if w.m[STILL]:
+    x, u, a = w.y[0], w.y[1], w.v.rate
+    if w.m.still:
         _append(w, 0.0, tau)
-        c = w.path_c[w.counts[KEPT_STEPS] - 1]
+        c = w.path_c[w.counts.kept_steps - 1]
         c[0, 0], c[0, 1], c[1, 0] = x, u, u
         return tau
     fastest = abs(f.alpha) + f.r
@@ -26,7 +25,7 @@ def keep(w, f, tau):
         slow, fast = (a - f.fast * u) / (2.0 * f.r), -(a - f.slow * u) / (2.0 * f.r)
     at = 0.0
     while at < tau:
-        if w.counts[KEPT_STEPS] >= w.path_t.shape[0]:
+        if w.counts.kept_steps >= w.path_t.shape[0]:
             return at
         g, rate = basis(f, at)
         here = x + u * g + (a + f.C * u) * integral(f, at, g, rate) if at > 0.0 else x
@@ -38,7 +37,7 @@ def keep(w, f, tau):
         if tau - at - h < 1e-3 * h:
             h = tau - at
         _append(w, at, h)
-        c = w.path_c[w.counts[KEPT_STEPS] - 1]
+        c = w.path_c[w.counts.kept_steps - 1]
         c[0, 0], c[1, 0], c[1, 1] = here, speed, f.slow * speed if alone else slope
         for k in range(2, ORDER + 1):
             if alone:
@@ -54,9 +53,9 @@ def keep(w, f, tau):
 @compiled(ieee_division=True)
 def _append(w, at, h):
     """Begin a piece."""
-    k = w.counts[KEPT_STEPS]
-    w.path_t[k, 0], w.path_t[k, 1] = w.y[2] + (w.clock[T_LOW] + at), h
+    k = w.counts.kept_steps
+    w.path_t[k, 0], w.path_t[k, 1] = w.y[2] + (w.clock.t_low + at), h
     w.path_c[k] = 0.0
     if w.path_m.shape[1]:
-        w.path_m[k, 0] = 0 if w.m[STILL] else w.m[DIRECTION]
-    w.counts[KEPT_STEPS] += 1
+        w.path_m[k, 0] = 0 if w.m.still else w.m.direction
+    w.counts.kept_steps += 1

@@ -9,7 +9,6 @@ from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.record.forced_flow import root, value
 from symfric.solve.exact.record.workspace import ORDER
 from symfric.solve.loop.step_acceptance import slope
-from symfric.solve.loop.workspace import EVENTS, KEEP_EVENTS, KEEP_PATH, KEPT_EVENTS, KEPT_STEPS
 
 # entries of `force`: damping, stiffness, input, constant force, kinetic and static friction, all over the mass
 LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
@@ -25,7 +24,7 @@ _PARTS = 4  # of a piece, in each of which a wanted row turns at most once
 @compiled
 def enter(w, s):
     """Note what the wanted rows are in the present direction and cell: slopes in u, w and the input, and a constant."""
-    line = w.cells[w.where[0]]
+    line = w.cells[w.place.where]
     b0, b1 = -s * w.force[KINETIC] * line[MU], -s * w.force[KINETIC] * line[SLOPE]
     for e in range(w.rows.shape[0]):
         row, now = w.rows[e], w.now[e]
@@ -69,7 +68,7 @@ def _ends_and_turns(cr, h):
 @compiled
 def _row(w, e, a, slope_a, t):
     """Make the series of a row in the present piece; return its value after the time t."""
-    now, size = w.now[e], w.order[0] + 1
+    now, size = w.now[e], w.place.order + 1
     cr = w.cr[:size]
     for k in range(size):
         cr[k] = now[0] * w.cu[k] + now[1] * w.cw[k]
@@ -81,7 +80,7 @@ def _row(w, e, a, slope_a, t):
 @compiled
 def note(w, t, h, a, slope_a, s):
     """Extend the ranges of all rows over a piece of length h, whose series is in cu and cw, and keep it if wanted."""
-    size = w.order[0] + 1
+    size = w.place.order + 1
     cu, cw = w.cu[:size], w.cw[:size]
     far = abs(value(cu, h) - cu[0])
     steep = h * _MARGIN * max(abs(cw[1]), abs(slope(cw, h)))
@@ -98,14 +97,14 @@ def note(w, t, h, a, slope_a, s):
             smallest, largest = _ends_and_turns(w.cr[:size], h)
             _extend(w, e, smallest)
             _extend(w, e, largest)
-    if w.limits[KEEP_PATH]:
-        k = w.counts[KEPT_STEPS]
+    if w.limits.keep_path:
+        k = w.counts.kept_steps
         if k < w.path_t.shape[0]:
             w.path_t[k, 0], w.path_t[k, 1] = t, h
             for j in range(ORDER + 1):
                 w.path_c[k, 0, j], w.path_c[k, 1, j] = w.cu[j], w.cw[j]
             w.path_m[k, 0] = s
-        w.counts[KEPT_STEPS] += 1
+        w.counts.kept_steps += 1
 
 
 @compiled
@@ -132,7 +131,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
 
     Rows of u alone turn where w is zero, which does not happen here, and those of w alone where its rate is.
     """
-    quick = h * h * (abs(w.force[LAM]) * steep + w.stiffest[0] * abs(v) + abs(slope_f))
+    quick = h * h * (abs(w.force[LAM]) * steep + w.sizes.stiffest * abs(v) + abs(slope_f))
     for e in range(w.rows.shape[0]):
         now = w.now[e]
         if w.at[e] >= 0.0 or (now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns))):
@@ -147,10 +146,10 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
 @compiled
 def log(w, t, old, new):
     """Note an event."""
-    if w.limits[KEEP_EVENTS]:
-        k = w.counts[KEPT_EVENTS]
+    if w.limits.keep_events:
+        k = w.counts.kept_events
         if k < w.event_t.size:
             w.event_t[k] = t
             w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = 0, np.int64(old), np.int64(new)
-        w.counts[KEPT_EVENTS] += 1
-    w.counts[EVENTS] += 1
+        w.counts.kept_events += 1
+    w.counts.events += 1

@@ -2,9 +2,9 @@
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.exact.record.march import march, reset
-from symfric.solve.exact.record.workspace import RecordRoom
+from symfric.solve.exact.record.workspace import RecordArrays
 
-_at_address = opener(RecordRoom)
+_at_address = opener(RecordArrays)
 
 
 @compiled

@@ -46,29 +46,15 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
+from symfric.solve.loop.run_arrays import begin_counting, budget
 from symfric.solve.loop.step_acceptance import slope
 from symfric.solve.loop.tolerances import ROUNDING
-from symfric.solve.loop.workspace import (
-    EVENTS,
-    KEEP_EVENTS,
-    KEEP_PATH,
-    KEPT_EVENTS,
-    KEPT_STEPS,
-    KINKS,
-    MAX_EVENTS,
-    MAX_STEPS,
-    REST,
-    STEPS,
-    T_END,
-)
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 
 INSIDE, AT_REST, AT_EDGE = range(3)  # how a piece ends
 BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
-_OK, _EVENTS, _STEPS = int(Status.OK), int(Status.EVENT_BUDGET), int(Status.STEP_BUDGET)
-_CHATTER, _NAN = int(Status.CHATTER), int(Status.NOT_FINITE)
+_OK, _STEPS, _NAN = int(Status.OK), int(Status.STEP_BUDGET), int(Status.NOT_FINITE)
 _LOST = int(Status.LOST_CONTACT)
-_STALLED = 200  # events without time advancing
 
 
 @part
@@ -84,7 +70,7 @@ def reset(w):
         w.cells[k // 4, k % 4] = w.data[n_f + k]
     for k in range(5 * n_e):
         w.rows[k // 5, k % 5] = w.data[n_f + 4 * n_c + k]
-    kinds, w.stiffest[0] = 0, 0.0
+    kinds, w.sizes.stiffest = 0, 0.0
     for c in range(n_c):
         k = 0
         while k < kinds and w.kinds[n_c + k] != c and w.cells[w.kinds[n_c + k], SLOPE] != w.cells[c, SLOPE]:
@@ -95,10 +81,10 @@ def reset(w):
         w.kinds[c] = k
     for k in range(kinds):
         friction = w.force[KINETIC] * w.cells[w.kinds[n_c + k], SLOPE]
-        w.stiffest[0] = max(w.stiffest[0], abs(w.force[STIFF]) + abs(friction))
-    fastest = max(abs(w.force[LAM]), math.sqrt(w.stiffest[0]))
-    w.parts[0] = max(1, math.ceil(w.dt[0] * fastest))
-    w.order[0] = order_for(1.7 * fastest * w.dt[0] / w.parts[0])
+        w.sizes.stiffest = max(w.sizes.stiffest, abs(w.force[STIFF]) + abs(friction))
+    fastest = max(abs(w.force[LAM]), math.sqrt(w.sizes.stiffest))
+    w.place.parts = max(1, math.ceil(w.record.dt * fastest))
+    w.place.order = order_for(1.7 * fastest * w.record.dt / w.place.parts)
     for k in range(w.cu.size):
         w.cu[k] = w.cw[k] = 0.0
     for k in range(kinds):
@@ -110,8 +96,8 @@ def reset(w):
 @compiled
 def _transition(w, table, kappa):
     """Fill in the transition over a whole part of a sample."""
-    h = w.dt[0] / w.parts[0]
-    cu, cw = w.cu[: w.order[0] + 1], w.cw[: w.order[0] + 1]
+    h = w.record.dt / w.place.parts
+    cu, cw = w.cu[: w.place.order + 1], w.cw[: w.place.order + 1]
     for column in range(4):
         u, v = 1.0 if column == 0 else 0.0, 1.0 if column == 1 else 0.0
         f, g = 1.0 if column == 2 else 0.0, 1.0 if column == 3 else 0.0
@@ -135,7 +121,7 @@ def _first_end(w, cu, cw, s, h):
         falls_from = h
     if falls_from < h and s * value(cw, falls_to) <= 0.0 and s * value(cw, falls_from) > 0.0:
         stop, found = root(cw, 0.0, falls_from, falls_to, False), AT_REST
-    line = w.cells[w.where[0]]
+    line = w.cells[w.place.where]
     edge = line[HIGH] if s > 0.0 else line[LOW]
     if s * (value(cu, stop) - edge) > 0.0:
         stop, found = root(cu, edge, 0.0, stop, False), AT_EDGE
@@ -145,10 +131,10 @@ def _first_end(w, cu, cw, s, h):
 @compiled
 def _slip(w, t, h, u, v, s, a, slope_a):
     """Slip for h at the most; return u, w, the time spent and how the piece ends."""
-    line = w.cells[w.where[0]]
+    line = w.cells[w.place.where]
     force = w.force[GAIN] * a + w.force[CONSTANT] - s * w.force[KINETIC] * line[MU]
     kappa = w.force[STIFF] + s * w.force[KINETIC] * line[SLOPE]
-    cu, cw = w.cu[: w.order[0] + 1], w.cw[: w.order[0] + 1]
+    cu, cw = w.cu[: w.place.order + 1], w.cw[: w.place.order + 1]
     series(u, v, force, w.force[GAIN] * slope_a, w.force[LAM], kappa, cu, cw)
     stop, found = _first_end(w, cu, cw, s, h)
     note(w, t, stop, a, slope_a, np.int64(s))
@@ -163,7 +149,7 @@ def _slip(w, t, h, u, v, s, a, slope_a):
 @compiled
 def _ahead(w, u, way):
     """Return the cell into which a mass at rest at u would slip; on an edge each way has its own."""
-    c = w.where[0]
+    c = w.place.where
     while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
         c += 1
     while way < 0.0 and c > 0 and u <= w.cells[c, LOW]:
@@ -176,7 +162,7 @@ def _settle_at(w, u):
     """Note how much friction holds a mass at rest at u, either way; return u, or the edge that it is to rounding."""
     w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
     for column in (LOW, HIGH):
-        edge = w.cells[w.where[0], column]
+        edge = w.cells[w.place.where, column]
         if abs(u - edge) <= ROUNDING * max(w.grip[FARTHEST], abs(edge)) < np.inf:
             u = edge
     for side, way in ((BEHIND, -1.0), (AHEAD, 1.0)):
@@ -225,11 +211,11 @@ def _turn(w, t, old, new, u):
     if new != old:
         log(w, t, old, new)
     if new == 0.0:
-        w.clock[REST] = t
+        w.clock.rest = t
         hold(w, u)
     else:
-        w.clock[REST] = np.nan
-        w.where[0] = _ahead(w, u, new)
+        w.clock.rest = np.nan
+        w.place.where = _ahead(w, u, new)
         enter(w, new)
 
 
@@ -249,11 +235,10 @@ def _next_due(w, i, whole):
 def _begin(w):
     """Set everything to its start; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
-    w.counts[:] = 0
-    w.clock[REST] = np.nan
+    begin_counting(w)
     for e in range(w.at.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
-    w.where[0], w.grip[FARTHEST] = _cell_of(w, u), abs(u)
+    w.place.where, w.grip[FARTHEST] = _cell_of(w, u), abs(u)
     if v == 0.0:
         u = _settle_at(w, u)
     s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
@@ -276,13 +261,13 @@ def _stick_on(w, i, stop, u):
 @compiled(inline=True)
 def _slip_on(w, i, stop, u, v, s):
     """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
-    c, n = w.where[0], w.samples.size - 1
+    c, n = w.place.where, w.samples.size - 1
     low, high = w.cells[c, LOW], w.cells[c, HIGH]
     steady = w.force[CONSTANT] - s * w.force[KINETIC] * w.cells[c, MU]
     k = 2 * w.kinds[c] + (1 if s > 0.0 else 0)
     uu, uw, uf, ug = w.tables[k, UU], w.tables[k, UW], w.tables[k, UF], w.tables[k, UG]
     wu, ww, wf, wg = w.tables[k, WU], w.tables[k, WW], w.tables[k, WF], w.tables[k, WG]
-    kappa, lam, gain, dt = w.tables[k, KAPPA], w.force[LAM], w.force[GAIN], w.dt[0]
+    kappa, lam, gain, dt = w.tables[k, KAPPA], w.force[LAM], w.force[GAIN], w.record.dt
     per_dt, plain = 1.0 / dt, is_plain(w)
     a = w.samples[i] if i < n else 0.0
     rate = gain * a + steady - lam * v - kappa * u
@@ -307,19 +292,19 @@ def _slip_on(w, i, stop, u, v, s):
 def march(w):
     """Run through the record and on to the horizon; return a status."""
     u, v, s = _begin(w)
-    dt, parts, n = w.dt[0], w.parts[0], w.samples.size - 1
+    dt, parts, n = w.record.dt, w.place.parts, w.samples.size - 1
     whole = dt / parts
-    last = math.ceil(w.clock[T_END] / dt - 1e-9) - 1
-    i, part, tau, stall = 0, 0, 0.0, 0  # sample, part of it, time since its beginning, events without time
+    last = math.ceil(w.clock.t_end / dt - 1e-9) - 1
+    i, part, tau = 0, 0, 0.0  # sample, part of it, time since its beginning
     due = _next_due(w, -1, dt)
     while True:
         inside = i < n
         a = w.samples[i] if inside else 0.0
         slope_a = (w.samples[i + 1] - a) / dt if inside else 0.0
         t = i * dt + part * whole + tau
-        h = min(whole, w.clock[T_END] - i * dt - part * whole)
+        h = min(whole, w.clock.t_end - i * dt - part * whole)
         if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # nothing will move it again
-            i, part, tau, h = last, parts - 1, 0.0, w.clock[T_END] - t
+            i, part, tau, h = last, parts - 1, 0.0, w.clock.t_end - t
         a_now = a + slope_a * (part * whole + tau)
         if s == 0.0:
             spent, new = _stick(w, t, h - tau, u, a_now, slope_a)
@@ -330,20 +315,19 @@ def march(w):
             if found == AT_REST:
                 u = _settle_at(w, u)
                 new = _drive(w, u, a_now + slope_a * spent)
-        w.counts[STEPS] += 1
-        stall = 0 if spent > 0.0 else stall + 1
+        w.counts.steps += 1
+        w.counts.stall = 0 if spent > 0.0 else w.counts.stall + 1
         if found == AT_EDGE:
-            w.where[0] += np.int64(s)
-            w.counts[KINKS] += 1
+            w.place.where += np.int64(s)
+            w.counts.kinks += 1
             enter(w, s)
         elif found == AT_REST:
             _turn(w, t + spent, s, new, u)
             s = new
-        if stall > _STALLED:
-            return _CHATTER
-        if w.counts[EVENTS] > w.limits[MAX_EVENTS]:
-            return _EVENTS
-        if w.counts[STEPS] > w.limits[MAX_STEPS]:
+        status = budget(w, t)
+        if status != _OK:
+            return status
+        if w.counts.steps > w.limits.max_steps:
             return _STEPS
         if found != INSIDE:
             tau += spent
@@ -351,19 +335,19 @@ def march(w):
         tau, part = 0.0, part + 1
         if part == parts:
             i, part = i + 1, 0
-        if i > last or t + spent >= w.clock[T_END]:
+        if i > last or t + spent >= w.clock.t_end:
             break
         if i > due:
             due = _next_due(w, i - 1, dt)
-        if parts == 1 and not w.limits[KEEP_PATH]:
+        if parts == 1 and not w.limits.keep_path:
             stop = min(last, due, n if i < n else last)
             if s == 0.0:
                 i = _stick_on(w, i, stop, u)
             else:
                 i, u, v = _slip_on(w, i, stop, u, v, s)
-    w.y[0], w.y[1], w.y[2] = u, v, w.clock[T_END]
-    if w.limits[KEEP_PATH] and w.counts[KEPT_STEPS] > w.path_t.shape[0]:
+    w.y[0], w.y[1], w.y[2] = u, v, w.clock.t_end
+    if w.limits.keep_path and w.counts.kept_steps > w.path_t.shape[0]:
         return PATH_FULL
-    if w.limits[KEEP_EVENTS] and w.counts[KEPT_EVENTS] > w.event_t.size:
+    if w.limits.keep_events and w.counts.kept_events > w.event_t.size:
         return EVENTS_FULL
     return _OK if abs(u) < np.inf and abs(v) < np.inf else _NAN

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,9 +11,9 @@ from symfric.codegen.functions import compile_functions
 from symfric.codegen.loop_loader import load_loop
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
-from symfric.solve.exact.record.workspace import SHARED, make_record_room
+from symfric.solve.exact.record.workspace import SHARED, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
-from symfric.solve.loop.workspace import T_END
+from symfric.solve.loop.run_arrays import limit
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import THEN
 
@@ -26,10 +27,10 @@ def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x
     code = compile_functions([recorded.problem.data])
     wanted = recorded.wanted
     times = [r.time if r.kind == THEN else -math.inf for r in wanted.rows]
-    first = make_record_room(recorded.problem, code.addresses["data"], times)
+    first = make_arrays(recorded.problem, code.addresses["data"], times)
     steps = path_rows(first) if wanted.path else budgets[0]
-    first.clock[T_END] = scene.horizon
-    first.limits[:5] = min(budgets[0], steps), budgets[1], 1_000_000, wanted.path, wanted.events
+    first.clock.t_end = scene.horizon
+    limit(first.limits, (min(budgets[0], steps), budgets[1]), wanted)
     return CompiledModel(_launcher(), code, first, SHARED, wanted, n_x, scene.horizon)
 
 
@@ -59,9 +60,9 @@ class March:
     """Runs under one record, with memory of their own: for one thread at a time."""
 
     def __init__(self, model: CompiledModel, start: np.ndarray, samples: np.ndarray):
-        arrays = own(model.first, SHARED - {"dt", "at"})
+        arrays = own(model.first, SHARED - {"record", "at"})
         self._model, self._start = model, start
-        self._room = arrays._replace(samples=np.array(samples, dtype=float))
+        self._room = replace(arrays, samples=np.array(samples, dtype=float))
         self._table = Table(self._room)
 
     def run(self, p: np.ndarray, dt: float, horizon: float, times: dict[int, float]) -> tuple[int, np.ndarray]:
@@ -74,7 +75,7 @@ class March:
             Smallest and largest value, and the value at the time of the row; overwritten by the next run.
         """
         room = self._room
-        room.dt[0], room.clock[T_END] = dt, horizon
+        room.record.dt, room.clock.t_end = dt, horizon
         for row, time in times.items():
             room.at[row] = time
         room.given_y[:], room.given_p[:] = self._start, p

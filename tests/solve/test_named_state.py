@@ -1,0 +1,79 @@
+"""Numbers with names in the arrays of a run: the same for Python and for compiled code."""
+
+import ast
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symfric as sf
+from symfric.codegen.array_table import ArraySet, Matrix, Scalars, Table
+from symfric.codegen.numba_types import compiled, opener
+from symfric.solve.exact.oscillator.workspace import OscillatorArrays
+from symfric.solve.exact.record.workspace import RecordArrays
+from symfric.solve.loop.run_arrays import Counts, RunArrays
+from symfric.solve.loop.workspace import LoopArrays
+
+
+class Tally(Scalars, kind=int):
+    first: int
+    second: int
+
+
+class More(Tally, kind=int):
+    third: int
+
+
+class Lengths(Scalars):
+    long: float
+    short: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Some(ArraySet):
+    table: Matrix
+    tally: More
+    lengths: Lengths
+
+
+_at = opener(Some)
+
+
+@compiled(from_python=True)
+def turn(address):
+    w = _at(address)
+    w.tally.third += w.tally.first * 2
+    w.tally.second = 7
+    w.lengths.short = w.lengths.long / w.tally.second + w.table[1, 0]
+    w.lengths.long = w.tally.third
+    return w.lengths.short
+
+
+def test_both_sides_read_and_write_the_same_numbers():
+    work = Some(table=np.array([[1.0, 2.0], [3.0, 4.0]]), tally=More.zeros(), lengths=Lengths.zeros())
+    work.tally.first, work.tally.third, work.lengths.long = 5, 1, 3.5
+    assert turn(Table(work).address) == 3.5
+    assert work.tally.tolist() == [5, 7, 11]
+    assert (work.lengths.long, work.lengths.short) == (11.0, 3.5)
+    copied = work.tally.copy()
+    copied.first = 0
+    assert (work.tally.first, copied.third, type(copied)) == (5, 11, More)
+    work.tally.setflags(write=False)
+    with pytest.raises(ValueError, match="read-only"):
+        work.tally.first = 1
+
+
+def test_the_arrays_of_every_loop_begin_with_those_that_others_read():
+    common = RunArrays.names()
+    for arrays in (LoopArrays, OscillatorArrays, RecordArrays):
+        assert arrays.names()[: len(common)] == common
+    assert Counts.names[:4] == ("steps", "events", "kinks", "grazes")  # what a run tells
+
+
+@pytest.mark.parametrize("field", ["counts", "clock", "limits"])
+def test_no_number_of_a_run_is_read_by_its_place(field):
+    for path in Path(sf.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Subscript) and getattr(node.value, "attr", "") == field and "solve" in path.parts:
+                assert isinstance(getattr(node.slice, "value", None), str), f"{path}:{node.lineno}"
