@@ -23,6 +23,7 @@ import sympy as sp
 from symfric.lower.constant_parameters import constants
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.load_sharing import rooms_left
+from symfric.lower.mode_layout import ModeLayout
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 
@@ -35,9 +36,8 @@ class Automaton:
     ----------
     field : casadi.Function
         ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
-        Guards are positive while the mode is right. Contact i owns rows 2i and 2i+1: ``d w`` and 1 while it slips,
-        ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force; then one row for each switch;
-        then one for each of `loads`.
+        Guards are positive while the mode is right. Those of a contact are ``d w`` and 1 while it slips,
+        ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force.
     gauge : casadi.Function
         ``(y, t, p) -> (w, scale, pull, load, margin, forces, coupling, spread)``. The first six are (n_c,): slips, the
         sum of the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the
@@ -45,15 +45,17 @@ class Automaton:
         neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
         rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row, and ``J^T`` likewise
         unless no two slips have a mass in common; last the sizes of `symfric.lower.cell_edges.Edges`.
-    states, contacts, loads : tuples of str
-        Names; `loads` lists the contacts whose normal load varies and may become negative.
+    states : tuple of str
+        Names.
+    layout : ModeLayout
+        Where m and the guards have what belongs to a contact.
     sticks : tuple of bool
         Whether each contact can stick; a smooth law cannot.
     parameters : tuple of Symbol
         Order of the first entries of p; then, for each input, start, value and slope of its current sample interval.
     inputs : tuple of Symbol
-    n_q, n_switches : int
-        Number of coordinates and of switches.
+    n_q : int
+        Number of coordinates.
     at_edges : tuple of int
         The switches at which a load jumps; see `symfric.lower.cell_edges`.
     autonomous : bool
@@ -62,37 +64,39 @@ class Automaton:
         For each contact the index of the one velocity it depends on and its factor, or (-1, 0) if there are several.
     parallels : tuple of int
         For each contact the first one whose slip is a multiple of its own.
+    transition : casadi.Function, optional
+        ``(y, t, p, m, hit) -> (y, m)``: what the events of the contacts of other kinds do, with 1 for each of their
+        guards that is hit and 0 for the others. Needed if the layout has such contacts.
     """
 
     field: ca.Function
     gauge: ca.Function
     states: tuple[str, ...]
-    contacts: tuple[str, ...]
-    loads: tuple[str, ...]
+    layout: ModeLayout
     sticks: tuple[bool, ...]
     parameters: tuple[sp.Symbol, ...]
     inputs: tuple[sp.Symbol, ...]
     n_q: int
-    n_switches: int
     at_edges: tuple[int, ...]
     autonomous: bool
     anchors: tuple[tuple[int, float], ...]
     parallels: tuple[int, ...]
+    transition: ca.Function | None = None
 
     @property
-    def n_mode(self) -> int:
-        """Length of the mode vector ``m = [s; d; sigma]``."""
-        return 2 * len(self.contacts) + self.n_switches
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts that slip along a line."""
+        return self.layout.lines
+
+    @property
+    def n_y(self) -> int:
+        """Number of states of the motion, without derivatives that may follow them."""
+        return self.gauge.size1_in(0) if self.transition is None else self.transition.size1_in(0)
 
     @property
     def coupled(self) -> bool:
         """Whether two slips have a mass in common."""
         return self.gauge.nnz_out("slopes") > 0
-
-    @property
-    def n_guards(self) -> int:
-        """Number of guard rows."""
-        return 2 * len(self.contacts) + self.n_switches + len(self.loads)
 
 
 def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
@@ -144,13 +148,11 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         field=field,
         gauge=_gauge(model),
         states=tuple(s.name for s in model.system.states),
-        contacts=tuple(c.name for c in contacts),
-        loads=loads,
+        layout=ModeLayout(tuple(c.name for c in contacts), len(model.switches.signs), loads),
         sticks=tuple(not c.law.smooth for c in contacts),
         parameters=model.parameters,
         inputs=model.inputs,
         n_q=model.q.numel(),
-        n_switches=len(model.switches.signs),
         at_edges=model.edges.switches,
         autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
         anchors=tuple(model.anchor(i) for i in range(len(contacts))),

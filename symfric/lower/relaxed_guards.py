@@ -11,27 +11,36 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.mode_layout import backward, forward
 
 FAR = 1e29  # a row that is not defined in a mode is larger
-GAPS = 3  # rows for each contact: slip while it slips, and what is left to either bound while it sticks
+
+
+LIFTS = 2  # for each contact: what is added to its guard while it slips, and while it sticks
+
+
+def lift_of(i: int, slips: bool) -> int:
+    """Return which of the lifts is that of contact i while it slips, or while it sticks."""
+    return LIFTS * i + (not slips)
 
 
 def lifted(automaton: Automaton) -> Automaton:
     """Return the automaton with two more parameters for each contact and its guards as its first rows.
 
-    The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks. Rows
-    3 i to 3 i + 2 are the guards without them: the slip in its direction, and what is left to both bounds of sticking;
-    where they do not apply they are constant and large.
+    The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks. The
+    rows are the guards without them, in the order of `symfric.lower.mode_layout.gaps`: the slip in its direction, and
+    what is left to both bounds of sticking; where they do not apply they are constant and large.
     """
     field, n_c = automaton.field, len(automaton.contacts)
     y, t, m = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("m", field.nnz_in(3))
-    p, lift = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("lift", 2 * n_c)
+    p, lift = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("lift", LIFTS * n_c)
     rate, guards, rows = field(y, t, p, m)
     gaps, raised = [], ca.SX(guards)
     for i in range(n_c):
-        sticks, left, right = m[i] > 0.5, guards[2 * i], guards[2 * i + 1]
-        raised[2 * i] = left + ca.if_else(sticks, lift[2 * i + 1], lift[2 * i])
-        raised[2 * i + 1] = right + ca.if_else(sticks, lift[2 * i + 1], 0)
+        sticks, left, right = m[i] > 0.5, guards[backward(i)], guards[forward(i)]
+        slipping, sticking = lift[lift_of(i, slips=True)], lift[lift_of(i, slips=False)]
+        raised[backward(i)] = left + ca.if_else(sticks, sticking, slipping)
+        raised[forward(i)] = right + ca.if_else(sticks, sticking, 0)
         carries = ca.logic_and(sticks, m[i] != 2)
         gaps += [
             ca.if_else(sticks, 10 * FAR, left),

@@ -122,10 +122,14 @@ def varied(
 
 
 def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
-    n_m, n_g, n_c = automaton.n_mode, automaton.n_guards, len(automaton.contacts)
+    layout, n_c = automaton.layout, len(automaton.contacts)
+    n_m, n_g = layout.n_mode, layout.n_guards
     before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
+    then = y  # the state behind the event
+    if automaton.transition:
+        then = automaton.transition(y, t, p, before, hit[layout.first_other :])[0]
     rate, guards, rows = automaton.field(y, t, p, before)
-    next_rate, _, next_rows = automaton.field(y, t, p, after)
+    next_rate, _, next_rows = automaton.field(then, t, p, after)
     slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
     gain = ca.densify(along(guards))
     firsts, any_before = [], ca.SX(0)
@@ -135,7 +139,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     first = ca.vertcat(*firsts) if firsts else ca.SX(0, 1)
     divisor = ca.dot(first, slope) if n_g else ca.SX(0)
     tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
-    moved = V + (rate - next_rate) @ tau
+    moved = along(then) + (ca.jtimes(then, y, rate) + ca.jacobian(then, t) - next_rate) @ tau
     jumps = (rows - next_rows)[:followed] @ tau
     both = slope @ tau
     apart, size = ca.fabs(both + gain), ca.fabs(both) + ca.fabs(gain)
@@ -154,7 +158,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     n_w = W.shape[1]  # zeros where second derivatives have nothing to say
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
-    edges = [2 * n_c + j for j in automaton.at_edges]
+    edges = [layout.switch(j) for j in automaton.at_edges]
     most = ca.fabs(ca.jacobian(guards[edges], y)) @ ca.fabs(V) if edges else ca.SX(0, V.shape[1])
     off = [ca.mmax(ca.fabs(gain[g, :])) / (ca.mmax(most[k, :]) + 1e-300) for k, g in enumerate(edges)]
     out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)

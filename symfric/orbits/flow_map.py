@@ -11,7 +11,8 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower
 from symfric.lower.constant_parameters import vanishing
-from symfric.lower.relaxed_guards import GAPS, lifted
+from symfric.lower.mode_layout import backward, forward, slip_gap
+from symfric.lower.relaxed_guards import LIFTS, lifted
 from symfric.lower.variational_equations import varied
 from symfric.model.excitation import common_rate, frequencies
 from symfric.model.outputs import End, Trajectory
@@ -121,11 +122,11 @@ class Flow:
         self.tolerance = tolerance
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
-        n_gaps = GAPS * len(self.contacts)
+        n_gaps = slip_gap(len(self.contacts))
         variations = varied(self._automaton, self.scene, (*self.states, *self.parameters), n_gaps)
         wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
         self._model = sensitive_model(self.scene, variations, wanted, tolerance, BUDGETS)
-        own = self._automaton.parameters[: len(self._automaton.parameters) - 2 * len(self.contacts)]
+        own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.contacts)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._first = np.eye(len(self.states), len(self.states) + len(self.parameters)).T.ravel()
         self._guards = _guard_rates(self._automaton)
@@ -151,7 +152,7 @@ class Flow:
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
         _, p = self._numbers.changed(values, {})
-        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(2 * len(self.contacts))))[0]).ravel()
+        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(LIFTS * len(self.contacts))))[0]).ravel()
 
     def guard(
         self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
@@ -159,13 +160,13 @@ class Flow:
         """Return what is left, at a time, until a contact that slips in direction `way` stops, or one that sticks slips
         in the other direction."""
         passage, p, mode = self._follow(y, values, time, None)
-        parallels, n_c = self._automaton.parallels, len(self.contacts)
+        parallels = self._automaton.parallels
         alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
-        mode[n_c + contact] = way
+        mode[self._automaton.layout.direction(contact)] = way
         mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
         found = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
-        row = 2 * contact + (sticks and way < 0)
-        size = float(np.sum(np.abs(found[0][2 * contact : 2 * contact + 2]))) if sticks else 1.0
+        row = forward(contact) if sticks and way < 0 else backward(contact)
+        size = float(np.sum(np.abs(found[0][[backward(contact), forward(contact)]]))) if sticks else 1.0
         left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in found)
         return Guard(left, rate, bend, size)
 
@@ -199,9 +200,8 @@ class Flow:
         self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None
     ) -> tuple[Passage, np.ndarray, np.ndarray]:
         """Return the passage, and at its end the parameters and the mode as the automaton takes them."""
-        n_c = len(self.contacts)
         _, p = self._numbers.changed(values, {})
-        raised = np.zeros(2 * n_c) if lift is None else lift
+        raised = np.zeros(LIFTS * len(self.contacts)) if lift is None else lift
         workspace = self._model.workspace()
         workspace.arrays.clock.t_end = time
         status = workspace.drive(np.concatenate([y, self._first]), np.concatenate([p, raised]), None)
@@ -216,12 +216,13 @@ class Flow:
 
     def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
         """Copy what a run has left in its arrays."""
-        n_x, n_p, n_c = len(self.states), len(self.parameters), len(self.contacts)
-        n_e, n_s, n_g = n_x + GAPS * n_c, n_x + n_p, GAPS * n_c
+        n_x, n_p = len(self.states), len(self.parameters)
+        n_g, n_s = slip_gap(len(self.contacts)), n_x + n_p
+        n_e = n_x + n_g
         V = w.y[n_x:-1].reshape(n_s, n_x).T
         follow = w.total[n_e:, 0].reshape(n_g, n_s)
         events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
-        modes = np.where(w.m[:n_c] > 0.5, 0, w.m[n_c : 2 * n_c])
+        modes = self._automaton.layout.modes(w.m)
         rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
         low, high = w.total[n_g:n_e, 0].copy(), w.total[n_g:n_e, 1].copy()
         return Passage(
@@ -230,7 +231,7 @@ class Flow:
             by_value=V[:, n_x:].copy(),
             rate=np.array(rate).ravel(),
             events=events,
-            modes=tuple(int(k) for k in modes),
+            modes=tuple(modes.tolist()),
             gaps=w.total[:n_g, 0].copy(),
             gaps_by_start=follow[:, :n_x].copy(),
             gaps_by_value=follow[:, n_x:].copy(),
@@ -246,7 +247,7 @@ def _guard_rates(automaton: Automaton) -> ca.Function:
     field = automaton.field
     y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
     rate, guards, _ = field(y, t, p, m)
-    out = [guards[: 2 * len(automaton.contacts)] if automaton.contacts else ca.SX(0, 1)]
+    out = [guards[automaton.layout.slips] if automaton.contacts else ca.SX(0, 1)]
     for _ in range(2):
         out.append(ca.jtimes(out[-1], y, rate) + ca.jacobian(out[-1], t))
     return ca.Function("guards", [y, t, p, m], [ca.densify(e) for e in out])

@@ -56,7 +56,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
     wanted = list(scene.outputs.values())
     return Facts(
         contacts=sum(automaton.sticks),
-        kinks=automaton.n_switches,
+        kinks=automaton.layout.switches,
         states=len(automaton.states),
         smooth=not any(automaton.sticks),
         autonomous=automaton.autonomous,

@@ -18,13 +18,14 @@ from symfric.codegen.array_table import Table
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOOP = """
-from typing import NamedTuple
+from dataclasses import dataclass
 
-from symfric.codegen.array_table import Integers, Reals
+from symfric.codegen.array_table import ArraySet, Integers, Reals
 from symfric.codegen.numba_types import compiled, opener, part
 
 
-class Work(NamedTuple):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Work(ArraySet):
     x: Reals
     k: Integers
 
@@ -86,7 +87,7 @@ def test_a_loop_is_compiled_kept_and_called_from_the_disk(tmp_path, monkeypatch)
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(loop_loader, "_opened", {})
-    work = importlib.import_module("loop_of_a_test").Work(np.array([5.0, 0.25]), np.array([7, 2]))
+    work = importlib.import_module("loop_of_a_test").Work(x=np.array([5.0, 0.25]), k=np.array([7, 2]))
     table = Table(work)
     launch = loop_loader.load_loop("loop_of_a_test", "a test")
     assert (launch(table, True), launch(table, False), work.x[0]) == (3, 3, 0.5)

@@ -77,7 +77,7 @@ def test_excitation_of_1e5_over_ten_periods_ends_within_its_budget():
 def _kept(program):
     """Bytes of the arrays that the program keeps for its next run."""
     workspace = program._model.workspace()
-    size = sum(a.nbytes for a in workspace.arrays)
+    size = sum(a.nbytes for _, a in workspace.arrays.items())
     program._model.give_back(workspace)
     return size
 

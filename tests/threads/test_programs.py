@@ -139,10 +139,10 @@ def test_a_run_that_is_interrupted_leaves_nothing(failure):
 @pytest.mark.parametrize("name", SCENES)
 def test_runs_change_nothing_of_the_model(name):
     program = program_of(name)
-    before = [a.copy() for a in program._model.first]
+    before = {n: a.copy() for n, a in program._model.first.items()}
     for k in range(3):
         program.run(values_of(name, k))
-    assert all(np.array_equal(*pair, equal_nan=True) for pair in zip(before, program._model.first, strict=True))
+    assert all(np.array_equal(before[n], a, equal_nan=True) for n, a in program._model.first.items())
 
 
 def test_the_motion_does_not_depend_on_the_room_there_is():

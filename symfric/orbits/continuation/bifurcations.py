@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.relaxed_guards import GAPS
+from symfric.lower.mode_layout import contact_of_gap, is_slip_gap, slip_gap
+from symfric.lower.relaxed_guards import LIFTS, lift_of
 from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow_map import Flow, Guard, Passage
 from symfric.orbits.shooting import Point, System, Test, solve, step_of
@@ -73,7 +74,7 @@ class Condition:
             return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
         if self.side:
             return replace(system, test=_touch(self, size))
-        lift = lift_of(system.flow, self.guard, size)
+        lift = ignoring(system.flow, self.guard, size)
         if self.landing:
             return replace(system, test=_landing(system, self.guard, size, lift))
         return replace(system, test=_touch(self, size), lift=lift)
@@ -133,16 +134,16 @@ def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
     """Return the equation that the first event of the orbit lies where guard k only just touches zero."""
     flow = system.flow
 
-    def ignoring(z: np.ndarray, passage: Passage) -> Passage:
+    def beyond_it(z: np.ndarray, passage: Passage) -> Passage:
         start, period, values = system.unpack(z)
         first = passage.events[0][0] if passage.events else 0.0
         return flow.run(start, values, first + WINDOW * period, lift)
 
     def value(z: np.ndarray, passage: Passage) -> float:
-        return float(ignoring(z, passage).gaps[k] / size) + EDGE
+        return float(beyond_it(z, passage).gaps[k] / size) + EDGE
 
     def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
-        beyond = ignoring(z, passage)
+        beyond = beyond_it(z, passage)
         return np.concatenate([beyond.gaps_by_start[k], np.zeros(int(system.free)), beyond.gaps_by_value[k]]) / size
 
     return Test(value, slopes)
@@ -150,9 +151,8 @@ def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
 
 def has_others(passage: Passage, k: int) -> bool:
     """Whether guard k ends a mode somewhere on the orbit: a lift would do away with that as well."""
-    contact, row = divmod(k, GAPS)
-    begins = [before == 0 for _, i, before, _ in passage.events if i == contact]
-    return not all(begins) if row == 0 else any(begins)
+    begins = [before == 0 for _, i, before, _ in passage.events if i == contact_of_gap(k)]
+    return not all(begins) if is_slip_gap(k) else any(begins)
 
 
 def at_the_edge(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
@@ -200,7 +200,7 @@ def _graze(system: System, condition: Condition) -> Test:
         start, _, values = system.unpack(z)
         time, contact, before, after = passage.events[condition.event]
         guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
-        size = 1.0 if before == 0 else guard_size(system, z, passage, GAPS * contact)
+        size = 1.0 if before == 0 else guard_size(system, z, passage, slip_gap(contact))
         if not guard.bend > 0:
             raise NotFound("the event is no graze")
         depth = 0.5 * guard.rate**2 / (guard.bend * size)
@@ -221,11 +221,10 @@ def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
     return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
 
 
-def lift_of(flow: Flow, k: int, size: float) -> np.ndarray:
+def ignoring(flow: Flow, k: int, size: float) -> np.ndarray:
     """Return the lift that makes a motion ignore guard k of `Passage.gaps`."""
-    contact, row = divmod(k, GAPS)
-    lift = np.zeros(2 * len(flow.contacts))
-    lift[2 * contact + (row > 0)] = LIFTED * size
+    lift = np.zeros(LIFTS * len(flow.contacts))
+    lift[lift_of(contact_of_gap(k), slips=is_slip_gap(k))] = LIFTED * size
     return lift
 
 
@@ -234,8 +233,8 @@ def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float
 
     That is twice the largest static friction, the largest of those at the start and where the contact begins to stick.
     """
-    flow, contact = system.flow, k // GAPS
-    if k % GAPS == 0:
+    flow, contact = system.flow, contact_of_gap(k)
+    if is_slip_gap(k):
         n_q = len(flow.scene.system.q)
         return float(np.max(passage.ranges[n_q : 2 * n_q]))
     start, _, values = system.unpack(z)

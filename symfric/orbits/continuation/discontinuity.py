@@ -7,7 +7,8 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.relaxed_guards import FAR, GAPS
+from symfric.lower.mode_layout import gaps, is_slip_gap, slip_gap
+from symfric.lower.relaxed_guards import FAR
 from symfric.orbits.continuation.bifurcations import (
     Condition,
     at_the_edge,
@@ -15,7 +16,7 @@ from symfric.orbits.continuation.bifurcations import (
     guard_size,
     has_others,
     holding_at,
-    lift_of,
+    ignoring,
     signature,
     slip_ends,
 )
@@ -143,7 +144,7 @@ def _edges(system: System, point: Point, contact: int) -> list[Corner]:
     found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
         for k in _guards(point, contact, system):
-            kind = "grazing" if k % GAPS else "stick-onset"
+            kind = "stick-onset" if is_slip_gap(k) else "grazing"
             found.append(_touch(system, point, Condition(kind, k, side=1)))
     return [corner for corner in found if corner]
 
@@ -186,8 +187,7 @@ def _landing(system: System, point: Point) -> Corner | None:
     if not point.passage.events:
         return None
     _, contact, before, _ = point.passage.events[0]
-    rows = (0,) if before else (1, 2)
-    for k in (GAPS * contact + row for row in rows):
+    for k in (k for k in gaps(contact) if is_slip_gap(k) == bool(before)):
         condition = Condition("grazing", k, landing=True)
         try:
             size = guard_size(system, point.z, point.passage, k)
@@ -219,8 +219,8 @@ def _without_sticking(system: System, point: Point, contact: int) -> Point | Non
     """Return the orbit near one in which a contact sticks that ignores its zero slip."""
     if all(i != contact for _, i, _, _ in point.passage.events):
         return None
-    k = GAPS * contact
-    lift = lift_of(system.flow, k, guard_size(system, point.z, point.passage, k))
+    k = slip_gap(contact)
+    lift = ignoring(system.flow, k, guard_size(system, point.z, point.passage, k))
     try:
         return solve(replace(system, lift=lift), point.z, _parameter_alone(point))
     except NotFound:
@@ -272,6 +272,6 @@ def _kind(untouched: Passage, touched: Passage) -> str:
 
 def _guards(point: Point, contact: int, system: System) -> list[int]:
     """Return the guards of a contact that turn somewhere on the orbit, the nearest to zero first."""
-    gaps = np.abs(point.passage.gaps)
-    rows = [k for k in range(GAPS * contact, GAPS * contact + GAPS) if gaps[k] < FAR]
-    return sorted(rows, key=lambda k: gaps[k] / guard_size(system, point.z, point.passage, k))
+    near = np.abs(point.passage.gaps)
+    rows = [k for k in gaps(contact) if near[k] < FAR]
+    return sorted(rows, key=lambda k: near[k] / guard_size(system, point.z, point.passage, k))

@@ -70,13 +70,15 @@ def mode_integrator(
 def signs_evaluated(automaton: Automaton) -> ca.Function:
     """Return the field with every direction and switch computed from the state, for laws without a jump."""
     field = automaton.field
-    n_c, n_s = len(automaton.contacts), automaton.n_switches
+    layout, n_c = automaton.layout, len(automaton.contacts)
     y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
     m = ca.SX.sym("m", field.nnz_in(3))
     sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
-    mode = [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * n_s
-    for k in range(2 * n_c, 2 * n_c + n_s):  # a switch may depend on the ones before it
-        mode[k] = sign(field(y, t, p, ca.vertcat(*mode))[1][k])
+    mode = (
+        [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * layout.switches
+    )
+    for j in range(layout.switches):  # one may depend on those before it
+        mode[layout.sign(j)] = sign(field(y, t, p, ca.vertcat(*mode))[1][layout.switch(j)])
     return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))
 
 

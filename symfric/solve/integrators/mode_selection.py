@@ -14,6 +14,7 @@ import numpy as np
 from symfric.lower.automaton import Automaton
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.lower.constraint_forces import REDUNDANT
+from symfric.lower.mode_layout import backward, contact_of, forward
 
 _MOST_TRIALS = 20_000
 FOLLOWS, SHARES = 2.0, 3.0  # modes of contacts that stick without a constraint of their own
@@ -78,12 +79,12 @@ def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
 def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
     """Return the mode at the start, or None if no combination is consistent."""
     automaton = rule.automaton
-    n_c = len(automaton.contacts)
+    n_c, layout = len(automaton.contacts), automaton.layout
     slip = numbers(automaton.gauge(y, t, p)[0])
-    m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(automaton.n_switches)])
-    for j in range(automaton.n_switches):  # a switch may depend on the ones before it
-        guard = numbers(rule.look(y, t, p, m)[0])[2 * n_c + j]
-        m[2 * n_c + j] = 1.0 if guard >= 0 else -1.0
+    m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(automaton.layout.switches)])
+    for j in range(automaton.layout.switches):  # a switch may depend on the ones before it
+        guard = numbers(rule.look(y, t, p, m)[0])[layout.switch(j)]
+        m[layout.sign(j)] = 1.0 if guard >= 0 else -1.0
     return next_mode(rule, y, t, p, m, frozenset())
 
 
@@ -108,16 +109,17 @@ def next_mode(
     n_c = len(automaton.contacts)
     slip, _, pull = (numbers(e) for e in automaton.gauge(y, t, p)[:3])
     scale = numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
-    still = [i for i in range(n_c) if m[i] or 2 * i in hit]
+    layout = automaton.layout
+    still = [i for i in range(n_c) if m[i] or backward(i) in hit]
     for i in (i for i in range(n_c) if i not in still and abs(slip[i]) <= rule.zero * scale[i]):
         if _nearly(rule, y, t, p, sorted([*still, i])):
             still = sorted([*still, i])
     _project(rule, y, t, p, still)
     m = m.copy()
-    for k in (k for k in hit if 2 * n_c <= k < 2 * n_c + automaton.n_switches):
-        m[k] = -m[k]  # mode and guards are laid out alike: two for each contact, then the switches
+    for j in (j for j in range(layout.switches) if layout.switch(j) in hit):
+        m[layout.sign(j)] = -m[layout.sign(j)]
     reached = frozenset(
-        k for k in hit if k >= 2 * n_c or m[k // 2]
+        g for g in hit if g >= layout.slips.stop or m[contact_of(g)]
     )  # of contacts, only the bound of a stick stays zero
     rest = _at_rest(automaton, m, still)
     ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, _marked(rule, y, t, p, rest))[0])))
@@ -159,7 +161,7 @@ def _marked(rule: Rule, y, t, p, m: np.ndarray) -> np.ndarray:
 
 def _room(guards: np.ndarray, i: int) -> float:
     """Return how far the force of a sticking contact is from its bound, relative to the bound; beyond it negative."""
-    near, far = sorted(guards[2 * i : 2 * i + 2])
+    near, far = sorted(guards[[backward(i), forward(i)]])
     return near / max(abs(near) + abs(far), np.finfo(float).tiny)
 
 
@@ -169,14 +171,14 @@ def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterato
     Of as many, those that come first in `still` are changed first. Where friction drops from rest to slip more than one
     mode may agree with the forces; the contact that exceeds its bound the most is released, as the route `taylor` does.
     """
-    n_c = len(automaton.contacts)
+    layout = automaton.layout
     for changed in range(len(still) + 1):
         for group in itertools.combinations(still, changed):
-            ways = [(-1.0, 1.0) if automaton.sticks[i] else (-base[n_c + i],) for i in group]
+            ways = [(-1.0, 1.0) if automaton.sticks[i] else (-base[layout.direction(i)],) for i in group]
             for directions in itertools.product(*ways):
                 trial = base.copy()
                 for i, direction in zip(group, directions, strict=True):
-                    trial[i], trial[n_c + i] = 0.0, direction
+                    trial[i], trial[layout.direction(i)] = 0.0, direction
                 yield trial
 
 
@@ -186,18 +188,20 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     At a kink the rates of both sides agree but for what the event missed it by, which decides the sign of a slow
     crossing in a stiff motion: a switch that seems wrong on both sides crosses.
     """
-    n_c, n_s = len(rule.automaton.contacts), rule.automaton.n_switches
+    layout = rule.automaton.layout
     m = _with_edges(rule, y, t, p, m, hit)
     before, turned = m, np.zeros(m.size, dtype=int)
-    for _ in range(3 * n_s + 1):
+    for _ in range(3 * layout.switches + 1):
         guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
         if not np.all(np.isfinite(first)):  # a branch that ends at a switch; it is entered when that has really fallen
             return before
         wrong = []
-        for k in (k for k in range(2 * n_c, 2 * n_c + n_s) if abs(m[k]) != ON_EDGE):
-            zero = k in hit or abs(guards[k]) <= rule.zero * (abs(guards[k]) + abs(first[k]) * rule.horizon)
-            falls = first[k] < 0 or (first[k] == 0 and second[k] < 0)
-            if (falls and turned[k] < 2) if zero else guards[k] < 0:
+        for k, g in ((layout.sign(j), layout.switch(j)) for j in range(layout.switches)):
+            if abs(m[k]) == ON_EDGE:
+                continue
+            zero = g in hit or abs(guards[g]) <= rule.zero * (abs(guards[g]) + abs(first[g]) * rule.horizon)
+            falls = first[g] < 0 or (first[g] == 0 and second[g] < 0)
+            if (falls and turned[k] < 2) if zero else guards[g] < 0:
                 wrong.append(k)
         if not wrong:
             return m
@@ -216,13 +220,14 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
     automaton = rule.automaton
     if not automaton.at_edges:
         return m
-    entries = np.array(automaton.at_edges) + 2 * len(automaton.contacts)
+    layout = automaton.layout
+    entries, edges = ([place(j) for j in automaton.at_edges] for place in (layout.sign, layout.switch))
     rested, m = np.abs(m[entries]) == ON_EDGE, m.copy()
     m[entries] = ON_EDGE
-    guards, first, second = (numbers(e)[entries] / ON_EDGE for e in rule.look(y, t, p, m))
+    guards, first, second = (numbers(e)[edges] / ON_EDGE for e in rule.look(y, t, p, m))
     place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[-1]), 3)
     drift = rested * force * t
-    zero = np.isin(entries, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
+    zero = np.isin(edges, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
     still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, drift))
     resting = still & (np.abs(second) <= rule.zero * force)
     sign = np.where(zero, np.where(still, second, first), guards)
@@ -240,13 +245,13 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
                 return False
             continue
         if m[i]:
-            bound = 0.5 * abs(guards[2 * i] + guards[2 * i + 1])
-            for k in (2 * i, 2 * i + 1):
+            bound = 0.5 * abs(guards[backward(i)] + guards[forward(i)])
+            for k in (backward(i), forward(i)):
                 at_bound = k in hit or abs(guards[k]) <= rule.zero * bound
                 if first[k] * rule.horizon < -_TIE * bound if at_bound else guards[k] < 0:
                     return False
         else:
-            start, then = first[2 * i], second[2 * i]
+            start, then = first[backward(i)], second[backward(i)]
             little = max(rule.zero, _TIE) * pull[i]
             if start < -little or (abs(start) <= little and then * rule.horizon < -_TIE * pull[i]):
                 return False

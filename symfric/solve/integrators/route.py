@@ -98,7 +98,7 @@ def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> s
             f"{settings.plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
             "plugin 'erk' or 'rosenbrock'"
         )
-    if on_the_way and automaton.n_switches:
+    if on_the_way and automaton.layout.switches:
         return (
             f"{settings.plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
             "the plugin 'erk' or 'rosenbrock'"
@@ -189,7 +189,12 @@ class IntegratorsProgram:
         parameters = np.array([given[s] for s in self.automaton.parameters])
         flow = self._lease()
         motion = _Motion(
-            0.0, start, np.zeros(len(self._integrals)), np.ones(self.automaton.n_mode), np.abs(start), np.zeros(0)
+            0.0,
+            start,
+            np.zeros(len(self._integrals)),
+            np.ones(self.automaton.layout.n_mode),
+            np.abs(start),
+            np.zeros(0),
         )
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
         for k, row in enumerate(inputs):
@@ -234,12 +239,12 @@ class IntegratorsProgram:
         if np.any(lost) or np.any(margin < 0):
             motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
             return
-        n_c = len(self.automaton.contacts)
-        before, after = _signs(motion.m, n_c), _signs(mode, n_c)
+        layout = self.automaton.layout
+        before, after = layout.modes(motion.m), layout.modes(mode)
         changed = np.flatnonzero(before != after) if not first else ()
         motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
         motion.counts["events"] += len(changed)
-        motion.counts["kinks"] += int(np.sum(motion.m[2 * n_c :] * mode[2 * n_c :] < 0)) if not first else 0
+        motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 
@@ -272,7 +277,7 @@ class IntegratorsProgram:
         stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1
         motion.counts["stalled"] = stalled
         motion.rest = math.nan
-        if index >= 2 * len(self.automaton.contacts) + self.automaton.n_switches:
+        if index >= self.automaton.layout.first_load:
             motion.status = Status.LOST_CONTACT
         elif motion.counts["events"] >= self.settings.max_events:
             motion.status = Status.EVENT_BUDGET
@@ -283,14 +288,14 @@ class IntegratorsProgram:
 
     def _keep(self, motion: _Motion, piece: Piece) -> None:
         t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some are the same
-        h, n_g = np.diff(t), self.automaton.n_guards
+        h, n_g = np.diff(t), self.automaton.layout.n_guards
         if self._ranges:
             low, high = extremes(h, *(e[n_g:, nodes] for e in piece.rows))
             motion.low = low if motion.low is None else np.minimum(motion.low, low)
             motion.high = high if motion.high is None else np.maximum(motion.high, high)
             self._keep_values(motion, t, [e[n_g:, nodes] for e in piece.rows])
         if self._keep_path:
-            mode = np.tile(_signs(motion.m, len(self.automaton.contacts)), (h.size, 1))
+            mode = np.tile(self.automaton.layout.modes(motion.m), (h.size, 1))
             states = piece.state[: motion.y.size, nodes], piece.first[:, nodes], piece.second[:, nodes]
             motion.pieces.append(Path(t[:-1], h, quintic(h, *states), mode))
 
@@ -344,8 +349,3 @@ def check_tolerance(tolerance: float) -> float:
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; the route 'integrators' takes {FINEST:g} to {COARSEST:g}")
     return tolerance
-
-
-def _signs(m: np.ndarray, n_c: int) -> np.ndarray:
-    """Modes of the contacts: -1, 0, +1."""
-    return np.where(m[:n_c] > 0.5, 0, m[n_c : 2 * n_c]).astype(np.int64)

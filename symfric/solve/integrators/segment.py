@@ -88,7 +88,7 @@ class Flow:
         self.settings, self.tolerance = settings, tolerance
         self.local = max(_SAFETY[settings.plugin] * tolerance, FINEST)
         self.in_pieces = settings.plugin in ONE_STEP
-        self.n_x, self.n_guards = len(automaton.states), automaton.n_guards
+        self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
         self._nodes = node_function(field, n_integrals)
         self._compiled: dict[tuple[int, int], ca.Function] = {}

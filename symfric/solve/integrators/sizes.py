@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.mode_layout import ModeLayout
 
 _PART = 1e-3  # of the run: the time scale of equations that have none
 _TIMES = 16  # of the run at which the forces that depend on time are looked at
@@ -23,14 +24,15 @@ class Sizing:
         their slopes)``.
     later : casadi.Function or None
         ``(y, t, p, m) -> (rate, its derivative by time alone)`` where the equations depend on time.
-    n_q, n_contacts : int
+    n_q : int
+    layout : ModeLayout
     horizon : float
     """
 
     look: ca.Function
     later: ca.Function | None
     n_q: int
-    n_contacts: int
+    layout: ModeLayout
     horizon: float
 
 
@@ -45,7 +47,7 @@ def make_sizing(automaton: Automaton, field: ca.Function, n_integrals: int, hori
     look, later = ca.Function("look", [y, t, p, m], out), None
     if ca.depends_on(rate, t):
         later = ca.Function("later", [y, t, p, m], [ca.densify(rate), ca.densify(ca.jacobian(rate, t))])
-    return Sizing(look, later, automaton.n_q, len(automaton.contacts), horizon)
+    return Sizing(look, later, automaton.n_q, automaton.layout, horizon)
 
 
 def first_sizes(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
@@ -56,12 +58,13 @@ def first_sizes(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.nd
     forces of the coordinates alone would do: those of the velocities, which only decay, may be faster by far. Forces
     that come with time act as long as they last. What does not move at all is as large as the others.
     """
-    n, n_c = sizing.n_q, sizing.n_contacts
+    n, layout = sizing.n_q, sizing.layout
     q, u, z = np.abs(y[:n]), np.abs(y[n : 2 * n]), np.abs(y[2 * n :])
     looks, fast, decay, rates = [], [0.0], [0.0], [0.0]
-    for way in (-1.0, 1.0) if np.any(m[:n_c]) else (1.0,):
+    for way in (-1.0, 1.0) if np.any(m[layout.sticking]) else (1.0,):
         slips = m.copy()
-        slips[:n_c], slips[n_c : 2 * n_c] = 0.0, np.where(m[:n_c] > 0, way, m[n_c : 2 * n_c])
+        slips[layout.sticking] = 0.0
+        slips[layout.directions] = np.where(m[layout.sticking] > 0, way, m[layout.directions])
         rate, change, slopes, rows, row_slopes = (np.array(e) for e in sizing.look(y, t, p, slips))
         rates.append(_fastest(slopes))
         fast.append(math.sqrt(_fastest(slopes[n : 2 * n, :n])) or rates[-1])

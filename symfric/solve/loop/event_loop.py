@@ -5,15 +5,18 @@ import numpy as np
 from symfric.codegen.numba_types import compiled, part
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.solve.loop.calls import expand, prelude
+from symfric.solve.loop.layout import contact_of, is_along_line, is_load, is_slip, is_switch, mode, sign, switch
 from symfric.solve.loop.mode_selection import keep_scales, settle
 from symfric.solve.loop.polynomials import extend_range, first_crossing, value
 from symfric.solve.loop.resting_edges import decisive, size_of
-from symfric.solve.loop.run_arrays import EXPAND, GO, SETTLE, begin_counting, budget, pause
+from symfric.solve.loop.run_arrays import EXPAND, GO, HIT, LOADED, SETTLE
+from symfric.solve.loop.run_rules import begin_counting, budget, pause
 from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.loop.singular_start import start_singular
 from symfric.solve.loop.step_acceptance import proven, reach
 from symfric.solve.loop.step_size import step_rule, step_size
 from symfric.solve.loop.tolerances import EPS, TOUCH, natural_time, no_acceleration
+from symfric.solve.loop.transitions import transit
 from symfric.solve.loop.workspace import (
     FORCES,
 )
@@ -65,7 +68,7 @@ def drive(w):
     while True:
         if w.y[n_x] >= w.clock.t_end:
             return _OK
-        status = pause(w, stop, n_c)
+        status = pause(w, stop, n_c + w.other_guards.shape[0])
         if status != _OK:
             return status
         if w.counts.steps >= w.counts.mark_steps:
@@ -114,7 +117,7 @@ def drive(w):
                 _next_segment(w)
                 continue
         w.counts.phase = SETTLE if w.counts.flagged else EXPAND
-        if w.counts.flagged == 2:
+        if w.counts.flagged == LOADED:
             return _LOST
 
 
@@ -131,15 +134,17 @@ def _first_event(w, n_x, n_c, h, far):
         total = w.reach[r]
         begin = w.c[r, 0]
         begin += w.slack[g]
-        if g >= w.m.size:
+        if is_load(w, g):
             begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # it may have been zero until now
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]
-        if w.fresh[g] and g < 2 * w.sticks.size and g % 2 == 0 and w.m[g // 2] == 0.0:  # held by others, to rounding
-            size = max(size, w.gauge[FORCES, g // 2] * far)
-        if 2 * n_c <= g < w.m.size and abs(w.m[g]) == ON_EDGE:  # it stays at zero, to rounding
-            j = g - 2 * n_c
+        if (
+            w.fresh[g] and is_along_line(w, g) and is_slip(g) and w.m[contact_of(g)] == 0.0
+        ):  # held by others, to rounding
+            size = max(size, w.gauge[FORCES, contact_of(g)] * far)
+        j = g - switch(0, n_c)
+        if is_switch(w, g) and abs(w.m[sign(j, n_c)]) == ON_EDGE:  # it stays at zero, to rounding
             moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))
             size = 8.0 * max(size, moved)
         if total + abs(begin) <= 8.0 * EPS * size:
@@ -155,7 +160,7 @@ def _first_event(w, n_x, n_c, h, far):
         for g in range(which):
             if w.hit[g]:  # an earlier candidate that turned out to be later
                 w.hit[g] = 0
-        w.counts.flagged = 2 if which >= w.m.size else 1
+        w.counts.flagged = LOADED if is_load(w, which) else HIT
         return tau
     return h
 
@@ -167,11 +172,11 @@ def _crossing(w, r, g, begin, total, h):
     first = 0
     if w.fresh[g]:
         first = 1
-        slips = g < 2 * w.sticks.size and g % 2 == 0
+        slips = is_along_line(w, g) and is_slip(g)
         if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
-            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, g // 2, 2.0 * w.c[r, 2]) else 1
-        elif 2 * w.sticks.size <= g < w.m.size:  # as the next mode was decided, whatever the length of the step
-            first = decisive(w, w.c, r, g - 2 * w.sticks.size, w.sticks.size, natural_time(w))
+            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1
+        elif is_switch(w, g):  # as the next mode was decided, whatever the length of the step
+            first = decisive(w, w.c, r, g - switch(0, w.sticks.size), w.sticks.size, natural_time(w))
         if total == 0.0:
             return 2.0 * h
         power = h**first
@@ -200,7 +205,7 @@ def _advance(w, n_x, n_c, tau):
             for j in range(order + 1):
                 w.path_c[k, r, j] = w.c[r, j]
         for i in range(n_c):
-            w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+            w.path_m[k, i] = mode(w, i)
         w.counts.kept_steps += 1
     if w.kind.size:
         _accumulate(w, n_x + w.hit.size, tau)
@@ -270,6 +275,7 @@ def _switch(w, n_x, n_c):
     """Settle the mode after an event and log what changed."""
     if w.limits.varied:
         remember(w)
+    changed = transit(w, n_c) if w.other_guards.size else 0
     status = settle(w)
     if status != _OK:
         return status
@@ -277,16 +283,16 @@ def _switch(w, n_x, n_c):
     if w.limits.varied:
         jump(w, n_x, n_c, starting)
     keep_scales(w, n_x, n_c)
-    changed, at_rest = 0, n_c > 0
+    at_rest = n_c > 0
     for i in range(n_c):
-        mode = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        at_rest = at_rest and mode == 0
-        if mode != w.old[i] and not starting:
+        new = mode(w, i)
+        at_rest = at_rest and new == 0
+        if new != w.old[i] and not starting:
             changed += 1
             if w.limits.keep_events:
                 k = w.counts.kept_events
                 w.event_t[k] = w.y[n_x] + w.clock.t_low
-                w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = i, w.old[i], mode
+                w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = i, w.old[i], new
                 w.counts.kept_events += 1
     if starting:
         _begin(w, n_x)

@@ -38,7 +38,7 @@ def settle(w):
     the guards that start the new mode at zero.
     """
     n_x, n_c = w.y.size - 1, w.sticks.size
-    n_s = w.m.size - 2 * n_c
+    n_s = w.edge.size
     _try_sticking(w, n_x, n_c)
     for i in range(n_c):
         g, lost = w.loads[i], 0.0

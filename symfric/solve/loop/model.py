@@ -48,9 +48,11 @@ def series_model(
     linear = variants[0].matrices is not None
     functions = [f for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms) if f]
     if not linear:
-        functions.append(reach(len(automaton.states), automaton.n_guards, variants[0].order))
+        functions.append(reach(len(automaton.states), automaton.layout.n_guards, variants[0].order))
     jump = variations.jump if variations else None
     functions += [jump] if jump else []
+    if automaton.transition:
+        functions.append(_joined_transition(automaton))
     code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
     first = make_arrays(automaton, variants, code.addresses, wanted.rows, pieces, jump)
@@ -60,11 +62,23 @@ def series_model(
     limits.n_q, limits.checked, limits.linear = automaton.n_q, first.exposed.size > 0, linear
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
+    limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
     launch = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
+
+
+def _joined_transition(automaton: Automaton) -> ca.Function:
+    """Return the transition as a function of ([y; ...; t], [p; m; hit]) with one output."""
+    transition = automaton.transition
+    assert transition is not None
+    state = ca.SX.sym("y", len(automaton.states) + 1)
+    p, m, hit = (ca.SX.sym(name, transition.size1_in(k)) for k, name in ((2, "p"), (3, "m"), (4, "hit")))
+    out = transition(state[: transition.size1_in(0)], state[-1], p, m, hit)
+    assert [e.numel() for e in out] == [automaton.n_y, automaton.layout.n_mode], "what is written must fit the room"
+    return ca.Function("transition", [state, ca.vertcat(p, m, hit)], [ca.densify(ca.vertcat(*out))])
 
 
 def _joined_gauge(gauge: ca.Function) -> ca.Function:

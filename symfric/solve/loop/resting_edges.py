@@ -2,6 +2,7 @@
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.layout import sign, switch
 from symfric.solve.loop.series import PROBED
 from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
 from symfric.solve.loop.workspace import COUPLING
@@ -19,11 +20,12 @@ def find_edges(w, n_x, n_c, first):
     for j in range(w.edge.size):
         if w.edge[j] == 0:
             continue
-        row, g = n_x + 2 * n_c + j, 2 * n_c + j
+        g = sign(j, n_c)
+        row = n_x + switch(j, n_c)
         w.scale[row] = max(w.scale[row], size_of(w, n_c, j, 0))
         if first:
             w.rested[j] = abs(w.m[g]) == ON_EDGE
-        new = _sign(w, row, g, j, n_c)
+        new = _new_sign(w, row, g, j, n_c)
         if new != w.m[g] and w.turns[n_c + j] < _MOST:
             w.turns[n_c + j] += 1
             w.counts.kinks += new * w.m[g] < 0.0
@@ -40,7 +42,7 @@ def size_of(w, n_c, j, derivative):
 
 
 @compiled
-def _sign(w, row, g, j, n_c):
+def _new_sign(w, row, g, j, n_c):
     """Return the entry of a switch: its sign now or in the next instant, +-ON_EDGE if it stays at zero.
 
     One that is not at zero and has the wrong sign is left to `_change_switch` in `.mode_selection`. Of one that was at
@@ -51,7 +53,7 @@ def _sign(w, row, g, j, n_c):
     limit, time = ROUNDING * w.scale[row], natural_time(w)
     if w.rested[j]:
         limit = max(limit, TIE * size_of(w, n_c, j, 2) * time * time)
-    if w.hit[g] == 0 and abs(w.probe[row, 0] / old) > limit:
+    if w.hit[switch(j, n_c)] == 0 and abs(w.probe[row, 0] / old) > limit:
         return present
     order = decisive(w, w.probe, row, j, n_c, time)
     if order > PROBED:
@@ -69,7 +71,7 @@ def decisive(w, c, row, j, n_c, time):
         if abs(c[row, 1]) * time > TIE * w.scale[row]:
             return 1
         return 2 if abs(c[row, 2]) > TIE * abs(c[row, 3]) * time else 3
-    scale, force = abs(w.m[2 * n_c + j]), size_of(w, n_c, j, 2)
+    scale, force = abs(w.m[sign(j, n_c)]), size_of(w, n_c, j, 2)
     little = max(ROUNDING * size_of(w, n_c, j, 1), TIE * w.scale[row] / time)
     if w.rested[j]:
         little = max(little, TIE * force * time)

@@ -1,4 +1,4 @@
-"""What the runs of all event loops have in common: the arrays that others read, and the rules that end a run."""
+"""What the runs of all event loops have in common: the arrays that others read."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,15 +6,10 @@ from typing import Any
 import numpy as np
 
 from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals, Scalars
-from symfric.codegen.numba_types import compiled
-from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 
 SETTLE, EXPAND, GO = range(3)  # values of `Counts.phase`
+HIT, LOADED = 1, 2  # values of `Counts.flagged`
 
-_OK, _STEPS, _EVENTS = int(Status.OK), int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET)
-_CHATTER = int(Status.CHATTER)
-_STALLED = 200  # events without time advancing
-_WINDOW = 1000  # events that together advance less than a rounding error of the time stand still
 CHUNK = 1_000_000  # steps between two reports of the progress
 
 
@@ -32,7 +27,7 @@ class Counts(Scalars, kind=int):
     stall: int  # events since time has advanced
     mark_events: int  # events when `Clock.mark_t` was set
     mark_steps: int  # steps when `Clock.mark_steps_t` is set next
-    flagged: int  # 1 if a guard was hit at the end of the step, 2 if it was a load
+    flagged: int  # what was hit at the end of the step: nothing, HIT or LOADED
     doubts: int  # events after which derivatives do not exist
 
 
@@ -97,41 +92,3 @@ def limit(limits: Limits, budgets: tuple[int, int], wanted) -> None:
     """Set the limits of a run from the budgets of steps and events and what is wanted."""
     limits.max_steps, limits.max_events, limits.chunk = *budgets, CHUNK
     limits.keep_path, limits.keep_events = wanted.path, wanted.events
-
-
-@compiled(inline=True)
-def begin_counting(w):
-    """Set counts and times to those of a run that begins."""
-    c = w.counts
-    c.steps, c.events, c.kinks, c.grazes, c.kept_steps, c.kept_events = 0, 0, 0, 0, 0, 0
-    c.segment, c.phase, c.stall, c.mark_events, c.mark_steps, c.flagged, c.doubts = 0, SETTLE, 0, 0, 0, 0, 0
-    w.clock.t_low, w.clock.h_last, w.clock.rest = 0.0, 0.0, np.nan
-    w.clock.mark_t, w.clock.mark_steps_t = 0.0, -np.inf
-
-
-@compiled(inline=True)
-def pause(w, stop, most):
-    """Return why a run has to stop before its next step, which logs at most so many events; `stop` counts steps."""
-    if w.counts.steps >= w.limits.max_steps:
-        return _STEPS
-    if w.counts.steps >= stop:
-        return PAUSED
-    if w.limits.keep_path and w.counts.kept_steps >= w.path_t.shape[0]:
-        return PATH_FULL
-    if w.limits.keep_events and w.counts.kept_events + most > w.event_t.size:
-        return EVENTS_FULL
-    return _OK
-
-
-@compiled(inline=True)
-def budget(w, t):
-    """Return a status that ends a run of too many events, or of too many at the time t."""
-    if w.counts.stall > _STALLED:
-        return _CHATTER
-    if w.counts.events > w.limits.max_events:
-        return _EVENTS
-    if w.counts.events - w.counts.mark_events > _WINDOW:
-        if t - w.clock.mark_t < 4e-13 * max(t, 1e-3 * w.clock.t_end):
-            return _CHATTER
-        w.counts.mark_events, w.clock.mark_t = w.counts.events, t
-    return _OK

@@ -8,6 +8,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.layout import backward, direction, sign, way
 from symfric.solve.loop.polynomials import roots, value
 from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import JUMP
@@ -26,6 +27,8 @@ def remember(w):
         w.before[first + k] = w.m[k]
     for g in range(w.hit.size):
         w.before[first + 2 * n_m + g] = w.hit[g]
+    for k in range(w.left.size):
+        w.left[k] = w.y[k]
 
 
 @compiled
@@ -35,7 +38,8 @@ def jump(w, n_x, n_c, starting):
     n_y, first = n_x // (1 + n_s), w.kind.size - n_f * n_s
     for k in range(n_m):
         w.before[w.p.size + n_m + k] = w.m[k]
-    call_code(w.code[JUMP], w.y.ctypes.data, w.before.ctypes.data, w.after.ctypes.data)
+    state = w.left.ctypes.data if w.left.size else w.y.ctypes.data
+    call_code(w.code[JUMP], state, w.before.ctypes.data, w.after.ctypes.data)
     shifted = n_s * n_y
     gains = shifted + n_s
     slopes = gains + n_f * n_s
@@ -69,12 +73,12 @@ def _doubt(w, n_x, n_c, slopes):
     changed = False
     for i in range(n_c):
         slipped, slips = w.before[first + i] < 0.5, w.m[i] < 0.5
-        changes = slipped != slips or (slips and w.before[first + n_c + i] != w.m[n_c + i])
+        changes = slipped != slips or (slips and w.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
-        if changes and slipped and w.after[slopes + n_g + 2 * i] > APART:  # its slip ended with that of another
+        if changes and slipped and w.after[slopes + n_g + backward(i)] > APART:  # its slip ended with that of another
             w.counts.doubts += 1
-    for g in range(2 * n_c):
-        if w.before[first + 2 * n_m + g] == 0.0:
+    for g in range(n_g):
+        if w.before[first + 2 * n_m + g] == 0.0 or backward(n_c) <= g < w.limits.first_other:
             continue
         slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         if slow or w.after[slopes + n_g + g] > APART:
@@ -96,7 +100,7 @@ def _doubt_start(w, n_c, n_s, slips):
 def _doubt_edges(w, n_c, off):
     """Count the contacts at rest on the edge of a cell that a direction moves off it."""
     for j in range(w.edge.size):
-        if w.edge[j] and abs(w.m[2 * n_c + j]) == ON_EDGE:
+        if w.edge[j] and abs(w.m[sign(j, n_c)]) == ON_EDGE:
             w.counts.doubts += w.after[off + w.edge[j] - 1] > APART
 
 

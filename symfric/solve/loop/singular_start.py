@@ -9,6 +9,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.calls import expand
+from symfric.solve.loop.layout import backward, mode, way
 from symfric.solve.loop.run_arrays import EXPAND
 from symfric.solve.loop.tolerances import TIE, natural_time
 from symfric.solve.loop.workspace import PULL, TERMS
@@ -36,11 +37,12 @@ def start_singular(w, n_x, n_c):
             return _NAN
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
-        if w.m[i] < 0.5 and w.fresh[2 * i] and w.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
+        if w.m[i] < 0.5 and w.fresh[backward(i)] and w.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
             which = i
-            size, pull = max(w.gauge[TERMS, i], w.span[TERMS, i]), max(w.gauge[PULL, i], abs(w.c[n_x + 2 * i, 1]))
+            size, rate = max(w.gauge[TERMS, i], w.span[TERMS, i]), abs(w.c[n_x + backward(i), 1])
+            pull = max(w.gauge[PULL, i], rate)
             time = size / pull if size > 0.0 else time
-            if abs(w.c[n_x + 2 * i, 1]) <= TIE * w.gauge[PULL, i]:
+            if rate <= TIE * w.gauge[PULL, i]:
                 weight = 0.5
     h = min(FRACTION * time, w.clock.t_end - w.y[n_x])
     for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
@@ -49,7 +51,7 @@ def start_singular(w, n_x, n_c):
     w.y[n_x] += h
     status = _OK
     if which >= 0:
-        _balance(w, n_x, n_c, which, weight, h)
+        _balance(w, n_x, which, weight, h)
         status = _endpoint(w, n_x, weight, h)
     else:  # a kink: the old branch is regular here and its force is the same, so it leads the way for one short step
         for r in range(n_x):
@@ -73,23 +75,23 @@ def _keep(w, n_x, n_c, h):
             w.path_c[k, r, j] = 0.0
         w.path_c[k, r, 0], w.path_c[k, r, 1] = w.base[0, r], (w.y[r] - w.base[0, r]) / h
     for i in range(n_c):
-        w.path_m[k, i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
+        w.path_m[k, i] = mode(w, i)
     w.counts.kept_steps += 1
 
 
 @compiled
-def _balance(w, n_x, n_c, i, weight, h):
+def _balance(w, n_x, i, weight, h):
     """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
     high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
     low = 1e-12 * high
-    k, way = w.anchor[i], w.m[n_c + i] / w.factor[i]
+    k, side = w.anchor[i], way(w, i) / w.factor[i]
     for _ in range(80):
         slip = np.sqrt(low * high) if low > 0.0 else 0.5 * high
         for r in range(n_x):
             w.y[r] = w.base[0, r] + h * w.base[1, r]
-        w.y[k] = w.base[0, k] + way * slip
+        w.y[k] = w.base[0, k] + side * slip
         expand(w)
-        gain = h * ((1.0 - weight) * w.base[1, k] + weight * w.c[k, 1]) / way
+        gain = h * ((1.0 - weight) * w.base[1, k] + weight * w.c[k, 1]) / side
         if gain > slip:
             low = slip
         else:

@@ -8,19 +8,20 @@ import numpy as np
 
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
+from symfric.lower.mode_layout import backward
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
 from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 from symfric.solve.loop.series import PROBED, Series
 from symfric.solve.observables import Row
 
 FUNCTIONS = 5  # entries of `code` for one variant, after two
-JUMP = 2 + 2 * FUNCTIONS
+JUMP, TRANSITION = 2 + 2 * FUNCTIONS, 3 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 
 # arrays that no run changes
 SHARED = frozenset({"code", "pattern", "sticks", "anchor", "factor", "parallel", "kind", "table", "limits", "then"})
-SHARED |= {"segment_t", "segment_p", "exposed"}
+SHARED |= {"segment_t", "segment_p", "exposed", "other_guards"}
 
 
 class LoopLimits(Limits, kind=int):
@@ -34,6 +35,8 @@ class LoopLimits(Limits, kind=int):
     followed: int  # the first so many rows have them; they are the last rows
     edges: int  # switches at which a load jumps
     coupled: int  # n_q if two slips have a mass in common, else 0
+    first_load: int  # of the guards; those of the other contacts follow the loads
+    first_other: int
 
 
 class LoopClock(Clock):
@@ -49,7 +52,8 @@ class LoopArrays(RunArrays):
 
     `code` has the addresses of gauge and reach, then of prelude, series, probe, unseen and terms; if one contact alone
     can stick these are for its slipping, and five more are for its sticking; of linear equations, the prelude computes
-    the matrices, and that is all; last the jump of the derivatives at events. Behind the parameters, `p` has start,
+    the matrices, and that is all; last the jump of the derivatives at events and the
+    transition of contacts of other kinds. Behind the parameters, `p` has start,
     value and slope of every input.
     """
 
@@ -115,6 +119,10 @@ class LoopArrays(RunArrays):
     after: Reals  # what it gives; see `symfric.lower.variational_equations`
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
     rest: Reals  # and of the last event, (n_s,)
+    left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
+    asked: Reals  # parameters, mode and guards hit: what their transition takes; state and mode: what it gives
+    answer: Reals
+    other_guards: IntegerMatrix  # of each of their guards the contact, and its first variable in m or -1
     rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
 
 
@@ -142,26 +150,27 @@ def make_arrays(
     jump : casadi.Function, optional
         Of the derivatives at events.
     """
-    n_x, n_c, n_g = len(automaton.states), len(automaton.contacts), automaton.n_guards
+    layout, n_switches = automaton.layout, automaton.layout.switches
+    n_x, n_c, n_g = len(automaton.states), len(layout.lines), layout.n_guards
     n_e, order, n_q = len(rows), variants[0].order, automaton.n_q
-    n_r, lifts = n_x + n_g + n_e, [automaton.contacts.index(name) for name in automaton.loads]
+    n_r, n_p = n_x + n_g + n_e, variants[0].prelude.nnz_in(0)
     functions = ["gauge", "reach"]
     functions += [f.name() if f else "" for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms)]
-    functions += [""] * (JUMP - len(functions)) + ["jump"]
+    functions += [""] * (JUMP - len(functions)) + ["jump", "transition"]
     exposed = sorted({r for v in variants for r in v.exposed})
     matrices = variants[0].matrices
     entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
     pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
     gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
-    ranks = dict(zip(automaton.at_edges, range(1, automaton.n_switches + 1), strict=False))
+    ranks = dict(zip(automaton.at_edges, range(1, n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return LoopArrays(
         **{**common(n_x, len(automaton.parameters), n_e, order, n_c), "clock": LoopClock.zeros()},
         limits=LoopLimits.zeros(),
         code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
-        p=room(variants[0].prelude.nnz_in(0)),
-        m=room(automaton.n_mode),
+        p=room(n_p),
+        m=room(layout.n_mode),
         aux=room(max(v.prelude.nnz_out(0) + v.room for v in variants)),
         newest=room(2, n_x),
         pattern=pattern,
@@ -178,7 +187,7 @@ def make_arrays(
         response=room(n_c, n_q),
         impulse=room(n_c),
         scale=room(n_r),
-        other=room(2 * n_c),
+        other=room(backward(n_c)),
         carries=flags(n_c),
         trial=room(n_x + 1),
         exposed=np.array(exposed, dtype=np.int64),
@@ -192,12 +201,12 @@ def make_arrays(
         anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
         factor=np.array([f for _, f in automaton.anchors], dtype=float),
         parallel=np.array(automaton.parallels, dtype=np.int64),
-        loads=np.array([lifts.index(i) + n_g - len(lifts) if i in lifts else -1 for i in range(n_c)], dtype=np.int64),
+        loads=np.array([layout.load(name) for name in layout.lines], dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
-        edge=np.array([ranks.get(j, 0) for j in range(automaton.n_switches)], dtype=np.int64),
-        rested=flags(automaton.n_switches),
-        turns=flags(n_c + automaton.n_switches),
+        edge=np.array([ranks.get(j, 0) for j in range(n_switches)], dtype=np.int64),
+        rested=flags(n_switches),
+        turns=flags(n_c + n_switches),
         hit=flags(n_g),
         fresh=flags(n_g),
         slack=room(n_g),
@@ -216,5 +225,9 @@ def make_arrays(
         after=room(jump.nnz_out(0) if jump else 0),
         tau=room(n_x),
         rest=room(n_x),
+        left=room(n_x + 1 if layout.others else 0),
+        asked=room(n_p + layout.n_mode + n_g - layout.first_other if layout.others else 0),
+        answer=room(automaton.n_y + layout.n_mode if layout.others else 0),
+        other_guards=np.array(layout.other_guards, dtype=np.int64).reshape(-1, 2),
         rise=room(n_e, 2),
     )

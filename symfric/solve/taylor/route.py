@@ -45,7 +45,7 @@ class Taylor:
     def answer(self, scene: LoweredScene) -> Answer:
         """Take every scene."""
         automaton = scene.automaton
-        contacts, kinks = sum(automaton.sticks), automaton.n_switches
+        contacts, kinks = sum(automaton.sticks), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
         return Answer(True, True, f"{kind} right-hand side, {contacts} contacts that can stick, {kinks} kinks")
 

@@ -46,7 +46,7 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
-from symfric.solve.loop.run_arrays import begin_counting, budget
+from symfric.solve.loop.run_rules import begin_counting, budget
 from symfric.solve.loop.step_acceptance import slope
 from symfric.solve.loop.tolerances import ROUNDING
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status

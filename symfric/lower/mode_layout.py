@@ -1,0 +1,198 @@
+"""Where the discrete variables and the guards of every contact stand. Nothing else knows their places.
+
+The mode of a scene is one vector, and so are its guards, which are positive while the mode is right:
+
+    m      = [stick flags; directions; signs of the switches; variables of the other contacts]
+    guards = [two for each contact that slips along a line; switches; loads; those of the other contacts]
+
+The flag of contact i along a line is m[i]. The two guards of such a contact belong to its slip backwards and forwards.
+While it sticks they are what is left to the bound that it reaches before it slips that way; while it slips, the first
+is the slip in its direction, and the second plays no part. What follows from them the loop decides itself, see
+`symfric.solve.loop.mode_selection`.
+
+Every other kind of contact brings a function that says what its events do to state and mode: `Automaton.transition`.
+One that opens and closes has the guard of its gap, and resets a velocity; one that slides in a plane has that of the
+disc of its friction.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+LINE_GUARDS = 2  # of a contact that slips along a line
+GAPS = 3  # rows of such a contact in `symfric.lower.relaxed_guards`: its slip, and what is left to either bound
+
+
+def direction(i: int, n_c: int) -> int:
+    """Return where in m the direction of contact i stands."""
+    return n_c + i
+
+
+def sign(j: int, n_c: int) -> int:
+    """Return where in m the sign of switch j stands."""
+    return 2 * n_c + j
+
+
+def backward(i: int) -> int:
+    """Return the guard of contact i against a slip backwards; while it slips, that of its slip."""
+    return LINE_GUARDS * i
+
+
+def forward(i: int) -> int:
+    """Return the guard of contact i against a slip forwards."""
+    return LINE_GUARDS * i + 1
+
+
+def contact_of(g: int) -> int:
+    """Return the contact to which a guard belongs, if it is one of a contact along a line."""
+    return g // LINE_GUARDS
+
+
+def is_slip(g: int) -> bool:
+    """Whether a guard of a contact along a line is that of its slip while it slips."""
+    return g % LINE_GUARDS == 0
+
+
+def switch(j: int, n_c: int) -> int:
+    """Return the guard of switch j."""
+    return LINE_GUARDS * n_c + j
+
+
+@dataclass(frozen=True)
+class OtherContact:
+    """A contact of another kind.
+
+    Attributes
+    ----------
+    name : str
+    variables, guards : int
+        How many it has.
+    """
+
+    name: str
+    variables: int
+    guards: int
+
+
+@dataclass(frozen=True)
+class ModeLayout:
+    """The places of one scene.
+
+    Attributes
+    ----------
+    lines : tuple of str
+        Names of the contacts that slip along a line.
+    switches : int
+    loads : tuple of str
+        Contacts whose normal load varies and may become negative.
+    others : tuple of OtherContact
+    """
+
+    lines: tuple[str, ...]
+    switches: int
+    loads: tuple[str, ...] = ()
+    others: tuple[OtherContact, ...] = ()
+
+    @property
+    def n_mode(self) -> int:
+        """Length of m."""
+        return self.first_variable + sum(c.variables for c in self.others)
+
+    @property
+    def n_guards(self) -> int:
+        """Number of guards."""
+        return self.first_other + sum(c.guards for c in self.others)
+
+    @property
+    def first_variable(self) -> int:
+        """Where in m the variables of the other contacts begin."""
+        return sign(self.switches, len(self.lines))
+
+    @property
+    def first_load(self) -> int:
+        """Where the guards of the loads begin."""
+        return switch(self.switches, len(self.lines))
+
+    @property
+    def first_other(self) -> int:
+        """Where the guards of the other contacts begin."""
+        return self.first_load + len(self.loads)
+
+    @property
+    def other_guards(self) -> list[tuple[int, int]]:
+        """For each guard of the other contacts, which of them it belongs to, and its first variable in m or -1."""
+        found, first = [], self.first_variable
+        for k, contact in enumerate(self.others):
+            found += [(k, first if contact.variables else -1)] * contact.guards
+            first += contact.variables
+        return found
+
+    @property
+    def slips(self) -> slice:
+        """The guards of contacts along a line."""
+        return slice(0, backward(len(self.lines)))
+
+    @property
+    def sticking(self) -> slice:
+        """The stick flags in m."""
+        return slice(0, len(self.lines))
+
+    @property
+    def directions(self) -> slice:
+        """The directions in m."""
+        return slice(direction(0, len(self.lines)), sign(0, len(self.lines)))
+
+    @property
+    def signs(self) -> slice:
+        """The signs of the switches in m."""
+        return slice(sign(0, len(self.lines)), self.first_variable)
+
+    def modes(self, m: np.ndarray) -> np.ndarray:
+        """Return -1, 0 or +1 for each contact that slips backwards, sticks, or slips forwards, (n_c,)."""
+        return np.where(m[self.sticking] > 0.5, 0, m[self.directions]).astype(np.int64)
+
+    def sign(self, j: int) -> int:
+        """Return where in m the sign of switch j stands."""
+        return sign(j, len(self.lines))
+
+    def switch(self, j: int) -> int:
+        """Return the guard of switch j."""
+        return switch(j, len(self.lines))
+
+    def direction(self, i: int) -> int:
+        """Return where in m the direction of contact i stands."""
+        return direction(i, len(self.lines))
+
+    def load(self, name: str) -> int:
+        """Return the guard of the load of a contact, -1 if it has none."""
+        return self.first_load + self.loads.index(name) if name in self.loads else -1
+
+
+def slip_gap(i: int) -> int:
+    """Return the row of the slip of contact i among the relaxed guards."""
+    return GAPS * i
+
+
+def backward_gap(i: int) -> int:
+    """Return the row of what is left to the bound against a slip backwards."""
+    return GAPS * i + 1
+
+
+def forward_gap(i: int) -> int:
+    """Return the row of what is left to the bound against a slip forwards."""
+    return GAPS * i + 2
+
+
+def gaps(i: int) -> range:
+    """Return all rows of contact i among the relaxed guards."""
+    return range(GAPS * i, GAPS * (i + 1))
+
+
+def contact_of_gap(k: int) -> int:
+    """Return the contact to which a row of the relaxed guards belongs."""
+    return k // GAPS
+
+
+def is_slip_gap(k: int) -> bool:
+    """Whether a row of the relaxed guards is that of a slip."""
+    return k % GAPS == 0
