@@ -85,10 +85,10 @@ def test_names_and_layout():
     automaton = lower(scene)
     assert automaton.states == ("q0", "q1", "q2", "u0", "u1", "u2")
     assert automaton.contacts == ("c0", "c1")
-    assert automaton.loads == ("c0", "c1")
+    assert automaton.layout.loads == ("c0", "c1")
     assert automaton.sticks == (True, True)
-    assert automaton.n_mode == 4
-    assert automaton.n_guards == 6
+    assert automaton.layout.n_mode == 4
+    assert automaton.layout.n_guards == 6
     assert not automaton.autonomous
 
 
