@@ -91,6 +91,59 @@ def test_the_test_would_see_an_upward_import(tmp_path, monkeypatch):
     assert [v.split(" imports ")[1] for v in violations()] == ["symfric.solve.run", "symfric.lower", "symfric.theory"]
 
 
+def dependencies():
+    """Return for each module the modules of the package that it imports, inside functions too; types do not count."""
+    names = {}
+    for path in files():
+        parts = (ROOT.name, *path.relative_to(ROOT).with_suffix("").parts)
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    found = {}
+    for module, path in names.items():
+        found[module] = set()
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        typing = [n for n in ast.walk(tree) if isinstance(n, ast.If) and getattr(n.test, "id", "") == "TYPE_CHECKING"]
+        skipped = {id(n) for block in typing for e in block.body for n in ast.walk(e)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module in names and id(node) not in skipped:
+                inside = [f"{node.module}.{a.name}" for a in node.names if f"{node.module}.{a.name}" in names]
+                found[module] |= {*inside, *([node.module] if len(inside) < len(node.names) else [])}
+    return found
+
+
+def circle(graph):
+    """Return some modules that import each other in a circle, none if there is no such circle."""
+    done, path = set(), []
+
+    def visit(module):
+        if module in path:
+            return path[path.index(module) :]
+        if module in done:
+            return []
+        path.append(module)
+        found = next((c for c in map(visit, sorted(graph[module])) if c), [])
+        path.pop()
+        done.add(module)
+        return found
+
+    return next((c for c in map(visit, sorted(graph)) if c), [])
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = dependencies()
+    assert len(graph) > 300
+    assert circle(graph) == []
+
+
+def test_the_test_would_see_a_circle(tmp_path, monkeypatch):
+    fake = tmp_path / "symfric"
+    fake.mkdir()
+    (fake / "a.py").write_text("def f():\n    from symfric.b import g\n")
+    (fake / "b.py").write_text("from symfric.c import h\n")
+    (fake / "c.py").write_text("from symfric.a import f\n")
+    monkeypatch.setattr(sys.modules[__name__], "ROOT", fake)
+    assert sorted(circle(dependencies())) == ["symfric.a", "symfric.b", "symfric.c"]
+
+
 @pytest.mark.parametrize("module", ["symfric", "symfric.cli"])
 def test_import_is_light(module):
     code = f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])"

@@ -2,18 +2,21 @@
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symfric.bench.needs import Need
-from symfric.bench.result import Benchmark
 from symfric.bench.scaling import Growth
+
+if TYPE_CHECKING:
+    from symfric.bench.result import Benchmark
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
 _SMALLEST = 1e-16  # an error of zero is drawn here
 
 
-def work_precision(benchmark: Benchmark, ax=None):
+def work_precision(benchmark: "Benchmark", ax=None):
     """Draw CPU time against achieved error, one panel a problem and one curve a solver; return the Axes."""
     import matplotlib.pyplot as plt
 
@@ -42,7 +45,7 @@ def work_precision(benchmark: Benchmark, ax=None):
     return ax if np.ndim(ax) == 0 else (panels[0] if panels.size == 1 else ax)
 
 
-def picture(benchmark: Benchmark):
+def picture(benchmark: "Benchmark"):
     """Return the Figure of `work_precision`, three panels in a row."""
     from matplotlib.figure import Figure
 
@@ -52,7 +55,7 @@ def picture(benchmark: Benchmark):
     return figure
 
 
-def _problems(benchmark: Benchmark) -> list[str]:
+def _problems(benchmark: "Benchmark") -> list[str]:
     return list(dict.fromkeys(c.problem for c in benchmark.curves if c.points))
 
 
@@ -68,7 +71,7 @@ def _panels(figure, number: int):
     return axes[:number]
 
 
-def table(benchmark: Benchmark):
+def table(benchmark: "Benchmark"):
     """Return a rich Table: a row for each solver that answered on each problem."""
     from rich.table import Table
 

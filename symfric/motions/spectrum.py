@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
-from symfric.motions.motion import Motion
+
+if TYPE_CHECKING:
+    from symfric.motions.motion import Motion
 
 FINE = 20  # points per period between which a peak is looked for
 FINEST = 10  # a period may be shorter than the record's step by this much
@@ -83,7 +85,7 @@ def read_periods(periods: Floats) -> np.ndarray:
     return row
 
 
-def spectrum(motion: Motion, periods: Floats, damping: float = 0.05) -> Spectrum:
+def spectrum(motion: "Motion", periods: Floats, damping: float = 0.05) -> Spectrum:
     """Compute the response spectrum of a motion.
 
     Parameters
@@ -121,7 +123,7 @@ def spectrum(motion: Motion, periods: Floats, damping: float = 0.05) -> Spectrum
     return Spectrum(row, damping, peak, omega * peak, pseudo, motion.name)
 
 
-def _peak(motion: Motion, omega: float, damping: float) -> float:
+def _peak(motion: "Motion", omega: float, damping: float) -> float:
     """Return the largest abs(x) of one oscillator."""
     eigenvalue = omega * complex(-damping, math.sqrt(1 - damping**2))
     h, a = _fine(motion, 2 * math.pi / (FINE * omega))
@@ -132,7 +134,7 @@ def _peak(motion: Motion, omega: float, damping: float) -> float:
     return max(driven, _extreme(free, np.zeros(2 * FINE), np.zeros(2 * FINE), cycle, eigenvalue))
 
 
-def _fine(motion: Motion, longest: float) -> tuple[float, np.ndarray]:
+def _fine(motion: "Motion", longest: float) -> tuple[float, np.ndarray]:
     """Return a step no longer than `longest` that divides the motion's, and the samples at it."""
     parts = max(1, math.ceil(motion.dt / longest * (1 - 1e-12)))
     if parts == 1:
