@@ -25,7 +25,7 @@ _NAMES = {
     "symfric.model.laws": "Law",
     "symfric.model.scenes.isolator": "patched_floor",
     "symfric.model.symbols": "SPEED TIME",
-    "symfric.model.outputs": "At End Events HalfRange Integral Max Min StopTime Trajectory friction_force slip",
+    "symfric.model.outputs": "At End Events HalfRange Integral Max Min Samples StopTime Trajectory friction_force slip",
     "symfric.model.scene": "Scene",
     "symfric.model.system": "Contact Signal System",
     "symfric.orbits.continuation.branch": "Branch Special continue_cycle",

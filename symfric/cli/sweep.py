@@ -59,11 +59,10 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
 def _check(found, file: Path) -> None:
     """Raise unless the file has an axis and a scalar output."""
     from symfric.errors import SceneError
-    from symfric.model.outputs import Events, Trajectory
 
     if not found.grid:
         raise SceneError(f"{file}: there is no [sweep] section; add [sweep.grid] with values, such as v_b = [0.1, 0.2]")
-    if all(isinstance(o, Trajectory | Events) for o in found.scene.outputs.values()):
+    if not any(o.size(len(found.scene.system.states)) for o in found.scene.outputs.values()):
         state = found.scene.system.states[0]
         raise SceneError(f'{file}: [outputs] has no number to tabulate; add one, such as largest = "max({state})"')
 

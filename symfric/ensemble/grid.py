@@ -12,7 +12,7 @@ import sympy as sp
 from symfric.codegen import loop_loader
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.outputs import End, Events, Output, ScalarOfExpression, StopTime, Trajectory
+from symfric.model.outputs import End, Output, Samples
 from symfric.model.scene import Scene
 from symfric.model.symbols import name_of
 from symfric.model.system import Signal
@@ -139,7 +139,7 @@ def _signals(values, name: str) -> dict[str, Signal]:
 
 def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
     """Return a scene that wants its scalar outputs only, with a number for every value."""
-    outputs = {n: o for n, o in scene.outputs.items() if not isinstance(o, Trajectory | Events)}
+    outputs = {n: o for n, o in scene.outputs.items() if o.size(len(scene.system.states))}
     if not outputs:
         raise SceneError("the scene wants no scalar output; give it some: scene.wanting({'x_max': sf.Max(x)})")
     open_values = {n: v[0] for n, v in numbers.items() if scene.values[scene.parameter(n)] is None}
@@ -155,16 +155,23 @@ def _widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
     """Return how many numbers each output has; all scenes must have the same ones."""
     found = []
     for scene in scenes.values():
-        for name, output in scene.outputs.items():
-            if not isinstance(output, ScalarOfExpression | StopTime | End):
-                raise SceneError(
-                    f"output {name!r} of type {type(output).__name__} has no place on a grid; leave it out"
-                )
-        sizes = {n: len(scene.system.states) if isinstance(o, End) else 1 for n, o in scene.outputs.items()}
-        found.append((sizes, [s.name for s in scene.system.states] if End in map(type, scene.outputs.values()) else []))
+        n_x = len(scene.system.states)
+        sizes = {n: o.size(n_x) or 0 for n, o in scene.outputs.items()}
+        found.append((sizes, dimensions(scene)))
     if any(f != found[0] for f in found):
         raise SceneError("the scenes want different outputs; give them the same ones with scene.wanting")
     return found[0][0]
+
+
+def dimensions(scene: Scene) -> dict[str, tuple[str, list]]:
+    """Return for each output of several numbers the name of their dimension and its labels."""
+    found: dict[str, tuple[str, list]] = {}
+    for name, output in scene.outputs.items():
+        if isinstance(output, End):
+            found[name] = "state", [s.name for s in scene.system.states]
+        elif isinstance(output, Samples):
+            found[name] = f"time of {name}", list(output.times)
+    return found
 
 
 def _with_inputs(scene: Scene, inputs: Mapping[str, Signal]) -> Scene:

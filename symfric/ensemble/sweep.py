@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symfric.ensemble.grid import Grid, code_key, make_grid, sweep_key
+from symfric.ensemble.grid import Grid, code_key, dimensions, make_grid, sweep_key
 from symfric.ensemble.progress import Meter, Progress, bar
 from symfric.ensemble.scheduler import Board, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
@@ -159,13 +159,15 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
     axes, shape, place = list(cases.axes), cases.shape, 0
     data: dict[str, tuple] = {}  # dimensions, numbers and, of the status, their meaning
     coordinates = dict(cases.axes)
-    for name, output in cases.scenes[0].outputs.items():
+    own = dimensions(cases.scenes[0])
+    for name in cases.scenes[0].outputs:
         width = cases.width[name]
         block = values[:, place : place + width]
         place += width
-        if type(output).__name__ == "End":
-            data[name] = ([*axes, "state"], block.reshape(*shape, width).copy())
-            coordinates["state"] = np.array([s.name for s in cases.scenes[0].system.states])
+        if name in own:
+            dimension, labels = own[name]
+            data[name] = ([*axes, dimension], block.reshape(*shape, width).copy())
+            coordinates[dimension] = np.array(labels)
         else:
             data[name] = (axes, block[:, 0].reshape(shape).copy())
     codes = np.array(sorted(CODES), dtype=np.int32)

@@ -75,10 +75,10 @@ def run_case(program: Program | str, task: Task, numbers: list[float], halt: Cal
             if run.status != Status.OK:
                 return int(run.status), [math.nan] * sum(task.width)
             found: list[float] = []
-            for value, width in zip(run.outputs.values(), task.width, strict=True):
-                if width == 1:
+            for value in run.outputs.values():
+                if np.ndim(value) == 0:
                     found.append(value)
-                else:  # the final state, of two numbers at least
+                else:
                     found += value.tolist()
             return 0, found
         except (SceneError, NoRoute, RunFailed):

@@ -13,7 +13,7 @@ from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.laws import Law
-from symfric.model.outputs import ScalarOfExpression, friction_force, slip
+from symfric.model.outputs import OutputOfExpression, friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import System
@@ -201,7 +201,7 @@ def without_harmonics(scene: Scene) -> Scene:
     system = scene.system
     force, z_rate = ([clock.read(e) for e in es] for es in (system.force, system.z_rate))
     contacts = tuple(replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts)
-    scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
+    scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, OutputOfExpression)}
     outputs = {**scene.outputs, **{n: replace(o, expr=clock.read(o.expr)) for n, o in scalar.items()}}
     if not clock.states:
         return scene

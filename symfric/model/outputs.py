@@ -1,20 +1,58 @@
-"""What a scene may ask for; only what is asked for is computed and kept."""
+"""What a scene may ask for; only what is asked for is computed and kept.
 
+An output of an expression says which row a solver has to follow and what it takes of it. `reduce` does so for numbers
+and for their derivatives alike, so a new output is one class here, listed among the public names.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.symbols import expression, finite
+
+# kinds of rows: smallest and largest value, integral over time, values at given times; then, for derivatives, the least
+# value where a row turns upward, and the derivative of a RANGE or TURN
+RANGE, INTEGRAL, VALUES, TURN, FOLLOW = range(5)
+
+
+class Row(NamedTuple):
+    """An expression to be followed along a run, and what of it is wanted."""
+
+    kind: int
+    expr: sp.Expr
+    times: tuple[float, ...] = ()  # of VALUES, increasing
+    magnitude: bool = False  # the range of |expr|: that of expr says it, without a kink wherever it is zero
+    follows: int = -1  # of FOLLOW, the row whose derivative this is
 
 
 @dataclass(frozen=True)
 class Output:
     """Anything that can stand in ``Scene.outputs``."""
 
+    word: ClassVar[str] = ""  # what scene files call it
+    keeps_path: ClassVar[bool] = False
+    keeps_events: ClassVar[bool] = False
+
+    def size(self, n_x: int) -> int | None:
+        """Return how many numbers it is in a scene of n_x states; None if it is no number."""
+        return None
+
+    def value(self, run: Any, name: str) -> Any:
+        """Return it from what a `symfric.solve.run.Run` has kept under its name."""
+        raise NotImplementedError
+
+    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+        """Return its derivatives from a `symfric.solve.sensitivities.Derivatives`, one column for each direction."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
-class ScalarOfExpression(Output):
+class OutputOfExpression(Output):
     """An output that follows one expression of states, time and parameters along the run."""
 
     expr: sp.Expr
@@ -22,36 +60,112 @@ class ScalarOfExpression(Output):
     def __post_init__(self):
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
 
+    def row(self, horizon: float) -> Row:
+        """Return what has to be followed in a run up to the horizon."""
+        raise NotImplementedError
+
+    def reduce(self, found: Any) -> Any:
+        """Return the output from what was found of its row, or its derivatives from theirs.
+
+        That is a pair of smallest and largest value, an integral, or an array of values with the times first.
+        """
+        raise NotImplementedError
+
+    def size(self, n_x: int) -> int | None:
+        """Return 1, unless there are several values."""
+        return 1
+
+    def value(self, run: Any, name: str) -> Any:
+        """Return what `reduce` makes of the row."""
+        return self.reduce(run.raw.rows[name])
+
+    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+        """Return what `reduce` makes of the derivatives of the row."""
+        return self.reduce(derivatives.of_row(name))
+
+
+@dataclass(frozen=True)
+class OutputOfRange(OutputOfExpression):
+    """An output that is made of the smallest and the largest value of an expression."""
+
+    def row(self, horizon: float) -> Row:
+        """Return the range of the expression, or of what it is the magnitude of."""
+        magnitude = isinstance(self.expr, sp.Abs)
+        return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude)
+
 
 @dataclass(frozen=True)
 class End(Output):
     """The final state, shape (n_x,)."""
 
+    word: ClassVar[str] = "end"
+
+    def size(self, n_x: int) -> int | None:
+        """Return the number of states."""
+        return n_x
+
+    def value(self, run: Any, name: str) -> np.ndarray:
+        """Return the final state."""
+        return run.final
+
+    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+        """Return the derivatives of the final state."""
+        return derivatives.of_end()
+
 
 @dataclass(frozen=True)
-class Max(ScalarOfExpression):
+class Max(OutputOfRange):
     """Largest value of an expression over the run."""
 
+    word: ClassVar[str] = "max"
+
+    def reduce(self, found: Any) -> Any:
+        """Take the largest."""
+        return found[1]
+
 
 @dataclass(frozen=True)
-class Min(ScalarOfExpression):
+class Min(OutputOfRange):
     """Smallest value of an expression over the run."""
 
+    word: ClassVar[str] = "min"
+
+    def reduce(self, found: Any) -> Any:
+        """Take the smallest."""
+        return found[0]
+
 
 @dataclass(frozen=True)
-class HalfRange(ScalarOfExpression):
+class HalfRange(OutputOfRange):
     """(largest - smallest) / 2 of an expression over the run."""
 
+    word: ClassVar[str] = "half_range"
+
+    def reduce(self, found: Any) -> Any:
+        """Take half the difference."""
+        return 0.5 * (found[1] - found[0])
+
 
 @dataclass(frozen=True)
-class Integral(ScalarOfExpression):
+class Integral(OutputOfExpression):
     """Integral of an expression over time."""
 
+    word: ClassVar[str] = "integral"
+
+    def row(self, horizon: float) -> Row:
+        """Return the integral."""
+        return Row(INTEGRAL, self.expr)
+
+    def reduce(self, found: Any) -> Any:
+        """Take it as it is."""
+        return found
+
 
 @dataclass(frozen=True)
-class At(ScalarOfExpression):
+class At(OutputOfExpression):
     """Value of an expression at a time; at the end of the run unless given, and at the latest then."""
 
+    word: ClassVar[str] = "at"
     time: float | None = None
 
     def __post_init__(self):
@@ -61,20 +175,121 @@ class At(ScalarOfExpression):
             if self.time < 0:
                 raise SceneError(f"the time of At is {self.time:g}; it must not be negative")
 
+    def row(self, horizon: float) -> Row:
+        """Return the value at the time."""
+        return Row(VALUES, self.expr, (horizon if self.time is None else min(self.time, horizon),))
+
+    def reduce(self, found: Any) -> Any:
+        """Take the only one."""
+        return found[0]
+
+
+@dataclass(frozen=True)
+class Samples(OutputOfExpression):
+    """Values of an expression at many times, shape (n_t,), as a sensor takes them.
+
+    Parameters
+    ----------
+    expr : Expr
+        Of states, time and parameters.
+    times : sequence of float
+        Seconds, increasing, not negative; NaN is what a run gives for those that it does not reach.
+
+    Raises
+    ------
+    SceneError
+        If the times are none, or not in their order.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=3.0)
+    >>> (x,) = scene.system.q
+    >>> run = sf.simulate(scene.wanting({"x": sf.Samples(x, [0.0, 1.5, 3.0])}))
+    >>> run["x"].round(6)
+    array([ 1.      ,  0.163664, -0.790992])
+    """
+
+    word: ClassVar[str] = "samples"
+    times: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        super().__post_init__()
+        try:
+            times = tuple(finite(t, "a time of Samples") for t in np.atleast_1d(np.array(self.times, dtype=float)))
+        except (TypeError, ValueError) as error:
+            raise SceneError(f"the times of Samples are no row of numbers: {error}") from None
+        if not times:
+            raise SceneError("the times of Samples are empty; give at least one")
+        if times[0] < 0 or any(b <= a for a, b in pairwise(times)):
+            raise SceneError("the times of Samples must increase and not be negative")
+        object.__setattr__(self, "times", times)
+
+    def row(self, horizon: float) -> Row:
+        """Return the values at the times."""
+        return Row(VALUES, self.expr, self.times)
+
+    def reduce(self, found: Any) -> Any:
+        """Take all of them."""
+        return found
+
+    def size(self, n_x: int) -> int | None:
+        """Return the number of times."""
+        return len(self.times)
+
 
 @dataclass(frozen=True)
 class StopTime(Output):
     """Time at which the system comes to rest for good (within the horizon); NaN if it does not."""
+
+    word: ClassVar[str] = "stop_time"
+
+    def size(self, n_x: int) -> int | None:
+        """Return 1."""
+        return 1
+
+    def value(self, run: Any, name: str) -> float:
+        """Return the time."""
+        return run.raw.rest
+
+    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+        """Return its derivatives."""
+        return derivatives.of_rest()
 
 
 @dataclass(frozen=True)
 class Trajectory(Output):
     """The whole motion with its modes, events and dense output."""
 
+    word: ClassVar[str] = "trajectory"
+    keeps_path: ClassVar[bool] = True
+    keeps_events: ClassVar[bool] = True
+
+    def value(self, run: Any, name: str) -> Any:
+        """Return the pieces of the motion."""
+        return run.raw.path
+
 
 @dataclass(frozen=True)
 class Events(Output):
     """The list of events, without the motion between them."""
+
+    word: ClassVar[str] = "events"
+    keeps_events: ClassVar[bool] = True
+
+    def value(self, run: Any, name: str) -> Any:
+        """Return the events."""
+        return run.events
+
+
+def words(of: type[Output] = Output) -> dict[str, type[Output]]:
+    """Return the outputs of a kind by what scene files call them."""
+    found: dict[str, type[Output]] = {}
+    kinds: Sequence[type[Output]] = of.__subclasses__()
+    for kind in kinds:
+        found |= {kind.word: kind} if kind.word else {}
+        found |= words(kind)
+    return found
 
 
 def friction_force(contact: str) -> sp.Symbol:

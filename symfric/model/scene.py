@@ -9,7 +9,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.outputs import Output, ScalarOfExpression, Trajectory, friction_force, slip
+from symfric.model.outputs import Output, OutputOfExpression, Trajectory, friction_force, slip
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
@@ -155,7 +155,7 @@ class Scene:
     def _check_output_symbols(self) -> None:
         known = self._contact_symbols()
         for name, output in self.outputs.items():
-            if isinstance(output, ScalarOfExpression):
+            if isinstance(output, OutputOfExpression):
                 for s in output.expr.free_symbols:
                     if s.name.startswith(("friction_force(", "slip(")) and s.name not in known:
                         contacts = [c.name for c in self.contacts]
@@ -272,7 +272,7 @@ def _by_name(entries: Mapping[Key, _Value]) -> dict[str, _Value]:
 
 def _symbols(system: System, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> set[sp.Symbol]:
     """Return every symbol that some expression uses, the speed inside laws apart."""
-    wanted = [o.expr for o in outputs.values() if isinstance(o, ScalarOfExpression)]
+    wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
     starts = [e for e in initial.values() if isinstance(e, sp.Expr)]
     parts = [e.free_symbols for e in (*system.expressions, *wanted, *starts)]
     return set().union(*parts, *(c.free_symbols for c in contacts))

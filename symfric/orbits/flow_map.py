@@ -15,11 +15,11 @@ from symfric.lower.mode_layout import backward, forward, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lifted
 from symfric.lower.variational_equations import varied
 from symfric.model.excitation import common_rate, frequencies
-from symfric.model.outputs import End, Trajectory
+from symfric.model.outputs import RANGE, TURN, End, Row, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.sizes import filled
 from symfric.solve.loop.workspace import LoopArrays
-from symfric.solve.observables import RANGE, TURN, Row, Wanted
+from symfric.solve.observables import Wanted
 from symfric.solve.program import Numbers
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run

@@ -5,7 +5,7 @@ import keyword
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import ModuleType
 
 import sympy as sp
@@ -21,8 +21,8 @@ from symfric.model.system import Contact, System
 from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
 from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
 
-OF_EXPRESSION = {"max": kinds.Max, "min": kinds.Min, "half_range": kinds.HalfRange, "integral": kinds.Integral}
-PLAIN = {"end": kinds.End, "stop_time": kinds.StopTime, "trajectory": kinds.Trajectory, "events": kinds.Events}
+OF_EXPRESSION = kinds.words(kinds.OutputOfExpression)
+PLAIN = {word: kind for word, kind in kinds.words().items() if word not in OF_EXPRESSION}
 
 
 @dataclass(frozen=True)
@@ -328,8 +328,41 @@ def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
         elif word in OF_EXPRESSION:
             if inside is None:
                 raise SceneError(f"{place}: {word} of what? write {word}({scene.system.q[0].name})")
-            result[name] = OF_EXPRESSION[word](parse_expression(inside, names, place, contacts))
+            result[name] = _of_expression(word, inside, names, place, contacts)
         else:
             known = [*PLAIN, *OF_EXPRESSION]
             raise SceneError(f"{place}: no output {shorten(word, 40)!r}{nearest(word, known)}")
     return result
+
+
+def _of_expression(word: str, inside: str, names, place: str, contacts) -> kinds.Output:
+    """Read an output of an expression; times follow it behind commas."""
+    expression, *times = _at_commas(inside)
+    given = [parse_expression(expression, names, place, contacts)]
+    if len(fields(OF_EXPRESSION[word])) == 1:
+        if times:
+            raise SceneError(f"{place}: {word} takes one expression, and {shorten(inside, 40)!r} has commas")
+        return OF_EXPRESSION[word](*given)
+    try:
+        numbers = [float(t) for t in times]
+    except ValueError:
+        raise SceneError(f"{place}: the times of {word} are numbers behind commas: {word}(x, 0.5, 1)") from None
+    try:
+        if word == "at":
+            return kinds.At(given[0], *numbers)
+        return kinds.Samples(given[0], tuple(numbers))
+    except TypeError:
+        raise SceneError(f"{place}: {word} takes one time; write samples({shorten(expression, 30)}, ...)") from None
+    except SceneError as error:
+        raise SceneError(f"{place}: {error}") from None
+
+
+def _at_commas(text: str) -> list[str]:
+    """Split a text at its commas outside parentheses."""
+    parts, depth, begin = [], 0, 0
+    for k, letter in enumerate(text):
+        depth += (letter in "([") - (letter in ")]")
+        if letter == "," and depth == 0:
+            parts.append(text[begin:k])
+            begin = k + 1
+    return [*parts, text[begin:]]

@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.outputs import End, ScalarOfExpression, StopTime
+from symfric.model.outputs import End
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.routes import prepare
@@ -23,7 +23,7 @@ class SceneFunction(ca.Callback):
         ca.Callback.__init__(self)
         self.scene, self.inputs, self.outputs = scene, inputs, outputs
         self._states = tuple(s.name for s in scene.system.states)
-        self._sizes = [len(self._states) if isinstance(scene.outputs[n], End) else 1 for n in outputs]
+        self._sizes = [scene.outputs[n].size(len(self._states)) or 0 for n in outputs]
         self._program = prepare(scene, tolerance, sensitivities=inputs)
         self._last: tuple[tuple[float, ...], Run] | None = None
         self._jacobians: list[ca.Callback] = []
@@ -154,7 +154,7 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     for name in outputs:
         if name not in scene.outputs:
             raise SceneError(f"{name!r} is no output of the scene{nearest(name, scene.outputs)}")
-        if not isinstance(scene.outputs[name], End | ScalarOfExpression | StopTime):
+        if scene.outputs[name].size(len(scene.system.states)) is None:
             kind = type(scene.outputs[name]).__name__
             raise SceneError(f"output {name!r} is of type {kind}; only End and scalar outputs can be functions")
     kept = scene.wanting({name: scene.outputs[name] for name in outputs})

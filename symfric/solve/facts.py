@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.lower.constant_parameters import averaged_over, vanishing
-from symfric.model.outputs import Events, ScalarOfExpression, Trajectory
+from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.solve.lowered import LoweredScene
 
@@ -64,9 +64,9 @@ def facts_of(lowered: LoweredScene) -> Facts:
         dropped=tuple(sorted(s.name for s in vanishing(scene))),
         averaged_over=tuple(sorted(s.name for s in averaged_over(scene))),
         redundant=redundant(scene),
-        path=any(isinstance(o, Trajectory) for o in wanted),
-        events=any(isinstance(o, Events | Trajectory) for o in wanted),
-        scalars=any(isinstance(o, ScalarOfExpression) for o in wanted),
+        path=any(o.keeps_path for o in wanted),
+        events=any(o.keeps_events for o in wanted),
+        scalars=any(isinstance(o, OutputOfExpression) for o in wanted),
     )
 
 

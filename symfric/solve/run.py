@@ -8,7 +8,6 @@ import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
-from symfric.model.outputs import At, End, Events, HalfRange, Integral, Max, Min, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
 from symfric.solve.sensitivities import Derivatives
@@ -83,8 +82,8 @@ class Raw(NamedTuple):
 
     Attributes
     ----------
-    ranges, integrals : dict of str to value
-        Smallest and largest value, or the integral or the value at a time, of the expression of each such output.
+    rows : dict of str to value
+        What was found of the row of each output of an expression; see `symfric.model.outputs.OutputOfExpression`.
     rest : float
         Time since which the system rests, NaN if it moves.
     path : Path or None
@@ -93,8 +92,7 @@ class Raw(NamedTuple):
     derivatives : Derivatives or None
     """
 
-    ranges: dict[str, tuple[float, float]]
-    integrals: dict[str, float]
+    rows: dict[str, Any]
     rest: float
     path: Path | None
     events: tuple[np.ndarray, np.ndarray] | None
@@ -247,32 +245,12 @@ class Run:
     @cached_property
     def outputs(self) -> dict[str, Any]:
         """What the scene wanted, by name."""
-        return {name: self._output(name, output) for name, output in self.base.outputs.items()}
-
-    def _output(self, name: str, output):
-        if isinstance(output, End):
-            return self.final
-        if isinstance(output, (Integral, At)):
-            return self.raw.integrals[name]
-        if isinstance(output, Max):
-            return self.raw.ranges[name][1]
-        if isinstance(output, Min):
-            return self.raw.ranges[name][0]
-        if isinstance(output, HalfRange):
-            low, high = self.raw.ranges[name]
-            return 0.5 * (high - low)
-        if isinstance(output, StopTime):
-            return self.raw.rest
-        if isinstance(output, Trajectory):
-            return self.raw.path
-        if isinstance(output, Events):
-            return self.events
-        raise SceneError(f"output {name!r} of type {type(output).__name__} is unknown to Run")
+        return {name: output.value(self, name) for name, output in self.base.outputs.items()}
 
     def __getitem__(self, name: str):
         """Return an output by its name, or a state's values at the times `t`."""
         if name in self.base.outputs:
-            return self._output(name, self.base.outputs[name])
+            return self.base.outputs[name].value(self, name)
         if name in self.names:
             return self.x[self.names.index(name)]
         raise SceneError(f"{name!r} is neither an output nor a state{nearest(name, [*self.base.outputs, *self.names])}")

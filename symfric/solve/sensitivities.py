@@ -4,11 +4,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from symfric.model.outputs import HalfRange, Min, Output, StopTime
-from symfric.solve.observables import INTEGRAL, RANGE, Wanted
+from symfric.model.outputs import INTEGRAL, RANGE, VALUES, OutputOfExpression, Row, StopTime
+from symfric.solve.observables import Wanted
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class Columns:
     pairs: tuple[tuple[int, int], ...]
     n_x: int
     wanted: Wanted
-    outputs: Mapping[str, Output]
+    outputs: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,9 @@ class Derivatives:
     state : ndarray
         Derivatives of the final state, direction by direction, then the second ones, pair by pair.
     total : ndarray, shape (rows, 4)
-        Smallest and largest value, integral or value at a time of every wanted row, then of its derivatives.
+        Smallest and largest value and integral of every wanted row, then of its derivatives.
+    seen, first : ndarray
+        The values of rows at the times at which they are wanted, row after row, and where those of each row begin.
     rest : ndarray
         Derivatives of the time since which the system rests.
     known : bool
@@ -59,6 +62,8 @@ class Derivatives:
     columns: Columns
     state: np.ndarray
     total: np.ndarray
+    seen: np.ndarray
+    first: np.ndarray
     rest: np.ndarray
     known: bool
     rests: bool
@@ -81,22 +86,42 @@ class Derivatives:
         return dict(zip(names, self._ends[: len(names)], strict=True))
 
     @cached_property
-    def outputs(self) -> dict[str, dict[str, float]]:
-        """Of every scalar output, by its name."""
-        names = self.columns.directions
-        found = {
-            name: dict(zip(names, self._of(name, row, self._tables[row, : len(names)]).tolist(), strict=True))
-            for name, row in self.columns.wanted.row.items()
-        }
-        for name in (n for n, o in self.columns.outputs.items() if isinstance(o, StopTime)):
-            factor = 1.0 if self.known and self.rests else math.nan
-            found[name] = dict(zip(names, (factor * self.rest[: len(names)]).tolist(), strict=True))
+    def outputs(self) -> dict[str, dict[str, Any]]:
+        """Of every output that has some, by its name: numbers, or arrays of the shape of the output."""
+        names, found = self.columns.directions, {}
+        for name, output in self.columns.outputs.items():
+            if isinstance(output, OutputOfExpression | StopTime):
+                slopes = output.slopes(self, name)
+                columns = slopes.tolist() if slopes.ndim == 1 else slopes.T
+                found[name] = dict(zip(names, columns, strict=True))
         return found
+
+    def of_end(self) -> np.ndarray:
+        """Return those of the final state, (n_x, n_s)."""
+        return self._ends[: len(self.columns.directions)].T
+
+    def of_rest(self) -> np.ndarray:
+        """Return those of the time since which the system rests, (n_s,)."""
+        factor = 1.0 if self.known and self.rests else math.nan
+        return factor * self.rest[: len(self.columns.directions)]
+
+    def of_row(self, name: str) -> Any:
+        """Return those of the row of an output: a pair, (n_s,) or (n_t, n_s)."""
+        k, n_s = self.columns.wanted.row[name], len(self.columns.directions)
+        row = self.columns.wanted.rows[k]
+        if row.kind == VALUES:
+            return self._values(k)[:, :n_s]
+        table = self._tables[k, :n_s]
+        if row.kind == INTEGRAL:
+            return table[:, 2] if self.known else np.full(n_s, math.nan)
+        return self._of_range(k, row, table[:, 0], table[:, 1])
 
     @cached_property
     def void(self) -> tuple[str, ...]:
         """Outputs without a derivative in some direction."""
-        return tuple(name for name, row in self.outputs.items() if not all(map(math.isfinite, row.values())))
+        return tuple(
+            name for name, row in self.outputs.items() if not all(np.all(np.isfinite(e)) for e in row.values())
+        )
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str]]:
@@ -110,28 +135,28 @@ class Derivatives:
         return dict(zip(self._pairs, factor * self._ends[len(self.columns.directions) :], strict=True))
 
     @cached_property
-    def second_outputs(self) -> dict[str, dict[tuple[str, str], float]]:
-        """Second derivatives of integrals and of values at a time."""
+    def second_outputs(self) -> dict[str, dict[tuple[str, str], Any]]:
+        """Second derivatives of integrals and of values at given times."""
         factor, n_s = 1.0 if self.smooth else math.nan, len(self.columns.directions)
-        return {
-            name: dict(zip(self._pairs, (factor * self._tables[row, n_s:, 2]).tolist(), strict=True))
-            for name, row in self.columns.wanted.row.items()
-            if self._pairs and self.columns.wanted.rows[row].kind != RANGE
-        }
+        found = {}
+        for name, k in self.columns.wanted.row.items():
+            kind, output = self.columns.wanted.rows[k].kind, self.columns.outputs[name]
+            if self._pairs and kind != RANGE:
+                twice = self._values(k)[:, n_s:] if kind == VALUES else self._tables[k, n_s:, 2]
+                reduced = factor * output.reduce(twice)
+                found[name] = dict(zip(self._pairs, reduced.tolist() if reduced.ndim == 1 else reduced.T, strict=True))
+        return found
 
-    def _of(self, name: str, k: int, table: np.ndarray) -> np.ndarray:
-        """Return the derivatives of a scalar output from those of its row, shape (n_s,)."""
-        row = self.columns.wanted.rows[k]
-        if row.kind != RANGE:
-            return table[:, 2] if self.known or row.kind != INTEGRAL else np.full_like(table[:, 2], math.nan)
+    def _values(self, k: int) -> np.ndarray:
+        """Return those of a row at its times, second ones behind the first, (n_t, columns)."""
+        n_e, n_columns = len(self.columns.wanted.rows), len(self._ends)
+        rows = range(n_e + k * n_columns, n_e + (k + 1) * n_columns)
+        return np.column_stack([self.seen[self.first[r] : self.first[r + 1]] for r in rows])
+
+    def _of_range(self, k: int, row: Row, d_low: np.ndarray, d_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return those of the smallest and the largest value of a row, from those of the expression followed."""
+        if not row.magnitude:
+            return d_low, d_high
         low, high = self.total[k, :2]
-        d_low, d_high = table[:, 0], table[:, 1]
-        if row.magnitude:
-            d_low, d_high = (
-                d_low if low > 0 else -d_high if high < 0 else np.zeros_like(d_low),
-                -d_low if -low > high else d_high,
-            )
-        output = self.columns.outputs[name]
-        if isinstance(output, HalfRange):
-            return 0.5 * (d_high - d_low)
-        return d_low if isinstance(output, Min) else d_high
+        least = d_low if low > 0 else -d_high if high < 0 else np.zeros_like(d_low)
+        return least, -d_low if -low > high else d_high

@@ -7,7 +7,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
-from symfric.model.outputs import ScalarOfExpression
+from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
@@ -247,7 +247,7 @@ def _rebuilt(scene: Scene, system: System, contacts: tuple[Contact, ...], start:
     """Return the scene with only the values that something still uses."""
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     used = used.union(*(v.free_symbols for v in start.values() if isinstance(v, sp.Expr)))
-    outputs = [o.expr.free_symbols for o in scene.outputs.values() if isinstance(o, ScalarOfExpression)]
+    outputs = [o.expr.free_symbols for o in scene.outputs.values() if isinstance(o, OutputOfExpression)]
     used = used.union(*outputs)
     values = {k: v for k, v in scene.values.items() if k in used}
     inputs = {k: s for k, s in scene.inputs.items() if k in used}

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.outputs import ScalarOfExpression
+from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, name_of, nearest
 from symfric.model.system import Signal
@@ -135,7 +135,7 @@ def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
     if len(scene.inputs) != 1:
         raise SceneError(f"the scene has {len(scene.inputs)} sampled inputs; an isolator has one, the ground's motion")
     for name in outputs:
-        if not isinstance(scene.outputs.get(name), ScalarOfExpression):
+        if not isinstance(scene.outputs.get(name), OutputOfExpression):
             raise SceneError(f"the scene has no output {name}; sf.scenes.rolling_isolator has it")
     if not len(motions):
         raise SceneError("no motions; give at least one sf.motions.Motion or sf.Signal")

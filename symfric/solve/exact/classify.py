@@ -7,10 +7,10 @@ import sympy as sp
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.model.outputs import RANGE
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import RANGE
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,12 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
+import sympy as sp
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton, automaton_of
-from symfric.model.outputs import At, Events, Integral, ScalarOfExpression, Trajectory
+from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
@@ -27,7 +28,6 @@ from symfric.solve.integrators.mode_selection import ROUNDING, Rule, make_rule, 
 from symfric.solve.integrators.segment import FINEST, Flow, Piece, Start
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import INTEGRAL
 from symfric.solve.protocol import Answer
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
@@ -126,7 +126,7 @@ class _Motion:
     pieces: list[Path] = field(default_factory=list)
     low: np.ndarray | None = None
     high: np.ndarray | None = None
-    values: dict[str, float] = field(default_factory=dict)
+    values: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 class IntegratorsProgram:
@@ -145,12 +145,13 @@ class IntegratorsProgram:
         lowered = LoweredScene(scene, varied) if lowered is None else lowered
         self.built_in = lowered.built_in
         self.wider: dict[frozenset[str], IntegratorsProgram] = {}
-        scalars = {n: o for n, o in scene.outputs.items() if isinstance(o, ScalarOfExpression)}
-        self._integrals = {n: o.expr for n, o in scalars.items() if isinstance(o, Integral)}
-        self._ranges = {n: o.expr for n, o in scalars.items() if not isinstance(o, Integral)}  # or a value at a time
-        self._times = {n: scene.horizon if o.time is None else o.time for n, o in scalars.items() if isinstance(o, At)}
-        self._keep_path = any(isinstance(o, Trajectory) for o in scene.outputs.values())
-        self._keep_events = self._keep_path or any(isinstance(o, Events) for o in scene.outputs.values())
+        outputs = scene.outputs
+        rows = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
+        self._integrals = {n: r.expr for n, r in rows.items() if r.kind == INTEGRAL}
+        self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # or values at times
+        self._times = {n: np.array(r.times) for n, r in rows.items() if r.kind == VALUES}
+        self._keep_path = any(o.keeps_path for o in outputs.values())
+        self._keep_events = any(o.keeps_events for o in outputs.values())
         self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
         refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
         if refusal:
@@ -196,6 +197,7 @@ class IntegratorsProgram:
             np.abs(start),
             np.zeros(0),
         )
+        motion.values = {n: np.full(t.size, math.nan) for n, t in self._times.items()}
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
         for k, row in enumerate(inputs):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
@@ -302,16 +304,15 @@ class IntegratorsProgram:
     def _keep_values(self, motion: _Motion, t: np.ndarray, rows: list[np.ndarray]) -> None:
         """Note the outputs that are wanted at a time within a piece."""
         for k, name in enumerate(self._ranges):
-            at = min(self._times.get(name, math.inf), self.scene.horizon)
-            if name in self._times and t[0] <= at <= t[-1]:
-                i = min(int(np.searchsorted(t, at, side="right")), t.size - 1) - 1
+            times = self._times.get(name, np.zeros(0))
+            for j in np.flatnonzero((t[0] <= times) & (times <= t[-1])):
+                i = min(int(np.searchsorted(t, times[j], side="right")), t.size - 1) - 1
                 c = quintic(np.diff(t[i : i + 2]), *(e[k : k + 1, i : i + 2] for e in rows))
-                motion.values[name] = float(np.polynomial.polynomial.polyval(at - t[i], c[0, 0]))
+                motion.values[name][j] = np.polynomial.polynomial.polyval(times[j] - t[i], c[0, 0])
 
     def _collect(self, motion: _Motion, values: dict, initial: dict) -> Run:
         motion.counts.pop("stalled", None)
         path = log = None
-        never = dict.fromkeys(self._times, math.nan)
         if self._keep_path and motion.pieces:
             parts = [(p.t, p.h, p.coefficients, p.mode) for p in motion.pieces]
             path = Path(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -322,9 +323,9 @@ class IntegratorsProgram:
             )
         low, high = motion.low, motion.high
         ranges = {} if low is None or high is None else {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
+        integrals = dict(zip(self._integrals, motion.total.tolist(), strict=True))
         raw = Raw(
-            ranges=ranges,
-            integrals={**dict(zip(self._integrals, motion.total.tolist(), strict=True)), **never, **motion.values},
+            rows={**ranges, **integrals, **motion.values},
             rest=motion.rest,
             path=path,
             events=log,
@@ -349,3 +350,8 @@ def check_tolerance(tolerance: float) -> float:
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; the route 'integrators' takes {FINEST:g} to {COARSEST:g}")
     return tolerance
+
+
+def _whole(row: Row) -> sp.Expr:
+    """Return the expression of a row as it was wanted."""
+    return sp.Abs(row.expr) if row.magnitude else row.expr

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from symfric.codegen.array_table import Table
+from symfric.model.outputs import INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays
-from symfric.solve.observables import RANGE, Row, Wanted
+from symfric.solve.observables import Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 
@@ -156,16 +157,18 @@ class Workspace:
             if wanted.events:
                 kept = counts.kept_events
                 log = w.event_t[:kept].copy(), w.event_i[:kept].copy()
-        ranges, integrals = {}, {}
+        found: dict[str, Any] = {}
         if wanted.row:
             total = w.total.tolist()
             for name, k in wanted.row.items():
                 row, (low, high, value, _) = wanted.rows[k], total[k]
                 if row.kind == RANGE:
-                    ranges[name] = _range(row, low, high)
+                    found[name] = _range(row, low, high)
+                elif row.kind == INTEGRAL:
+                    found[name] = value
                 else:
-                    integrals[name] = value
-        raw = Raw(ranges, integrals, w.clock.rest, path, log)
+                    found[name] = w.seen[w.first_due[k] : w.first_due[k + 1]].copy()
+        raw = Raw(found, w.clock.rest, path, log)
         stats = dict(zip(_SHOWN, counts.tolist(), strict=False))
         return w.y[:n_x].copy(), w.y.item(-1), stats, raw
 

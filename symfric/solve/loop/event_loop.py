@@ -4,13 +4,14 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled, part
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.model.outputs import FOLLOW, INTEGRAL, TURN, VALUES
 from symfric.solve.loop.calls import expand, prelude
 from symfric.solve.loop.layout import contact_of, is_along_line, is_load, is_slip, is_switch, mode, sign, switch
 from symfric.solve.loop.mode_selection import keep_scales, settle
 from symfric.solve.loop.polynomials import extend_range, first_crossing, value
 from symfric.solve.loop.resting_edges import decisive, size_of
 from symfric.solve.loop.run_arrays import EXPAND, GO, HIT, LOADED, SETTLE
-from symfric.solve.loop.run_rules import begin_counting, budget, pause
+from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.loop.singular_start import start_singular
 from symfric.solve.loop.step_acceptance import proven, reach
@@ -20,7 +21,6 @@ from symfric.solve.loop.transitions import transit
 from symfric.solve.loop.workspace import (
     FORCES,
 )
-from symfric.solve.observables import FOLLOW, INTEGRAL, THEN, TURN
 from symfric.solve.status import Status
 
 _OK, _COLLAPSE = int(Status.OK), int(Status.STEP_COLLAPSE)
@@ -53,8 +53,9 @@ def reset(w):
     w.slack[:] = 0.0
     for e in range(w.kind.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, 0.0
-        w.total[e, 2] = np.nan if w.kind[e] == THEN else 0.0
+        w.total[e, 2] = 0.0
         w.rise[e, 0], w.rise[e, 1] = 0.0, 0.0
+    begin_values(w)
     w.tau[:] = 0.0
     w.rest[:] = 0.0
 
@@ -246,12 +247,9 @@ def _accumulate(w, first, tau):
             w.total[e, 3] = area - (new - w.total[e, 2])
             w.total[e, 2] = new
             continue
-        if w.kind[e] == THEN:
-            since = (w.then[e] - w.y[w.y.size - 1]) - w.clock.t_low
-            if -1e-9 * tau <= since <= tau * (1.0 + 1e-9):
-                w.total[e, 2] = value(c, order, since)
-                if e >= w.limits.followed and w.counts.doubts:
-                    w.total[e, 2] = np.nan
+        if w.kind[e] == VALUES:
+            void = w.kind.size - e <= w.limits.followed * w.limits.varied and w.counts.doubts > 0
+            _note_values(w, e, c, order, tau, void)
             continue
         if w.kind[e] == FOLLOW:
             follow(w, e, c, tau)
@@ -268,6 +266,21 @@ def _accumulate(w, first, tau):
         w.total[e, 0], w.total[e, 1] = low, high
         if e < w.limits.followed:
             note_places(w, e, tau, old_low, old_high)
+
+
+@compiled(fused=True)
+def _note_values(w, e, c, order, tau, void):
+    """Note the values of a row at the times due within a step; one at its end may be overwritten by the next step."""
+    k, end = w.next_due[e], w.first_due[e + 1]
+    while k < end:
+        since = (w.due[k] - w.y[w.y.size - 1]) - w.clock.t_low
+        if since > tau * (1.0 + 1e-9):
+            break
+        if since >= -1e-9 * tau or not abs(w.seen[k]) < np.inf:  # or between steps
+            w.seen[k] = np.nan if void else value(c, order, max(since, 0.0))
+        k += 1
+        if since < tau * (1.0 - 1e-9):
+            w.next_due[e] = k
 
 
 @compiled(inline=True, fused=True)

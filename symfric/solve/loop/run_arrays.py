@@ -1,5 +1,6 @@
 """What the runs of all event loops have in common: the arrays that others read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +63,10 @@ class RunArrays(ArraySet):
     y: Reals  # state and time, (n_x + 1,)
     p: Reals  # parameters, and what the machine code takes behind them
     total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
+    due: Reals  # times at which values of rows are wanted, row after row
+    first_due: Integers  # where those of each row begin, (n_e + 1,)
+    next_due: Integers  # the first of each that has not been passed, (n_e,)
+    seen: Reals  # the values at the times due
     counts: Counts
     clock: Clock
     event_t: Reals
@@ -71,13 +76,19 @@ class RunArrays(ArraySet):
     path_m: IntegerMatrix  # its modes, (n, n_c)
 
 
-def common(n_x: int, n_p: int, n_e: int, order: int, n_c: int) -> dict[str, Any]:
-    """Return the fields of `RunArrays` but `code` and `p`, empty."""
+def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c: int) -> dict[str, Any]:
+    """Return the fields of `RunArrays` but `code` and `p`; `times` are those at which each row is wanted."""
+    n_e = len(times)
+    due = np.array([t for row in times for t in row], dtype=float)
     return {
         "given_y": np.zeros(n_x),
         "given_p": np.zeros(n_p),
         "y": np.zeros(n_x + 1),
         "total": np.zeros((n_e, 4)),
+        "due": due,
+        "first_due": np.cumsum([0, *(len(row) for row in times)]),
+        "next_due": np.zeros(n_e, dtype=np.int64),
+        "seen": np.zeros(due.size),
         "counts": Counts.zeros(),
         "clock": Clock.zeros(),
         "event_t": np.zeros(64),

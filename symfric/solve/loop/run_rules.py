@@ -23,6 +23,15 @@ def begin_counting(w):
 
 
 @compiled(inline=True)
+def begin_values(w):
+    """Forget the values of rows that a run before has noted."""
+    for e in range(w.next_due.size):
+        w.next_due[e] = w.first_due[e]
+    for k in range(w.seen.size):
+        w.seen[k] = np.nan
+
+
+@compiled(inline=True)
 def pause(w, stop, most):
     """Return why a run has to stop before its next step, which logs at most so many events; `stop` counts steps."""
     if w.counts.steps >= w.limits.max_steps:

@@ -8,11 +8,11 @@ import numpy as np
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.solve.loop.layout import backward, direction, sign, way
 from symfric.solve.loop.polynomials import roots, value
 from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import JUMP
-from symfric.solve.observables import INTEGRAL, RANGE
 
 APART = 1e-6  # relative difference of the times of events that are meant to be one
 
@@ -163,7 +163,7 @@ def turn_lowest(w, e):
 @compiled
 def follow(w, f, c, tau):
     """Evaluate derivative row f where the row it follows took its extremes in this step."""
-    e = int(w.then[f])
+    e = w.follows[f]
     s = (f - w.kind.size) % w.limits.varied
     parent = w.c[w.c.shape[0] - w.kind.size + e]
     for side in range(2):

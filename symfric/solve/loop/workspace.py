@@ -9,10 +9,10 @@ import numpy as np
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward
+from symfric.model.outputs import Row
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
 from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 from symfric.solve.loop.series import PROBED, Series
-from symfric.solve.observables import Row
 
 FUNCTIONS = 5  # entries of `code` for one variant, after two
 JUMP, TRANSITION = 2 + 2 * FUNCTIONS, 3 + 2 * FUNCTIONS
@@ -20,7 +20,22 @@ JUMP, TRANSITION = 2 + 2 * FUNCTIONS, 3 + 2 * FUNCTIONS
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 
 # arrays that no run changes
-SHARED = frozenset({"code", "pattern", "sticks", "anchor", "factor", "parallel", "kind", "table", "limits", "then"})
+SHARED = frozenset(
+    {
+        "code",
+        "pattern",
+        "sticks",
+        "anchor",
+        "factor",
+        "parallel",
+        "kind",
+        "table",
+        "limits",
+        "follows",
+        "due",
+        "first_due",
+    }
+)
 SHARED |= {"segment_t", "segment_p", "exposed", "other_guards"}
 
 
@@ -104,7 +119,7 @@ class LoopArrays(RunArrays):
     hit: Integers  # guards that have just reached zero, (n_g,)
     fresh: Integers  # guards that start their mode at zero, (n_g,)
     slack: Reals  # what is added to a guard so that it starts its mode at zero, and to a load for its rounding, (n_g,)
-    kind: Integers  # RANGE, INTEGRAL or THEN of every wanted row, (n_e,)
+    kind: Integers  # RANGE, INTEGRAL or VALUES of every wanted row, (n_e,)
     step: Reals  # length of the step on trial, and how far guards are followed, (2,)
     reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
     poly: Reals  # a polynomial, its own copy, (order + 5,)
@@ -114,7 +129,7 @@ class LoopArrays(RunArrays):
     table: Cube  # of Bernstein coefficients
     segment_t: Reals  # times at which inputs change their slope, increasing, the last one infinite
     segment_p: Matrix  # start, value and slope of every input from there on
-    then: Reals  # time of every row of which one value is wanted; the row that a derivative follows, (n_e,)
+    follows: Integers  # the row that a derivative follows, or -1, (n_e,)
     before: Reals  # parameters, the modes before and after an event, and the guards hit: what the jump takes
     after: Reals  # what it gives; see `symfric.lower.variational_equations`
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
@@ -166,7 +181,7 @@ def make_arrays(
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return LoopArrays(
-        **{**common(n_x, len(automaton.parameters), n_e, order, n_c), "clock": LoopClock.zeros()},
+        **{**common(n_x, len(automaton.parameters), [r.times for r in rows], order, n_c), "clock": LoopClock.zeros()},
         limits=LoopLimits.zeros(),
         code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
         p=room(n_p),
@@ -220,7 +235,7 @@ def make_arrays(
         table=bernstein_table(order),
         segment_t=segments[0],
         segment_p=segments[1],
-        then=np.array([r.time for r in rows], dtype=float),
+        follows=np.array([r.follows for r in rows], dtype=np.int64),
         before=room(jump.nnz_in(1) if jump else 0),
         after=room(jump.nnz_out(0) if jump else 0),
         tau=room(n_x),

@@ -7,6 +7,7 @@ import numpy as np
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.linear_modes import matrices
 from symfric.lower.variational_equations import Variations, varied
+from symfric.model.outputs import FOLLOW, RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.loop.compiled_model import CompiledModel
@@ -14,7 +15,7 @@ from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import FOLLOW, RANGE, TURN, Row, Wanted
+from symfric.solve.observables import Wanted
 from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.run import Run
 from symfric.solve.sensitivities import Columns, Derivatives
@@ -119,7 +120,17 @@ class SensitiveProgram:
         n_x = len(self._states)
         known, smooth = status != Status.NO_DERIVATIVE, not (w.counts.events or w.counts.kinks)
         rests = w.clock.rest >= 0.0
-        return Derivatives(self._columns, w.y[n_x:-1].copy(), w.total.copy(), w.rest.copy(), known, rests, smooth)
+        return Derivatives(
+            self._columns,
+            w.y[n_x:-1].copy(),
+            w.total.copy(),
+            w.seen.copy(),
+            w.first_due,
+            w.rest.copy(),
+            known,
+            rests,
+            smooth,
+        )
 
 
 def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
@@ -148,7 +159,7 @@ def sensitive_model(
     """Compile the motion and its derivatives; linear equations of several bodies as powers of their matrices."""
     rows = list(wanted.rows)
     for e, row in enumerate(wanted.rows[: variations.followed]):
-        follows = Row(FOLLOW, row.expr, float(e)) if row.kind in (RANGE, TURN) else row
+        follows = Row(FOLLOW, row.expr, follows=e) if row.kind in (RANGE, TURN) else row
         rows += [follows] * variations.columns
     wide = Wanted(tuple(rows), wanted.row, wanted.path, wanted.events)
     automaton, budgets, fine = variations.automaton, (settings.max_steps, settings.max_events), MARGIN * tolerance

@@ -54,7 +54,7 @@ class OscillatorArrays(RunArrays):
 def make_arrays(problem: Oscillator, address: int) -> OscillatorArrays:
     """Allocate the arrays of a program."""
     return OscillatorArrays(
-        **common(2, len(problem.parameters), problem.rows, ORDER, min(problem.branches, 1)),
+        **common(2, len(problem.parameters), [()] * problem.rows, ORDER, min(problem.branches, 1)),
         code=np.array([address], dtype=np.int64),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         limits=OscillatorLimits.zeros(),

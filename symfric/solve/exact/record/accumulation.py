@@ -15,8 +15,7 @@ LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
 # entries of a cell: lower edge, upper edge, coefficient and slope of the line through u = 0
 LOW, HIGH, MU, SLOPE = range(4)
 R_U, R_W, R_F, R_A, R_0 = range(5)
-# entries of `total`: smallest and largest value, value at the time in `at`
-SMALLEST, LARGEST, VALUE = range(3)
+SMALLEST, LARGEST = range(2)  # entries of `total`
 _MARGIN = 2.0  # of the bound on a rate by its values at the ends of a piece
 _PARTS = 4  # of a piece, in each of which a wanted row turns at most once
 
@@ -77,6 +76,24 @@ def _row(w, e, a, slope_a, t):
     return value(cr, t)
 
 
+@compiled(inline=True)
+def wants_values(w, e):
+    """Return whether a row is wanted at given times."""
+    return w.first_due[e] < w.first_due[e + 1]
+
+
+@compiled
+def _note_values(w, e, t, h, a, slope_a):
+    """Note the values of a row at the times due in a piece; one at its end may be overwritten by the next piece."""
+    k, end = w.next_due[e], w.first_due[e + 1]
+    while k < end and w.due[k] <= t + h * (1.0 + 1e-9):
+        if w.due[k] >= t - 1e-9 * h:
+            w.seen[k] = _row(w, e, a, slope_a, w.due[k] - t)
+        if w.due[k] < t + h * (1.0 - 1e-9):
+            w.next_due[e] = k + 1
+        k += 1
+
+
 @compiled
 def note(w, t, h, a, slope_a, s):
     """Extend the ranges of all rows over a piece of length h, whose series is in cu and cw, and keep it if wanted."""
@@ -85,10 +102,9 @@ def note(w, t, h, a, slope_a, s):
     far = abs(value(cu, h) - cu[0])
     steep = h * _MARGIN * max(abs(cw[1]), abs(slope(cw, h)))
     for e in range(w.rows.shape[0]):
-        now, at = w.now[e], w.at[e]
-        if at >= 0.0:
-            if t - 1e-9 * h <= at <= t + h * (1.0 + 1e-9):
-                w.total[e, VALUE] = _row(w, e, a, slope_a, at - t)
+        now = w.now[e]
+        if wants_values(w, e):
+            _note_values(w, e, t, h, a, slope_a)
             continue
         begin = now[0] * cu[0] + now[1] * cw[0] + now[2] * a + now[3]
         room = abs(now[0]) * far + abs(now[1]) * steep + abs(now[2] * slope_a) * h
@@ -112,7 +128,7 @@ def note_end(w, u, a):
     """Extend the ranges by the values at the end of a whole sample of sticking, in which all rows are linear."""
     for e in range(w.rows.shape[0]):
         now = w.now[e]
-        if now[2] != 0.0 and w.at[e] < 0.0:
+        if now[2] != 0.0 and not wants_values(w, e):
             _extend(w, e, now[0] * u + now[2] * a + now[3])
 
 
@@ -121,7 +137,7 @@ def is_plain(w):
     """Return whether every wanted row depends on u alone or on w alone in the present mode."""
     mixed = 0
     for e in range(w.rows.shape[0]):
-        mixed += w.at[e] < 0.0 and (w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0))
+        mixed += not wants_values(w, e) and (w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0))
     return mixed == 0
 
 
@@ -134,7 +150,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
     quick = h * h * (abs(w.force[LAM]) * steep + w.sizes.stiffest * abs(v) + abs(slope_f))
     for e in range(w.rows.shape[0]):
         now = w.now[e]
-        if w.at[e] >= 0.0 or (now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns))):
+        if wants_values(w, e) or (now[2] == 0.0 and (now[1] == 0.0 or (now[0] == 0.0 and not turns))):
             continue
         number = now[0] * u + now[1] * v + now[2] * a + now[3]
         room = abs(now[0]) * h * h * steep + abs(now[1]) * (h * steep if turns else quick)

@@ -46,7 +46,7 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
-from symfric.solve.loop.run_rules import begin_counting, budget
+from symfric.solve.loop.run_rules import begin_counting, begin_values, budget
 from symfric.solve.loop.step_acceptance import slope
 from symfric.solve.loop.tolerances import ROUNDING
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
@@ -223,9 +223,9 @@ def _turn(w, t, old, new, u):
 def _next_due(w, i, whole):
     """Return the next interval behind i in which a row is wanted at a time."""
     due = np.int64(2**62)
-    for e in range(w.at.size):
-        if w.at[e] >= 0.0:
-            interval = np.int64(w.at[e] / whole - 1e-9)
+    for e in range(w.next_due.size):
+        for k in range(w.next_due[e], w.first_due[e + 1]):
+            interval = np.int64(w.due[k] / whole - 1e-9)
             if i < interval < due:
                 due = interval
     return due
@@ -236,8 +236,9 @@ def _begin(w):
     """Set everything to its start; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
     begin_counting(w)
-    for e in range(w.at.size):
-        w.total[e, 0], w.total[e, 1], w.total[e, 2] = np.inf, -np.inf, np.nan
+    begin_values(w)
+    for e in range(w.total.shape[0]):
+        w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
     w.place.where, w.grip[FARTHEST] = _cell_of(w, u), abs(u)
     if v == 0.0:
         u = _settle_at(w, u)

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 from symfric.errors import NoRoute
 from symfric.lower.sampled_oscillator import Record, record
+from symfric.model.outputs import INTEGRAL
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import INTEGRAL, Wanted
+from symfric.solve.observables import Wanted
 
 
 class Recorded(NamedTuple):

@@ -1,6 +1,5 @@
 """The march through a record as a loop of the package."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -15,7 +14,6 @@ from symfric.solve.exact.record.workspace import SHARED, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.observables import THEN
 
 
 def _launcher() -> Callable[[Table, bool], int]:
@@ -26,8 +24,7 @@ def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x
     """Compile what the march needs; budgets are those of steps and of events."""
     code = compile_functions([recorded.problem.data])
     wanted = recorded.wanted
-    times = [r.time if r.kind == THEN else -math.inf for r in wanted.rows]
-    first = make_arrays(recorded.problem, code.addresses["data"], times)
+    first = make_arrays(recorded.problem, code.addresses["data"], [r.times for r in wanted.rows])
     steps = path_rows(first) if wanted.path else budgets[0]
     first.clock.t_end = scene.horizon
     limit(first.limits, (min(budgets[0], steps), budgets[1]), wanted)
@@ -60,10 +57,11 @@ class March:
     """Runs under one record, with memory of their own: for one thread at a time."""
 
     def __init__(self, model: CompiledModel, start: np.ndarray, samples: np.ndarray):
-        arrays = own(model.first, SHARED - {"record", "at"})
+        arrays = own(model.first, SHARED - {"record", "due"})
         self._model, self._start = model, start
         self._room = replace(arrays, samples=np.array(samples, dtype=float))
         self._table = Table(self._room)
+        self._valued = np.flatnonzero(np.diff(model.first.first_due))
 
     def run(self, p: np.ndarray, dt: float, horizon: float, times: dict[int, float]) -> tuple[int, np.ndarray]:
         """Run with parameters p in the order of `Marcher.parameters`, and values of rows at these times.
@@ -71,12 +69,15 @@ class March:
         Returns
         -------
         status : int
-        total : ndarray, shape (rows, 4)
-            Smallest and largest value, and the value at the time of the row; overwritten by the next run.
+        found : ndarray, shape (rows, 3)
+            Smallest and largest value, or the value at the time of the row in their place and behind them.
         """
         room = self._room
         room.record.dt, room.clock.t_end = dt, horizon
         for row, time in times.items():
-            room.at[row] = time
+            room.due[room.first_due[row]] = time
         room.given_y[:], room.given_p[:] = self._start, p
-        return self._model.launch(self._table, True), room.total
+        status = self._model.launch(self._table, True)
+        found = room.total[:, :3].copy()
+        found[self._valued] = room.seen[:, None]
+        return status, found

@@ -1,5 +1,6 @@
 """The arrays that one run under a sampled input works on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from symfric.solve.loop.run_arrays import Limits, RunArrays, common
 
 ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
 
-SHARED = frozenset({"code", "samples", "record", "at", "limits"})  # arrays that no run changes
+SHARED = frozenset({"code", "samples", "record", "due", "first_due", "limits"})  # arrays that no run changes
 
 
 class Sampling(Scalars):
@@ -46,7 +47,6 @@ class RecordArrays(RunArrays):
     force: Reals  # the first entries of `data`
     cells: Matrix  # (n_c, 4)
     rows: Matrix  # (n_e, 5)
-    at: Reals  # time at which a row is wanted, negative if its range is, (n_e,)
     grip: Reals  # largest static friction over the mass against a slip backwards and forwards, largest |u| at rest
     kinds: Integers  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
     tables: Matrix  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)
@@ -56,11 +56,11 @@ class RecordArrays(RunArrays):
     cr: Reals
 
 
-def make_arrays(problem: Record, address: int, at: list[float]) -> RecordArrays:
+def make_arrays(problem: Record, address: int, times: Sequence[Sequence[float]]) -> RecordArrays:
     """Allocate the arrays of a program."""
-    n_c, n_e = problem.cells, problem.rows
+    n_c, n_e = problem.cells, len(times)
     arrays = RecordArrays(
-        **common(2, len(problem.parameters), n_e, ORDER, 1),
+        **common(2, len(problem.parameters), times, ORDER, 1),
         code=np.array([address], dtype=np.int64),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         limits=Limits.zeros(),
@@ -72,7 +72,6 @@ def make_arrays(problem: Record, address: int, at: list[float]) -> RecordArrays:
         force=np.zeros(6),
         cells=np.zeros((n_c, 4)),
         rows=np.zeros((n_e, 5)),
-        at=np.array(at, dtype=float),
         grip=np.zeros(3),
         kinds=np.zeros(2 * n_c, dtype=np.int64),
         tables=np.zeros((2 * n_c, 9)),

@@ -1,0 +1,139 @@
+"""Values at many times: an output of several numbers on every route, with derivatives, in sweeps and functions."""
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.scenefile import read_scene_text as read
+
+X, U = sp.symbols("x u", real=True)
+TIMES = np.sort(np.random.default_rng(3).uniform(0, 12, 200))
+
+
+def belt(**outputs):
+    scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=12.0)
+    x, u = (*scene.system.q, *scene.system.u)
+    return scene.wanting({"x": sf.Samples(x, TIMES), "path": sf.Trajectory(), "late": sf.At(u, 11.0)})
+
+
+def test_they_are_those_of_the_dense_motion():
+    run = sf.simulate(belt(), 1e-12)
+    assert run["x"] == pytest.approx(run(TIMES)[0], abs=1e-13)
+    assert run["late"] == pytest.approx(run(np.array([11.0]))[1, 0], abs=1e-13)
+    again = sf.simulate(belt(), 1e-8, route="integrators")
+    assert again["x"] == pytest.approx(run["x"], abs=1e-6)
+
+
+@pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
+def test_ends_events_and_what_lies_beyond(route):
+    scene = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=5.0)
+    (x,) = scene.system.q
+    times = [0.0, np.pi, 5.0, 6.0]
+    run = sf.simulate(scene.wanting({"x": sf.Samples(x, times)}), 1e-9 if route == "integrators" else 1e-12, route)
+    assert run["x"][:2] == pytest.approx([1.0, -0.8], abs=1e-7 if route == "integrators" else 1e-12)
+    assert run["x"][2] == pytest.approx(run.final[0], abs=1e-7)
+    assert np.isnan(run["x"][3])
+
+
+def test_under_a_record():
+    motion = sf.motions.sine_burst(1.0, 2.0, cycles=5, dt=0.01)
+    scene = sf.scenes.rolling_isolator(C=0.05, m=1.0, motion=motion, profile=0.02, horizon=2.0)
+    (u,) = scene.system.q
+    times = np.sort(np.random.default_rng(1).uniform(0, 2, 150))
+    wanted = scene.wanting({"u": sf.Samples(u, times), "largest": sf.Max(sp.Abs(u))})
+    exact, series = (sf.simulate(wanted, 1e-11, route) for route in ("exact", "taylor"))
+    assert exact["u"] == pytest.approx(series["u"], abs=1e-11)
+    assert exact["largest"] == pytest.approx(series["largest"], abs=1e-11)
+    program = sf.prepare(wanted, 1e-11, "exact")
+    assert np.array_equal(program.run({"C": 0.2})["u"], sf.simulate(wanted.where({"C": 0.2}), 1e-11, "exact")["u"])
+    assert np.array_equal(program.run()["u"], exact["u"])
+
+
+def test_derivatives_are_those_of_neighbouring_motions():
+    scene, step = belt(), 1e-5
+    program = sf.prepare(scene, 1e-13, sensitivities=["v_b", "x"])
+    run = program.run()
+    found = run.output_sensitivities["x"]
+    assert found["v_b"].shape == TIMES.shape
+    sides = [program.run({"v_b": 0.2 + way * step})["x"] for way in (1, -1)]
+    differences = (sides[0] - sides[1]) / (2 * step)
+    assert np.median(np.abs(found["v_b"] - differences)) < 1e-7
+    assert np.mean(np.abs(found["v_b"] - differences) < 1e-5) > 0.97  # a sample between two events is no difference
+    assert run.output_sensitivities["late"]["v_b"] == pytest.approx(
+        (program.run({"v_b": 0.2 + step})["late"] - program.run({"v_b": 0.2 - step})["late"]) / (2 * step), abs=1e-5
+    )
+
+
+def test_second_derivatives_of_a_smooth_motion():
+    x, u, k = *sp.symbols("x u", real=True), sp.Symbol("k", positive=True)
+    system = sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x])
+    scene = sf.Scene(system, [], {k: 4.0}, {x: 1.0, u: 0.0}, 2.0, {"x": sf.Samples(x, [0.5, 1.0, 2.0])})
+    run = sf.prepare(scene, 1e-13, sensitivities=["k"], order=2).run()
+    t = sp.Symbol("t", positive=True)
+    motion = sp.cos(sp.sqrt(k) * t)
+    for order, given in ((1, run.output_sensitivities["x"]["k"]), (2, run.second_output_sensitivities["x"]["k", "k"])):
+        exact = [float(motion.diff(k, order).subs({k: 4, t: time})) for time in (0.5, 1.0, 2.0)]
+        assert given == pytest.approx(exact, abs=1e-12)
+
+
+def test_in_a_sweep_and_as_a_function():
+    scene = belt().wanting({"x": belt().outputs["x"], "late": belt().outputs["late"]})
+    grid = sf.sweep(scene, {"v_b": [0.2, 0.3]})
+    assert grid["x"].dims == ("v_b", "time of x")
+    assert np.array_equal(grid["time of x"].values, TIMES)
+    assert np.array_equal(grid["x"].values[0], sf.simulate(scene)["x"])
+    function = sf.as_function(scene, ["v_b"], ["x", "late"])
+    v = ca.MX.sym("v")
+    x, _ = function(v)
+    slopes = ca.Function("f", [v], [x, ca.jacobian(x, v)])
+    value, slope = (np.array(e).ravel() for e in slopes(0.3))
+    run = sf.simulate(scene.where({"v_b": 0.3}), 1e-12, sensitivities=["v_b"])
+    assert value == pytest.approx(run["x"], abs=1e-13)
+    assert slope == pytest.approx(run.output_sensitivities["x"]["v_b"], abs=1e-12)
+
+
+FILE = """
+[scene]
+coordinates = "x"
+velocities = "u"
+mass = 1
+force = "-x"
+horizon = 3
+initial = {{x = 1, u = 0}}
+[outputs]
+wanted = "{}"
+"""
+
+
+def test_in_a_scene_file():
+    scene = read(FILE.format("samples(max(x, 0), 0.5, 1)")).scene
+    assert sf.simulate(scene)["wanted"] == pytest.approx(np.cos([0.5, 1.0]), abs=1e-9)
+    assert sf.simulate(read(FILE.format("at(x, 2)")).scene)["wanted"] == pytest.approx(np.cos(2), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("samples(x)", "empty"),
+        ("samples(x, 2, 1)", "increase"),
+        ("samples(x, -1)", "not be negative"),
+        ("samples(x, soon)", "numbers behind commas"),
+        ("at(x, 1, 2)", "takes one time"),
+        ("max(x, 1)", "takes one expression"),
+        ("integral(x, 1)", "takes one expression"),
+    ],
+)
+def test_bad_words_in_a_scene_file(text, message):
+    with pytest.raises(sf.SceneError, match=message):
+        read(FILE.format(text))
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [([], "empty"), ([1.0, 1.0], "increase"), ([-1.0], "negative"), ([np.nan], "finite"), ("soon", "row of numbers")],
+)
+def test_bad_times(times, message):
+    with pytest.raises(sf.SceneError, match=message):
+        sf.Samples(X, times)
