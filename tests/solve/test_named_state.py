@@ -68,7 +68,7 @@ def test_the_arrays_of_every_loop_begin_with_those_that_others_read():
     common = RunArrays.names()
     for arrays in (LoopArrays, OscillatorArrays, RecordArrays):
         assert arrays.names()[: len(common)] == common
-    assert Counts.names[:4] == ("steps", "events", "kinks", "grazes")  # what a run tells
+    assert Counts.names[:6] == ("steps", "events", "kinks", "grazes", "kept_steps", "kept_events")  # what a run tells
 
 
 @pytest.mark.parametrize("field", ["counts", "clock", "limits"])
