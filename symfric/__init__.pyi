@@ -1,14 +1,14 @@
-"""Types of what `symfric` offers; see ``__init__.py``."""
+"""What `symfric` offers: the one list of its names, for Python and for type checkers; see ``__init__.py``."""
 
-from symfric import design, motions, theory
-from symfric.ensemble.attractors import Attractor
-from symfric.ensemble.basins import Basins, basins
-from symfric.ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from symfric.ensemble.sweep import sweep
-from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.model import laws, mechanics, scenes
-from symfric.model.laws import Law
-from symfric.model.outputs import (
+from . import design, motions, theory
+from .ensemble.attractors import Attractor
+from .ensemble.basins import Basins, basins
+from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from .ensemble.sweep import sweep
+from .errors import NoRoute, NotFound, RunFailed, SceneError
+from .model import laws, mechanics, scenes
+from .model.laws import Law
+from .model.outputs import (
     At,
     End,
     Events,
@@ -16,28 +16,29 @@ from symfric.model.outputs import (
     Integral,
     Max,
     Min,
+    Samples,
     StopTime,
     Trajectory,
     friction_force,
     slip,
 )
-from symfric.model.scene import Scene
-from symfric.model.scenes.isolator import patched_floor
-from symfric.model.symbols import SPEED, TIME
-from symfric.model.system import Contact, Signal, System
-from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
-from symfric.orbits.continuation.codim1 import Curve, continue_special
-from symfric.orbits.cycle import Orbit, limit_cycle
-from symfric.orbits.lyapunov import Lyapunov, lyapunov
-from symfric.orbits.poincare import PoincareSection, poincare
-from symfric.solve.casadi_function import as_function
-from symfric.solve.exact.route import Exact
-from symfric.solve.integrators.route import Integrators
-from symfric.solve.routes import Explanation, explain, prepare, simulate
-from symfric.solve.run import Event, Run
-from symfric.solve.status import Status
-from symfric.solve.taylor.route import Taylor
-from symfric.theory import (
+from .model.scene import Scene
+from .model.scenes.isolator import patched_floor
+from .model.symbols import SPEED, TIME
+from .model.system import Contact, Signal, System
+from .orbits.continuation.branch import Branch, Special, continue_cycle
+from .orbits.continuation.codim1 import Curve, continue_special
+from .orbits.cycle import Orbit, limit_cycle
+from .orbits.lyapunov import Lyapunov, lyapunov
+from .orbits.poincare import PoincareSection, poincare
+from .solve.casadi_function import as_function
+from .solve.exact.route import Exact
+from .solve.integrators.route import Integrators
+from .solve.routes import Explanation, explain, prepare, simulate
+from .solve.run import Event, Run
+from .solve.status import Status
+from .solve.taylor.route import Taylor
+from .theory import (
     Equilibrium,
     HopfPoint,
     SlowFlow,
@@ -81,6 +82,7 @@ __all__ = [
     "PoincareSection",
     "Run",
     "RunFailed",
+    "Samples",
     "Scene",
     "SceneError",
     "Signal",
