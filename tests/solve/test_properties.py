@@ -49,9 +49,8 @@ def fine_times(run, n=8):
 @given(values=values, initial=starts, tolerance=st.sampled_from(sorted(COARSE)))
 def test_error_follows_the_tolerance(values, initial, tolerance):
     fine, run = FINE.run(values, initial).checked(), COARSE[tolerance].run(values, initial).checked()
-    # friction that falls with speed amplifies errors by e^(t (alpha - beta)) at the most
-    growth = np.exp(30 * max(0.0, 0.225 * values["gamma2"] - values["beta"]))
-    assert np.max(np.abs(run.final - fine.final)) < 50 * tolerance * min(growth, 1e3)
+    # 8 times the tolerance is the most in 1200 motions, a twentieth of it the median: each stick forgets what was before
+    assert np.max(np.abs(run.final - fine.final)) < 30 * tolerance
 
 
 @derandomized
