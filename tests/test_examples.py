@@ -70,7 +70,8 @@ def results(block):
 
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_blocks_of_the_readme_run_and_print_what_they_say(number, shell):
+def test_blocks_of_the_readme_run_and_print_what_they_say(number, shell, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write files
     if MISSING in BLOCKS[number]:
         pytest.skip("needs a record of others")
     for code, is_expression, comment in results(BLOCKS[number]):
