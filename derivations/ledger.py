@@ -46,8 +46,6 @@ class Entry:
         ``check(*claim) -> residuals``: one expression or several, all zero if and only if the claim holds.
     note : str
         Why a correction is one, or why nothing can be verified.
-    audit : str
-        What the notes of earlier corrections, ``../shared/audit``, lack here or have otherwise.
     numbers : str
         What stands in the place of a proof, "25 digits at 8 points"; empty where the residual is an identity or exact
         arithmetic.
@@ -61,7 +59,6 @@ class Entry:
     printed: tuple[sp.Expr, ...] | str = ()
     check: Callable | None = None
     note: str = ""
-    audit: str = ""
     numbers: str = ""
 
     def residuals(self, claim: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
@@ -80,7 +77,7 @@ class Row:
 
     Attributes
     ----------
-    source, equation, title, verdict, printed, right, note, audit, numbers : str
+    source, equation, title, verdict, printed, right, note, numbers : str
         `printed` in quotation marks where it is words.
     residual : str
         "0", or what is left; empty for definitions and what cannot be verified.
@@ -98,7 +95,6 @@ class Row:
     numbers: str
     sound: bool
     note: str
-    audit: str
 
 
 @dataclass
@@ -117,29 +113,27 @@ class Ledger:
     document: str
     entries: list[Entry] = field(default_factory=list)
 
-    def verified(self, equation: str, title: str, *claim, note: str = "", audit: str = "", numbers: str = ""):
+    def verified(self, equation: str, title: str, *claim, note: str = "", numbers: str = ""):
         """Enter an equation that is right as printed; decorates its check."""
-        entry = Entry(self.source, equation, title, Verdict.VERIFIED, _tuple(claim), (), None, note, audit, numbers)
+        entry = Entry(self.source, equation, title, Verdict.VERIFIED, _tuple(claim), (), None, note, numbers)
         return self._enter(entry)
 
-    def corrected(self, equation: str, title: str, *, right, printed, note: str, audit: str = "", numbers: str = ""):
+    def corrected(self, equation: str, title: str, *, right, printed, note: str, numbers: str = ""):
         """Enter an equation that is wrong as printed; decorates its check, which the printed form must fail.
 
         `printed` may be words where the print has no form as an expression; the note then shows why it fails.
         """
         printed = printed if isinstance(printed, str) else _tuple(printed)
         right = _tuple(right)
-        return self._enter(
-            Entry(self.source, equation, title, Verdict.CORRECTED, right, printed, None, note, audit, numbers)
-        )
+        return self._enter(Entry(self.source, equation, title, Verdict.CORRECTED, right, printed, None, note, numbers))
 
     def definition(self, equation: str, title: str, *right, note: str = "") -> None:
         """Enter a definition or an equation of the model: there is nothing to prove."""
         self.entries.append(Entry(self.source, equation, title, Verdict.DEFINITION, _tuple(right), note=note))
 
-    def unverifiable(self, equation: str, title: str, reason: str, audit: str = "") -> None:
+    def unverifiable(self, equation: str, title: str, reason: str) -> None:
         """Enter a statement that cannot be checked, and why."""
-        self.entries.append(Entry(self.source, equation, title, Verdict.UNVERIFIABLE, note=reason, audit=audit))
+        self.entries.append(Entry(self.source, equation, title, Verdict.UNVERIFIABLE, note=reason))
 
     def _enter(self, entry):
         def decorate(check):
@@ -179,7 +173,6 @@ def stated(entry: Entry) -> Row:
         numbers=entry.numbers,
         sound=True,
         note=entry.note,
-        audit=entry.audit,
     )
 
 

@@ -79,8 +79,6 @@ def _details(row: Row) -> Iterator[tuple[str, str]]:
         yield "residual", _residual(row)
     if row.note:
         yield "why" if row.verdict in (Verdict.CORRECTED, Verdict.UNVERIFIABLE) else "note", row.note
-    if row.audit:
-        yield "audit", row.audit
 
 
 def _residual(row: Row) -> str:
@@ -97,7 +95,7 @@ def _summary(rows: list[Row]) -> str:
 
 def markdown(found: Found) -> str:
     """Return the ledger as the README of ``derivations``."""
-    parts = [INTRODUCTION, _totals(found), _audited(found)]
+    parts = [INTRODUCTION, _totals(found)]
     for source, rows in found.items():
         parts += [f"## {source}\n\n{ledger_of(source).document}\n\n" + "".join(map(_line, _table(rows)))]
     return "\n".join(parts)
@@ -108,17 +106,6 @@ def _totals(found: Found) -> str:
     lines = [(f"[{source}](#{source})", *map(str, counts(rows).values())) for source, rows in found.items()]
     together = counts([row for rows in found.values() for row in rows]).values()
     return "".join(map(_line, [head, ("---", *["---:"] * (len(head) - 1)), *lines, ("all", *map(str, together))]))
-
-
-def _audited(found: Found) -> str:
-    rows = [row for rows in found.values() for row in rows if row.audit]
-    lines = [("source", "equation", "says", "verdict", "the notes"), ("---",) * 5]
-    lines += [(r.source, _safe(r.equation), _safe(r.title), r.verdict, _safe(r.audit)) for r in rows]
-    return (
-        "## Against the earlier notes\n\n"
-        "Every correction of the notes that the project started from, an audit of the documents, has a row below.\n"
-        "Where the derivations find more than these notes, or otherwise:\n\n"
-    ) + "".join(map(_line, lines))
 
 
 def _table(rows: list[Row]) -> Iterator[tuple[str, ...]]:

@@ -59,7 +59,6 @@ SWING = sp.exp(-mu * tau) * sp.sin(omega_mu * tau) / omega_mu
     printed=sp.Integer(1),
     note="with the principal arctangent x = C psi holds between zeros of x only; forward in time the continued one is "
     "less by pi at each of them",
-    audit="adds pi at a zero of x, which is backward in time",
 )
 def _(claim):
     constants = []
@@ -300,7 +299,6 @@ def _(claim):
     right=sp.Integer(-1),
     printed=sp.Integer(1),
     note="lambda = 2 mu1 + 2 mu2 (V - 1) falls with mu1 by more than the orbit widens",
-    audit="not among its corrections; it has the trend with mu2 only",
     numbers=TREND,
 )
 def _(claim):

@@ -243,7 +243,6 @@ LIMIT = S1_ * D2_ / (R_ * S1_ + D2_)
     printed=S1_ * D2_ / (S1_ + D2_),
     note="two denominators are lost in the text, (s1 s2/ )(s1 + s2/ )^-1. With r in both it is right for d2 = s2; "
     "without them it fails unless r = 1",
-    audit="does not consider that r may be what is lost in the print",
 )
 def _(claim):
     B = sp.diag(1, 1 / R_) * linearised()[0]
@@ -306,7 +305,6 @@ def _(claim):
     sp.Rational(19254375, 2),
     sp.Integer(2),
     note="so a3 = k B11 + B22 > 0 is needed as well",
-    audit="names a1 > 0 and Delta3 > 0 as the exact condition; they let unstable states through",
     numbers="roots of one polynomial, 15 digits",
 )
 def _(first, last, unstable):

@@ -293,7 +293,6 @@ def _(*claim):
     printed=(2 * mu1, 2 * mu2, 2 * mu1, 2 * mu2),
     note="(16) numbers the sections from the fastest, (2) and (3) from rest; psi(u_i, mu_i) with mu_1 on x' > 1 "
     "has the wrong slope",
-    audit="not among its corrections",
 )
 def _(*claim):
     return [sp.expand(sp.diff(stopped(b), xd) - c.subs(SLOPES)) for b, c in zip(SECTIONS, claim, strict=True)]

@@ -101,7 +101,6 @@ for _number, _law in FALLING:
         printed="negative slope in regions 1 and 2",
         note="f_sb starts with slope 0, so the total slope at v -> 0 is b >= 0; only region 2 is unstable. The "
         "statement holds for (19.108) with alpha < 0, where the slope starts from -infinity",
-        audit="not among its corrections",
     )
     def _(claim, law=_law):
         return sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+") - claim

@@ -80,7 +80,6 @@ def _(claim):
     "where it stays, within Delta_s",
     transient.stop_position(symbolic=True),
     note="2 N Delta takes the sign of x0",
-    audit="has (-1)^N (x0 - 2 N Delta), which holds for x0 > 0 only",
     numbers=f"against the motion in exact numbers, {len(_DATA)} starts",
 )
 def _(claim):

@@ -78,7 +78,6 @@ def _(claim):
     printed=a_e + C * w / m,
     note="|a_e - C (v_e - v_s)/m| <= mu g: at rest relative to the ground the damper gives nothing; the first "
     "condition lets through a w of mu g dt, so the printed one errs by C mu g dt/m",
-    audit="blames the step alone; the second condition has a force too many at any step",
 )
 def _(claim):
     needed = sp.Symbol("F", real=True)

@@ -334,7 +334,6 @@ def _(claim):
     right=v_m * (1 - 3 * beta / (2 * ETA)),
     printed=V_B1,
     note="'the condition ... will not change' is true of (17), for any law; of its result (19) without damping only",
-    audit="not among its corrections",
 )
 def _(claim):
     slope = 2 * beta + gamma2 * quadratic_law(v_b).diff(v_b)  # minus the trace, as in (17)

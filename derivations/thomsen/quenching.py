@@ -239,7 +239,6 @@ def onset_squared() -> sp.Expr:
     right=(-1, 1, -1),
     printed=(-1, 1, 1),
     note="lowering mu_m alone makes mu_s - mu_m and with it A0,max larger",
-    audit="not among its corrections",
     numbers="signs at the values of figure 3",
 )
 def _(*claims):

@@ -222,7 +222,6 @@ PART.definition("(41)", "effective friction", MEAN_FRICTION)
     v + INTENSITY,
     note="x' has an error of order 1/Omega at other times, but its term of this order, p1'/Omega, is a sine series in "
     "T for every law and vanishes at tau = 0",
-    audit="has an error of order 1/Omega for the velocity; (42) is right as printed",
 )
 def _(position, velocity):
     phi = general_motion()

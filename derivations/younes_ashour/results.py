@@ -162,6 +162,5 @@ PART.unverifiable(
     "equivalent masses .679 kg (steel) and .357 kg (aluminium)",
     "a solid steel rod of 16 mm and 610 mm weighs .96 kg at 7850 kg/m^3, more than the printed mass; whether the rod "
     "is hollow is not said",
-    audit="objects that one leaf spring cannot give 5.3 Hz with both rods; but the spring is adjustable",
 )
 PART.unverifiable("Conclusion 4", "(3) fits lubricated Hertzian contacts", "a statement about the experiments only")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from derivations.ledger import Verdict
-from derivations.sources import SOURCES, ledger_of
+from derivations.sources import ledger_of
 
 AUDIT = Path(__file__).parents[3] / "shared" / "audit"
 
@@ -65,6 +65,7 @@ TABLES = {
     "guida": ("guida.md", "## Errata", GUIDA),
     "younes_ashour": ("transients_and_isolation.md", "## A.", YOUNES),
 }
+NOT_CORRECTED = {("thomsen", "(42)"), ("younes_ashour", "Test apparatus")}  # right as printed; not to be verified
 LABELS = [
     *((source, label) for source, (*_, table) in TABLES.items() for labels in table.values() for label in labels),
     *((source, label) for source, labels in IN_WORDS.items() for label in labels),
@@ -83,10 +84,5 @@ def test_no_correction_of_the_notes_is_left_out(name, heading, table):
 @pytest.mark.parametrize(("source", "label"), LABELS, ids=lambda word: word)
 def test_each_has_a_row_that_corrects_or_contradicts(source, label):
     (entry,) = (e for e in ledger_of(source).entries if e.equation == label)
-    assert entry.verdict == Verdict.CORRECTED or entry.audit
-
-
-def test_corrections_beyond_the_notes_say_so():
-    listed = set(LABELS)
-    found = [e for s in SOURCES for e in ledger_of(s).entries if e.verdict == Verdict.CORRECTED]
-    assert [f"{e.source} {e.equation}" for e in found if (e.source, e.equation) not in listed and not e.audit] == []
+    assert (entry.verdict == Verdict.CORRECTED) != ((source, label) in NOT_CORRECTED)
+    assert entry.note

@@ -1,4 +1,4 @@
-"""Branches of limit cycles: corners, folds, tori and their curves, against closed forms, the audit and simulation."""
+"""Branches of limit cycles: corners, folds, tori and their curves, against closed forms, known numbers and simulation."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 import symfric as sf
 from tests.orbits.test_cycle import non_stop, shaken
 
-ONSET = 0.39579028879783  # of sticking, Thomsen's belt: the audit
+ONSET = 0.39579028879783  # of sticking, Thomsen's belt
 BELT = sf.scenes.mass_on_belt(v_b=0.2)
 
 

@@ -1,4 +1,4 @@
-"""Reproduction of the contact-damper source: data against closed forms, claims against the audit, pictures as drawn."""
+"""Reproduction of the contact-damper source: data against closed forms, claims against known numbers, pictures as drawn."""
 
 import json
 
