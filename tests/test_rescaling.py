@@ -9,7 +9,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.design import damper, quench
-from symfric.report.study.measurement import settling, vibration
+from symfric.orbits.steady_state import vibration
 from tests.longer import longer
 from tests.units import Dimension, Units
 
@@ -193,7 +193,7 @@ def basin(starts) -> Question:
 
 
 def measured(scene, units):
-    seen = vibration(scene, "x", settling(scene, None, None))
+    seen = vibration(scene, "x")
     return {
         "half range": Seen(seen.half_range, LENGTH, 1e-6),
         "period": Seen(seen.period, TIME, 1e-6),

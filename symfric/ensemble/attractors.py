@@ -1,6 +1,7 @@
 """What motions settle to: rest, an equilibrium, a cycle, or something irregular; found one after the other."""
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,7 +11,7 @@ from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.orbits.guess import guess_of
-from symfric.solve.routes import prepare
+from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
@@ -71,7 +72,8 @@ class Collection:
         self._trees: list[cKDTree | None] = []
         self._reach: list[float] = []
         self._scene, self._period, self._units, self._near = scene, period, units, near
-        self._program = prepare(scene.wanting({"path": Trajectory(), "stop": StopTime()}), tolerance)
+        times = Schedule(0.0, scene.horizon, period or 0.0)
+        self._settling = Settling(scene, times, {"path": Trajectory(), "stop": StopTime()}, tolerance=tolerance)
 
     def rest(self) -> int:
         """Return the place of rest among the attractors."""
@@ -98,8 +100,8 @@ class Collection:
         status : Status
         """
         cloud = []
-        for turn in range(_PATIENCE):
-            run = self._program.run(initial=self._start(state))
+        windows = self._settling.windows(initial=self._settling.start(state))
+        for turn, run in enumerate(islice(windows, _PATIENCE)):
             if run.status != Status.OK:
                 return -1, run.status
             if np.isfinite(run["stop"]):
@@ -113,11 +115,7 @@ class Collection:
                 return known, Status.OK
             if turn >= _PATIENCE // 2:
                 cloud.append(self._sampled(run, 0.0))
-            state = run.final
         return self._add(Attractor("irregular", np.concatenate(cloud, axis=1))), Status.OK
-
-    def _start(self, state: np.ndarray) -> dict[str, float]:
-        return dict(zip((s.name for s in self._scene.system.states), state.tolist(), strict=True))
 
     def _sampled(self, run: Run, begin: float) -> np.ndarray:
         """Return states of a run from a time on, at whole periods of the excitation if there is one; (n_x, n)."""

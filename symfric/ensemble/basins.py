@@ -2,22 +2,22 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import sympy as sp
 
 from symfric.ensemble.attractors import Attractor, Collection
+from symfric.ensemble.cases import with_starts
 from symfric.ensemble.grid import row_of
 from symfric.ensemble.progress import Progress
 from symfric.ensemble.sweep import sweep
 from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
+from symfric.model.excitation import forcing_period
 from symfric.model.outputs import End, StopTime
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
-from symfric.orbits.flow_map import excitation
 from symfric.orbits.sizes import over_time
 
 _MOST = 20  # attractors; starts that end in others are left without one
@@ -133,10 +133,8 @@ def basins(
     if not 0 < near < 1:
         raise SceneError(f"near is {near:g}; give a part of the range of the states, between 0 and 1")
     axes = _axes(scene, starts)
-    of_values = excitation(scene)
-    period = None
-    if of_values:
-        period = of_values({s.name: v for s, v in scene.parameter_values().items()})
+    period = forcing_period(scene)
+    if period:
         scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)))
     moved, grid = _with_starts(scene, axes)
     found = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)
@@ -167,11 +165,9 @@ def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarra
 
 def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, dict[str, np.ndarray]]:
     """Return the scene whose starts are parameters, and the grid of these."""
-    symbols = {n: sp.Symbol(f"{n}(0)", real=True) for n in axes}
     scene = scene.wanting({"end": End(), "stop": StopTime()}).starting({n: row[0] for n, row in axes.items()})
-    initial = {s.name: symbols.get(s.name, v) for s, v in scene.initial.items()}
-    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}  # not zero: that would be built in
-    return replace(scene, initial=initial, values=values), {symbols[n].name: row for n, row in axes.items()}
+    scene, names = with_starts(scene, list(axes))
+    return scene, {names[n]: row for n, row in axes.items()}
 
 
 def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np.ndarray:

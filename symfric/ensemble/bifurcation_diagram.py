@@ -11,10 +11,10 @@ from symfric.ensemble.grid import row_of
 from symfric.ensemble.sweep import workers_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
+from symfric.model.excitation import periodic
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
-from symfric.orbits.flow_map import excitation
 from symfric.orbits.poincare import Cut, cut_of
 from symfric.orbits.sizes import over_time
 from symfric.solve.program import check_tolerance
@@ -154,8 +154,8 @@ def bifurcation_diagram(
     task = Task(scene.wanting({"path": Trajectory()}), check_tolerance(tolerance), None, (name,), ())
     jobs = min(workers_of(jobs), row.size)
     if carry:
-        period = excitation(scene, frozenset({name}))
-        found = _carried(make_program(task), name, row, cut, transient, period)
+        excitation = periodic(scene, frozenset({name}))
+        found = _carried(make_program(task), name, row, cut, transient, excitation and excitation.period)
     else:
         found = _apart(make_program(task), name, row, cut, transient, jobs)
     status, times, states = zip(*found, strict=True)

@@ -83,7 +83,7 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
             raise SceneError(f"an axis is called {SCENES!r}, like that of the scenes; rename the parameter")
         labels = {SCENES: np.array(list(scenes)), **labels}
     scenes = {label: _prepared(s, numbers) for label, s in scenes.items()}
-    width = _widths(scenes)
+    width = widths(scenes)
     clash = next((n for n in (*width, "status", "state") if n in labels), None) or (
         "status" if "status" in width else ""
     )
@@ -151,7 +151,7 @@ def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
     return scene
 
 
-def _widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
+def widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
     """Return how many numbers each output has; all scenes must have the same ones."""
     found = []
     for scene in scenes.values():

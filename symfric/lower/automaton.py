@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.constant_parameters import constants
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
+from symfric.model.constant_parameters import constants
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
 

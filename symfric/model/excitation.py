@@ -1,42 +1,212 @@
-"""The excitation of a scene: how its equations depend on time, and whether that repeats."""
+"""The excitation of a scene: whether its equations depend on time, with what frequencies, and when that repeats."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 
+import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.constant_parameters import vanishing
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
-_MOST = 1000  # denominator of a ratio of frequencies that have a common period
-_EQUAL = 1e-11  # relative: numbers that differ by rounding
+# Numbers that differ by rounding differ by _EQUAL at most (relative); two frequencies count as p : q only if p q is at
+# most _MOST. Among all fractions so simple, a ratio of two independent numbers is that near to one by chance in about
+# six cases of a million, however far apart the two are.
+_EQUAL, _MOST = 1e-11, 1_000_000
+_ALIKE = 1e-9  # relative: derivatives of frequencies that keep their ratio
+_SAMPLED = "a sampled input has no period; write the excitation with sin or cos of sf.TIME"
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """How the equations of a scene depend on time.
+
+    Attributes
+    ----------
+    rates : tuple of Expr
+        Angular frequencies of the sines and cosines of time; none if nothing depends on time.
+    note : str
+        Why it has no period, whatever the values; "" if it may have one.
+    """
+
+    rates: tuple[sp.Expr, ...] = field(default=())
+    note: str = ""
+
+    def __bool__(self) -> bool:
+        """Whether anything depends on time."""
+        return bool(self.rates or self.note)
+
+    @property
+    def parameters(self) -> frozenset[str]:
+        """Names of the parameters that change the frequencies."""
+        return frozenset(s.name for s in self._symbols)
+
+    def frequencies(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the angular frequencies as numbers, in the order of `rates`.
+
+        Raises
+        ------
+        SceneError
+            If one is no finite number.
+        """
+        with np.errstate(all="ignore"):
+            found = np.array([complex(e) for e in self._numbers(*(values[s.name] for s in self._symbols))])
+        for rate, number in zip(self.rates, found, strict=True):
+            if not np.isfinite(number) or number.imag:
+                raise SceneError(f"the frequency {rate} of the excitation is {number:g}, no finite real number")
+        return found.real
+
+    def period(self, values: Mapping[str, float]) -> float:
+        """Return the time after which all repeats for parameter values by name; perhaps a multiple of the least one.
+
+        Raises
+        ------
+        SceneError
+            If there is none.
+        """
+        if self.note:
+            raise SceneError(self.note)
+        found = self.frequencies(values)
+        base = common_rate(found)
+        if base is None:
+            told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(self.rates, found, strict=True))
+            if not np.any(found):
+                raise SceneError(f"the frequencies of the excitation are zero, so it has no period: {told}")
+            raise SceneError(f"the frequencies of the excitation have no common period: {told}")
+        return 2 * np.pi / base
+
+    def period_by(self, values: Mapping[str, float], parameters: Sequence[str]) -> np.ndarray:
+        """Return the derivatives of the period by parameters, shape (n_p,).
+
+        Raises
+        ------
+        SceneError
+            If a change of them leaves no common period.
+        """
+        period, rates = self.period(values), self.frequencies(values)
+        slopes = np.array(self._slopes(tuple(parameters))(*(values[s.name] for s in self._symbols)), dtype=float)
+        slopes = slopes.reshape(len(self.rates), len(parameters))
+        runs = rates != 0
+        relative = slopes[runs] / rates[runs, None]
+        if not np.allclose(relative, relative[0], rtol=_ALIKE, atol=0.0) or np.any(slopes[~runs]):
+            raise SceneError(
+                f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
+                f"{', '.join(map(str, self.rates))}: they keep no common period; let it change all or none"
+            )
+        return -period * relative[0]
+
+    @cached_property
+    def _symbols(self) -> tuple[sp.Symbol, ...]:
+        return tuple(sorted(set().union(*(rate.free_symbols for rate in self.rates)), key=str))
+
+    @cached_property
+    def _numbers(self) -> Callable:
+        with SYMBOLIC:
+            return sp.lambdify(self._symbols, self.rates)
+
+    @cached_property
+    def _kept(self) -> dict[tuple[str, ...], Callable]:
+        return {}
+
+    @alone(SYMBOLIC)
+    def _slopes(self, parameters: tuple[str, ...]) -> Callable:
+        """Return the derivatives of the rates by parameters as a function of what changes the rates."""
+        if parameters not in self._kept:
+            of = {s.name: s for s in self._symbols}
+            table = [[sp.diff(rate, of[n]) if n in of else sp.S.Zero for n in parameters] for rate in self.rates]
+            self._kept[parameters] = sp.lambdify(self._symbols, table)
+        return self._kept[parameters]
 
 
 @alone(SYMBOLIC)
-def frequencies(scene: Scene, zero: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return the angular frequencies of the sines and cosines of time in a scene; none if nothing depends on time.
+def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitation:
+    """Read the excitation of a scene.
 
     Parameters
     ----------
     scene : Scene
-    zero : dict of Symbol to Expr
-        Parameters to drop: a term with a factor that is zero does not count.
+        Terms with a factor that is zero do not count.
+    varied : frozenset of str
+        Parameters that will not stay zero.
+    """
+    if scene.inputs:
+        return Excitation(note=_SAMPLED)
+    found: dict[sp.Expr, None] = {}
+    for e, reduced in _of_time(scene, varied):
+        try:
+            found |= dict.fromkeys(rate for rate in _rates(reduced, {TIME, *scene.system.states}, e) if rate != 0)
+        except SceneError as reason:
+            return Excitation(note=str(reason))
+    return Excitation(tuple(found))
+
+
+def periodic(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitation | None:
+    """Return the excitation of a scene, None if nothing depends on time; see `excitation_of`.
 
     Raises
     ------
     SceneError
-        If time enters otherwise, or an input is sampled: then the excitation has no period.
+        If it has no period, for the values of the scene if all are given.
     """
-    if scene.inputs:
-        raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
-    parts = [*scene.system.expressions, *(e for c in scene.contacts for e in (c.slip, c.normal, c.profile))]
-    moving, drop = {TIME, *scene.system.states}, dict(zero)
-    found = dict.fromkeys(rate for e in parts for rate in _rates(sp.sympify(e).xreplace(drop), moving, e))
-    return tuple(rate for rate in found if rate != 0)
+    found = excitation_of(scene, varied)
+    if found.note:
+        raise SceneError(found.note)
+    if not found:
+        return None
+    if all(v is not None for v in scene.values.values()):
+        found.period({s.name: v for s, v in scene.values.items()})
+    return found
+
+
+def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float | None:
+    """Return the period of the excitation with the values of the scene, None without one; see `excitation_of`.
+
+    Raises
+    ------
+    SceneError
+        If it has no period.
+    """
+    found = excitation_of(scene, varied)
+    return found.period({s.name: v for s, v in scene.parameter_values().items()}) if found else None
+
+
+@alone(SYMBOLIC)
+def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
+    """Return whether time or a sampled input enters the equations; terms with a factor that is zero do not count."""
+    return bool(scene.inputs) or next(_of_time(scene, varied), None) is not None
+
+
+def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
+    """Yield the expressions of a scene that depend on time, as they are written and without what is zero."""
+    contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile))
+    found = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
+    zero = vanishing(scene, varied) if found else {}
+    for e in found:
+        reduced = e.xreplace(dict(zero))
+        if TIME in reduced.free_symbols:
+            yield e, reduced
+
+
+def frequency_of(wave: sp.Expr, moving: set[sp.Symbol]) -> tuple[sp.Expr, list[sp.Expr]]:
+    """Return the frequency of a sine or cosine, and the parts of its argument that are not linear in time.
+
+    Parameters
+    ----------
+    wave : Expr
+    moving : set of Symbol
+        What changes along a motion, time among it.
+    """
+    parts = sp.Add.make_args(sp.expand(wave.args[0]))
+    slopes = [sp.diff(part, TIME) for part in parts]
+    steady = [not s.free_symbols & moving for s in slopes]
+    rate = sum((s for s, even in zip(slopes, steady, strict=True) if even), sp.S.Zero)
+    return rate, [part for part, even in zip(parts, steady, strict=True) if not even]
 
 
 def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Expr]:
@@ -45,18 +215,18 @@ def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Ex
         return
     if e == TIME:
         raise SceneError(f"time appears outside sines and cosines in {whole}: the excitation has no period")
-    parts = e.args
+    parts: Iterable[sp.Expr] = e.args
     if isinstance(e, sp.sin | sp.cos):
-        parts = sp.Add.make_args(sp.expand(e.args[0]))
-        slopes = [sp.diff(part, TIME) for part in parts]
-        yield sum((s for s in slopes if not s.free_symbols & moving), sp.S.Zero)
-        parts = [part for part, s in zip(parts, slopes, strict=True) if s.free_symbols & moving]
+        rate, parts = frequency_of(e, moving)
+        yield rate
     for part in parts:
         yield from _rates(part, moving, whole)
 
 
 def common_rate(rates: Iterable[float]) -> float | None:
     """Return the largest frequency of which all others are whole multiples; None if there is none.
+
+    Zeros and signs do not count, nor does the order.
 
     Examples
     --------
@@ -65,14 +235,21 @@ def common_rate(rates: Iterable[float]) -> float | None:
     >>> common_rate([1.0, 2**0.5]) is None
     True
     """
-    sizes = [abs(rate) for rate in rates if rate != 0]
+    sizes = sorted(abs(float(rate)) for rate in rates if rate != 0)
     if not sizes:
         return None
-    ratios = [Fraction(size / sizes[0]).limit_denominator(_MOST) for size in sizes]
-    for ratio, size in zip(ratios, sizes, strict=True):
-        if ratio == 0 or abs(float(ratio) * sizes[0] - size) > _EQUAL * size:
-            return None
+    ratios = [_simple(size / sizes[0]) for size in sizes]
+    if any(ratio is None for ratio in ratios):
+        return None
     return sizes[0] * math.gcd(*(r.numerator for r in ratios)) / math.lcm(*(r.denominator for r in ratios))
+
+
+def _simple(ratio: float) -> Fraction | None:
+    """Return the simple fraction that a ratio of at least 1 is up to rounding; None if it is none."""
+    if ratio > _MOST * (1 + _EQUAL):
+        return None
+    found = Fraction(ratio).limit_denominator(max(1, math.isqrt(int(_MOST / ratio))))
+    return found if abs(float(found) - ratio) <= _EQUAL * ratio else None
 
 
 @alone(SYMBOLIC)

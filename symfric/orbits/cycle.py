@@ -11,7 +11,7 @@ from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow_map import Flow, Passage, flow_of
-from symfric.orbits.guess import Guess, settled
+from symfric.orbits.guess import Fades, Guess, settled
 from symfric.orbits.shooting import Point, System, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
@@ -156,11 +156,13 @@ def limit_cycle(
             found = settled(scene, flow, forcing, patience)
             settling = found.shrinking
             return _near(scene, flow, values, found)
+        except Fades:
+            raise
         except NotFound as failure:
             reason = str(failure)
-            if "settles" in reason:
-                break
-    raise NotFound("the motion still shrinks and settles to no cycle" if settling else reason) from None
+    if settling:
+        raise Fades("the motion still shrinks and settles to no cycle")
+    raise NotFound(reason)
 
 
 def values_of(scene: Scene) -> dict[str, float]:

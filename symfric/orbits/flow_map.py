@@ -1,6 +1,7 @@
 """The flow of a scene over a time that varies from call to call, with its derivatives: what every orbit is made of."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import casadi as ca
@@ -10,11 +11,11 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower
-from symfric.lower.constant_parameters import vanishing
 from symfric.lower.mode_layout import backward, forward, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lifted
 from symfric.lower.variational_equations import varied
-from symfric.model.excitation import common_rate, frequencies
+from symfric.model.constant_parameters import vanishing
+from symfric.model.excitation import excitation_of
 from symfric.model.outputs import RANGE, TURN, End, Row, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.sizes import filled
@@ -113,8 +114,9 @@ class Flow:
 
     @alone(SYMBOLIC)
     def __init__(self, scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13):
-        if scene.inputs:
-            raise SceneError("a sampled input has no period; write the excitation with sin or cos of sf.TIME")
+        excitation = excitation_of(scene, frozenset(parameters))
+        if excitation.note:
+            raise SceneError(excitation.note)
         self.scene = scene.wanting({"end": End()})
         self.parameters = tuple(parameters)
         self.states = tuple(s.name for s in scene.system.states)
@@ -133,9 +135,8 @@ class Flow:
         self._motions: dict[float, Program] = {}
         self.period: Callable[[Mapping[str, float]], float] | None = None
         self.period_by: Callable[[Mapping[str, float]], np.ndarray] | None = None
-        if not self._automaton.autonomous:
-            zero = vanishing(self.scene, frozenset(self.parameters))
-            self.period, self.period_by = _period(self.scene, zero, self.parameters)
+        if excitation:
+            self.period, self.period_by = excitation.period, partial(excitation.period_by, parameters=self.parameters)
 
     def motion(self, scene: Scene, horizon: float) -> Run:
         """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
@@ -269,59 +270,3 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
             _FLOWS.pop(next(iter(_FLOWS)))
         _FLOWS[key] = Flow(scene, parameters, tolerance)
     return _FLOWS[key]
-
-
-@alone(SYMBOLIC)
-def excitation(scene: Scene, varied: frozenset[str] = frozenset()) -> Callable[[dict[str, float]], float] | None:
-    """Return the period of the excitation as a function of parameter values by name; None if nothing depends on time.
-
-    Parameters
-    ----------
-    scene : Scene
-        Terms with a factor that is zero do not count.
-    varied : frozenset of str
-        Parameters that will not stay zero.
-
-    Raises
-    ------
-    SceneError
-        If the excitation has no period.
-    """
-    zero = vanishing(scene, varied)
-    if not frequencies(scene, zero):
-        return None
-    period = _period(scene, zero, ())[0]
-    if all(v is not None for v in scene.values.values()):
-        period({s.name: v for s, v in scene.values.items()})
-    return period
-
-
-def _period(scene: Scene, zero: Mapping[sp.Symbol, sp.Expr], parameters: Sequence[str]) -> tuple[Callable, Callable]:
-    """Return the period of the excitation, and its derivatives, as functions of parameter values by name.
-
-    Both raise SceneError if the frequencies have no common period.
-    """
-    rates = frequencies(scene, zero)
-    symbols = sorted(set().union(*(rate.free_symbols for rate in rates)), key=str)
-    of = {s.name: s for s in symbols}
-    slopes = [[sp.diff(rate, of[n]) / rate if n in of else sp.S.Zero for n in parameters] for rate in rates]
-    numbers, relative = sp.lambdify(symbols, rates), sp.lambdify(symbols, slopes)
-
-    def period(values: dict[str, float]) -> float:
-        found = numbers(*(values[s.name] for s in symbols))
-        base = common_rate(found)
-        if base is None:
-            told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(rates, found, strict=True))
-            raise SceneError(f"the frequencies of the excitation have no common period: {told}")
-        return 2 * np.pi / base
-
-    def period_by(values: dict[str, float]) -> np.ndarray:
-        found = np.array(relative(*(values[s.name] for s in symbols)), dtype=float).reshape(len(rates), len(parameters))
-        if not np.allclose(found, found[0], rtol=1e-9, atol=0.0):
-            raise SceneError(
-                f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
-                f"{', '.join(map(str, rates))}: they keep no common period; let it change all or none"
-            )
-        return -period(values) * found[0]
-
-    return period, period_by

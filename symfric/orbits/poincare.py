@@ -8,12 +8,12 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.excitation import periodic
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, expression, finite, name_of, nearest
 from symfric.orbits.crossings import crossings
-from symfric.orbits.flow_map import excitation
 from symfric.orbits.sizes import over_time
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
@@ -124,13 +124,13 @@ def cut_of(
     if direction not in (-1, 0, 1):
         raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
     if section is None:
-        period = excitation(scene, varied)
-        if period is None:
+        excitation = periodic(scene, varied)
+        if excitation is None:
             u = scene.system.u[0]
             raise SceneError(f"nothing depends on time; give a section, such as section={u.name!r} for turning points")
         if not 0 <= phase < 1:
             raise SceneError(f"phase is {phase:g}; give a part of the period, at least 0 and below 1")
-        return Cut(f"phase {phase:g} of the period of the excitation", period, phase, None, 0)
+        return Cut(f"phase {phase:g} of the period of the excitation", excitation.period, phase, None, 0)
     surface = _read(scene, section)
     ways = {1: "rising", -1: "falling", 0: "either way"}
     symbols = *scene.system.states, TIME, *scene.parameters

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from symfric.lower.constant_parameters import averaged_over, vanishing
+from symfric.model.constant_parameters import averaged_over, vanishing
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.solve.lowered import LoweredScene

@@ -5,8 +5,8 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from symfric.lower.automaton import Automaton, automaton_of
-from symfric.lower.constant_parameters import constants
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.model.constant_parameters import constants
 from symfric.model.scene import Scene
 from symfric.solve.observables import Wanted, wanted_of
 

@@ -6,6 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.excitation import frequency_of
 from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
@@ -45,7 +46,7 @@ def separate(scene: Scene) -> Scene:
     order 1/Omega in velocities, with times of the slow motion as unit: the frequency has to be far above those of the
     scene.
     """
-    fast = _excitation(scene)
+    fast = _harmonic_force(scene)
     system = scene.system
     velocity_sine, velocity_cosine = fast.velocity
     force = [_mean(e, f"force[{i}]", fast, system) for i, e in enumerate(fast.steady)]
@@ -61,7 +62,7 @@ def separate(scene: Scene) -> Scene:
 
 
 @dataclass(frozen=True, eq=False)
-class Excitation:
+class HarmonicForce:
     """A harmonic force of one frequency.
 
     Attributes
@@ -78,7 +79,7 @@ class Excitation:
     velocity: tuple[sp.Matrix, sp.Matrix]
 
 
-def _excitation(scene: Scene) -> Excitation:
+def _harmonic_force(scene: Scene) -> HarmonicForce:
     """Split the forces into the steady part and the harmonic one."""
     system = scene.system
     values = {**scene.values, TIME: sp.Integer(0)}
@@ -107,13 +108,13 @@ def _excitation(scene: Scene) -> Excitation:
         raise SceneError(f"the frequency {frequency} of the excitation is zero; give it a value with where()")
     inverse = system.mass.inv()
     fast = inverse * sp.Matrix(cosine) / frequency, -inverse * sp.Matrix(sine) / frequency
-    return Excitation(frequency, steady, tuple(m.applyfunc(sp.simplify) for m in fast))
+    return HarmonicForce(frequency, steady, tuple(m.applyfunc(sp.simplify) for m in fast))
 
 
 def _rate(wave: sp.Expr) -> sp.Expr:
     """Return the frequency of sin or cos of an argument linear in time; SymPy keeps the sign of a symbol apart."""
-    rate = sp.expand(wave.args[0]).diff(TIME)
-    if TIME in rate.free_symbols or rate.is_zero:
+    rate, others = frequency_of(wave, {TIME})
+    if any(TIME in e.free_symbols for e in others) or rate.is_zero:
         raise SceneError(f"the excitation contains {wave}, whose argument is not linear in time")
     return -rate if rate.could_extract_minus_sign() else rate
 
@@ -156,7 +157,7 @@ def _refuse_any_time(system: System) -> None:
         _refuse_time(e, f"force[{i}]")
 
 
-def _mean(expr: sp.Expr, what: str, fast: Excitation, system: System) -> sp.Expr:
+def _mean(expr: sp.Expr, what: str, fast: HarmonicForce, system: System) -> sp.Expr:
     """Average a force over the fast velocities; positions change by O(1/Omega) only."""
     shaken = [i for i, u in enumerate(system.u) if not (fast.velocity[0][i].is_zero and fast.velocity[1][i].is_zero)]
     shaken = [i for i in shaken if system.u[i] in expr.free_symbols]
@@ -189,7 +190,7 @@ def _linear(expr: sp.Expr, velocities: list[sp.Symbol]):
         yield all(slope.diff(w).is_zero for w in velocities)
 
 
-def _effective(contact: Contact, fast: Excitation, scene: Scene) -> Contact:
+def _effective(contact: Contact, fast: HarmonicForce, scene: Scene) -> Contact:
     """Return the contact with its law averaged over its fast slip."""
     q = _fast_slip(contact, fast, scene.system)
     if q.is_zero:
@@ -210,11 +211,11 @@ def fast_slips(scene: Scene) -> dict[str, sp.Expr]:
     SceneError
         As `separate`.
     """
-    fast = _excitation(scene)
+    fast = _harmonic_force(scene)
     return {c.name: _fast_slip(c, fast, scene.system) for c in scene.contacts}
 
 
-def _fast_slip(contact: Contact, fast: Excitation, system: System) -> sp.Expr:
+def _fast_slip(contact: Contact, fast: HarmonicForce, system: System) -> sp.Expr:
     for what, expr in (("slip", contact.slip), ("normal", contact.normal)):
         if TIME in expr.free_symbols:
             raise SceneError(

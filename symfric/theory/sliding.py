@@ -21,6 +21,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.model.constant_parameters import vanishing
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
@@ -161,7 +162,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
         name = next(iter(scene.inputs)).name
         raise SceneError(f"the sampled input {name} depends on time; steady sliding needs a scene without inputs")
     scene.numbers()
-    zero = {k: sp.Integer(0) for k, v in scene.values.items() if v == 0 and k not in vary}
+    zero = vanishing(scene, frozenset(s.name for s in vary))
 
     def still(expr: sp.Expr, what: str) -> sp.Expr:
         if TIME not in expr.free_symbols:

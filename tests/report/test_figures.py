@@ -7,9 +7,10 @@ import xml.dom.minidom
 import numpy as np
 import pytest
 
+from symfric.orbits.steady_state import Vibration
 from symfric.report.study import figures
 from symfric.report.study.friction_curves import FrictionCurve
-from symfric.report.study.measurement import Motion, Vibration
+from symfric.report.study.measurement import Motion
 from symfric.report.study.prediction import Curve
 from symfric.report.study.study import SweepResult
 

@@ -8,7 +8,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.model.excitation import common_rate, later
-from symfric.report.study.measurement import settling, vibration
+from symfric.orbits.steady_state import schedule, vibration
 from symfric.report.study.narrative import summary
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
@@ -27,7 +27,7 @@ def scene(force, contacts=(), horizon=60.0, inputs=None):
 
 
 def measured(scene):
-    return vibration(scene, "x", settling(scene, None, None))
+    return vibration(scene, "x")
 
 
 PERIODIC = {
@@ -51,7 +51,7 @@ def test_a_period_is_one_of_the_motion(name):
     found = measured(given)
     assert found.settled
     assert period is None or found.period == pytest.approx(period, rel=1e-6)
-    plan = settling(given, None, None)
+    plan = schedule(given)
     end = sf.simulate(given.until(plan.settle).wanting({"end": sf.End()})).final
     late = later(given, plan.settle).starting(dict(zip((X, U), end.tolist(), strict=True))).until(5 * found.period)
     run = sf.simulate(late.wanting({"path": sf.Trajectory()}))

@@ -6,7 +6,7 @@ there is no closed form, and `symfric.design.absorber.rough` takes over.
 
 import itertools
 from collections.abc import Callable
-from math import ceil, log, pi
+from math import ceil, log
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.model import scenes
+from symfric.model.excitation import forcing_period
 from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest
+from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.routes import prepare
 from symfric.theory import absorber as theory
 
@@ -117,7 +119,7 @@ def _least_peak(mass_ratio: float) -> Design:
     places = sorted(g for g, _ in theory.peaks(mass_ratio, *tuned[:2]))
     scene = _scene(mass_ratio, tuned, Omega=places[-1])
     rate = theory.decay_rate(mass_ratio, *tuned[:2])
-    amplitude = _steady_amplitude(scene, places[-1], rate)
+    amplitude = _steady_amplitude(scene, rate)
     rows = [
         Compared(f"amplitude at Omega = {places[-1]:.6g}", tuned.value, amplitude, 1e-6),
         Compared("H-infinity norm", tuned.value, theory.peaks(mass_ratio, *tuned[:2])[0][1], 1e-9),
@@ -210,14 +212,12 @@ def _rate(scene: Scene, duration: float) -> float:
     return -float(np.log(np.max(np.abs(np.linalg.eigvals(np.column_stack(columns)))))) / duration
 
 
-def _steady_amplitude(scene: Scene, Omega: float, rate: float) -> float:
+def _steady_amplitude(scene: Scene, rate: float) -> float:
     """Return the amplitude of x1 over one period once the transient has gone."""
-    period = 2 * pi / Omega
-    settled = scene.until(period * ceil(log(1 / GONE) / (rate * period))).wanting({"end": End()})
-    end = prepare(settled, TOLERANCE).run().checked().final
-    (x1, *_), names = scene.system.q, [s.name for s in scene.system.states]
-    last = scene.until(period).wanting({"amplitude": HalfRange(x1)})
-    return prepare(last, TOLERANCE).run(initial=dict(zip(names, end.tolist(), strict=True))).checked()["amplitude"]
+    period = forcing_period(scene)
+    times = Schedule(period * ceil(log(1 / GONE) / (rate * period)), period, period)
+    outputs = {"amplitude": HalfRange(scene.system.q[0])}
+    return Settling(scene, times, outputs, tolerance=TOLERANCE).measured()["amplitude"]
 
 
 def _response_curve(mass_ratio: float, tuned: theory.Tuned, places: list[float]) -> Curve:

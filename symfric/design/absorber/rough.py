@@ -20,10 +20,11 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
+from symfric.model.excitation import forcing_period
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, finite
-from symfric.solve.routes import Program, prepare
+from symfric.orbits.steady_state import Schedule, Settling
 from symfric.theory import absorber as theory
 
 TOLERANCE = 1e-10  # of the runs
@@ -55,14 +56,14 @@ class Forced:
 
     Attributes
     ----------
-    program : Program
-        Of `BLOCK` periods, time in units of 1/Omega.
+    settling : Settling
+        Its windows are of `BLOCK` periods, time in units of 1/Omega.
     band : (float, float)
     left : int
         Runs that may still be made; beyond, `Spent` is raised.
     """
 
-    program: Program
+    settling: Settling
     band: tuple[float, float]
     left: int = 0
 
@@ -73,17 +74,15 @@ class Forced:
         may never repeat; then it is the largest one after half of the blocks. A survey takes few of them.
         """
         values = {"tuning": float(tuning), "damping": float(damping), "Omega": float(Omega)}
-        names = [s.name for s in self.program.scene.system.states]
-        start, found = dict.fromkeys(names, 0.0), []
+        windows = self.settling.windows(values, dict.fromkeys(self.settling.states, 0.0))
+        found: list[float] = []
         for _ in range(blocks):
             if self.left <= 0:
                 raise Spent
             self.left -= 1
-            run = self.program.run(values=values, initial=start).checked()
-            found.append(run["amplitude"])
+            found.append(next(windows).checked()["amplitude"])
             if len(found) > 1 and abs(found[-1] - found[-2]) <= REPEATS * max(found[-1], 1e-6):
                 return found[-1]
-            start = dict(zip(names, run.final.tolist(), strict=True))
         return max(found[blocks // 2 :])
 
     def peaks(self, tuning: float, damping: float) -> list[tuple[float, float]]:
@@ -141,8 +140,8 @@ def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Desi
     options = {"contact": contact, "friction": friction, "static_friction": static_friction}
     scene = scenes.absorber(mass_ratio=mass_ratio, tuning=plain.tuning, damping=plain.damping, **options)
     x1 = scene.system.q[0]
-    block = _in_phase(scene).until(2 * pi * BLOCK).wanting({"amplitude": HalfRange(x1)})
-    forced = Forced(prepare(block, TOLERANCE), (low, high))
+    times, outputs = Schedule(0.0, 2 * pi * BLOCK, 2 * pi), {"amplitude": HalfRange(x1)}
+    forced = Forced(Settling(_in_phase(scene), times, outputs, tolerance=TOLERANCE), (low, high))
     starts = _starts(forced, plain)
     found = min((_least(forced, start) for start in starts), key=lambda f: f[0][0][1])
     if found[2] != "optimal" or any(n.beats(found[0][0][1], 1) for n in _beside(forced, found[1])):
@@ -286,9 +285,8 @@ def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
 
 def _in_time(scene: Scene, Omega: float) -> float:
     """Return the amplitude of the scene itself after as many periods as `Forced.amplitude` has at most."""
-    period = 2 * pi / Omega
     scene = scene.where({"Omega": Omega})
-    first = prepare(scene.until(BLOCKS * BLOCK * period).wanting({}), TOLERANCE).run().checked()
-    start = dict(zip(first.names, first.final.tolist(), strict=True))
-    last = scene.until(BLOCK * period).wanting({"amplitude": HalfRange(scene.system.q[0])})
-    return prepare(last, TOLERANCE).run(initial=start).checked()["amplitude"]
+    period = forcing_period(scene)
+    times = Schedule(BLOCKS * BLOCK * period, BLOCK * period, period)
+    outputs = {"amplitude": HalfRange(scene.system.q[0])}
+    return Settling(scene, times, outputs, tolerance=TOLERANCE).measured()["amplitude"]

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.model.outputs import End, Events, HalfRange
+from symfric.model.outputs import End, HalfRange, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.guess import Fades
+from symfric.orbits.steady_state import Schedule, Settling, stick_fraction
 from symfric.solve.routes import prepare
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.stability import stability
@@ -104,8 +106,10 @@ def _settled(scene: Scene) -> Orbit | Left | None:
     """Return the limit cycle to which a motion settles; None if it is steady sliding."""
     try:
         return limit_cycle(scene)
-    except NotFound as failure:
-        return None if "settles" in str(failure) else _by_run(scene)
+    except Fades:
+        return None
+    except NotFound:
+        return _by_run(scene)
 
 
 def _by_run(scene: Scene) -> Left | None:
@@ -113,30 +117,14 @@ def _by_run(scene: Scene) -> Left | None:
 
     Beside the onset of a vibration motions shrink so slowly that they look like a cycle, and are none.
     """
-    states, horizon = scene.system.states, scene.horizon
-    outputs = {f"x{k}": HalfRange(q) for k, q in enumerate(scene.system.q)} | {"events": Events()}
-    wait, watch = prepare(scene.until(_WAIT * horizon).wanting({"end": End()})), prepare(scene.wanting(outputs))
-    start: dict[Key, float] = {}
-    seen = []
-    for _ in range(2):
-        end = wait.run(initial=start).checked().final
-        start = dict(zip(states, end.tolist(), strict=True))
-        seen.append(watch.run(initial=start).checked())
-    first, last = ([float(run[f"x{k}"]) for k in range(len(scene.system.q))] for run in seen)
+    outputs = {f"x{k}": HalfRange(q) for k, q in enumerate(scene.system.q)} | {"path": Trajectory()}
+    settling = Settling(scene, Schedule(_WAIT * scene.horizon, scene.horizon), outputs)
+    before = settling.measured()
+    after = settling.measured(initial=settling.start(before.final))
+    first, last = ([float(run[f"x{k}"]) for k in range(len(scene.system.q))] for run in (before, after))
     if all(b < _SHRINKS * a for a, b in zip(first, last, strict=True)):
         return None
-    return Left(np.array(last), _stick_fraction(seen[-1].events, horizon))
-
-
-def _stick_fraction(events, horizon: float) -> float:
-    """Return the part of a time during which a contact sticks, the first and last half stick apart."""
-    since, time = {}, 0.0
-    for e in events:
-        if e.after == 0:
-            since[e.contact] = e.t
-        elif e.contact in since:
-            time += e.t - since.pop(e.contact)
-    return time / horizon
+    return Left(np.array(last), stick_fraction(after))
 
 
 class Disturbed:

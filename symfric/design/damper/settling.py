@@ -18,9 +18,10 @@ from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.model.outputs import End, Events, HalfRange, StopTime
+from symfric.model.excitation import is_excited
+from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
-from symfric.solve.lowered import LoweredScene
+from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.routes import Program, prepare
 
 TOLERANCE, FINER = 1e-12, 1e-13  # of the runs that search, and of those that check
@@ -78,19 +79,24 @@ class Transient:
         return self.half_range or self.settle
 
     @cached_property
-    def programs(self) -> tuple[Program, ...]:
-        """One that runs until the rest; or one until the time given and one beyond."""
+    def _numeric(self) -> Scene:
+        """The scene at the upper bounds, so that nothing is left out for being zero, started from numbers."""
         high = {self.name: self.bounds[1]} | ({self.speed: self.speeds[1]} if self.speeds else {})
         numbers = self.scene.numbers()
         fixed = {s: numbers[s] for s, e in self.scene.initial.items() if not {self.name, self.speed} & _names(e)}
-        scene = self.scene.starting(fixed).where(high)  # nothing is left out for being zero, and starts are numbers
-        make = partial(prepare, tolerance=self.tolerance, route=self.route)
-        if not self.half_range:
-            until = scene.until(max(scene.horizon, 2 * self.settle))
-            return (make(until.wanting({"rest": StopTime(), "events": Events()})),)
-        (x, *_), rest = scene.system.q, scene.horizon - self.settle
-        first, then = scene.until(self.settle), scene.until(rest)
-        return make(first.wanting({"end": End()})), make(then.wanting({"x": HalfRange(x)}))
+        return self.scene.starting(fixed).where(high)
+
+    @cached_property
+    def until_rest(self) -> Program:
+        """Runs until the rest."""
+        until = self._numeric.until(max(self.scene.horizon, 2 * self.settle))
+        return prepare(until.wanting({"rest": StopTime(), "events": Events()}), self.tolerance, self.route)
+
+    @cached_property
+    def beyond(self) -> Settling:
+        """Runs until the time given, and measures from there to the horizon."""
+        times, x = Schedule(self.settle, self.scene.horizon - self.settle), self.scene.system.q[0]
+        return Settling(self._numeric, times, {"x": HalfRange(x)}, tolerance=self.tolerance, route=self.route)
 
     def __call__(self, damping: float) -> Seen:
         """Run, at the worst speed if there are several."""
@@ -101,13 +107,11 @@ class Transient:
     def at(self, damping: float, speed: float | None) -> Seen:
         """Run at one speed."""
         values = {self.name: float(damping)} | ({} if speed is None else {self.speed: float(speed)})
-        run = self.programs[0].run(values=values).checked()
-        if not self.half_range:
-            rest = float(run["rest"])
-            return Seen(rest if np.isfinite(rest) else np.inf, len(run.events))
-        names = [s.name for s in self.scene.system.states]
-        then = self.programs[1].run(values=values, initial=dict(zip(names, run.final.tolist(), strict=True))).checked()
-        return Seen(float(then["x"]), 0, speed)
+        if self.half_range:
+            return Seen(float(self.beyond.measured(values)["x"]), 0, speed)
+        run = self.until_rest.run(values=values).checked()
+        rest = float(run["rest"])
+        return Seen(rest if np.isfinite(rest) else np.inf, len(run.events))
 
     def _worst(self, damping: float, between: tuple[float, float]) -> Seen:
         speeds = np.unique(np.linspace(*between, SPEEDS))
@@ -158,7 +162,7 @@ def _check(t: Transient) -> None:
             f"the scene's horizon {t.scene.horizon:g} ends before settle = {t.settle:g}; half_range is measured from "
             "settle to the horizon, so take scene.until(...) longer"
         )
-    if not LoweredScene(t.scene).automaton.autonomous:
+    if is_excited(t.scene, frozenset({t.name, t.speed})):
         raise SceneError("the forces depend on time; settle with a half_range takes free motions")
 
 
@@ -204,7 +208,7 @@ def _missing(t: Transient) -> str:
     damping, best = min(t.known.items(), key=lambda item: item[1].value)
     within = f"within the bounds ({t.bounds[0]:g}, {t.bounds[1]:g}) of {t.name}"
     if not np.isfinite(best.value):
-        until = t.programs[0].scene.horizon
+        until = t.until_rest.scene.horizon
         return f"nothing {within} brings the motion to rest by t = {until:g}; if it slides for good, give half_range"
     nearest = f"the nearest, {t.name} = {damping:.6g}, "
     if t.half_range:

@@ -18,8 +18,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import OPTIMISER, SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, TIME
+from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 
 FIRST, LAST = 3, 7  # collocation points in an element: while the modes are looked for, and when they are known
@@ -61,7 +62,7 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
     """
     system = scene.system
     numbers = scene.where(dict.fromkeys(controls, 0.0)).numbers()
-    if scene.inputs or any(TIME in e.free_symbols for e in (*system.expressions, *(c.slip for c in scene.contacts))):
+    if is_excited(scene, frozenset(s.name for s in controls)):
         raise SceneError("the scene depends on time or on a sampled input; optimal control takes what is autonomous")
     for contact in scene.contacts:
         _check_law(contact, numbers)

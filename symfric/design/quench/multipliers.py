@@ -8,6 +8,7 @@ import numpy as np
 
 from symfric.design.comparison import Compared
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.model.excitation import forcing_period
 from symfric.model.outputs import Output, Trajectory
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
@@ -224,8 +225,7 @@ def prepare_map(
     """
     a, Omega = excitation
     half = pi / belt.frequency
-    if a * Omega != 0:
-        forcing = 2 * pi / Omega
-        half = forcing * min(max(1, round(half / forcing)), PERIODS)
     scene = belt.scene.where({SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega})
+    if forcing := forcing_period(scene):
+        half = forcing * min(max(1, round(half / forcing)), PERIODS)
     return prepare(scene.wanting({"path": Trajectory(), **(meters or {})}).until(half), TOLERANCE), half

@@ -10,11 +10,12 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Max, Min
-from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, TIME
-from symfric.report.study.measurement import PATH, as_run, is_excited
+from symfric.model.symbols import SPEED
+from symfric.orbits.steady_state import Schedule, Settling
+from symfric.report.study.measurement import PATH, as_run
 from symfric.scenefile import SceneFile, belt_speeds
 from symfric.solve.routes import Program, prepare
 
@@ -22,6 +23,7 @@ SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
 SHOWN = 0.25  # of the horizon, its end, where a fast excitation fills the whole phase portrait
 TOLERANCE = 1e-7
 SETTLE = 4  # horizons before the amplitude is measured
+FIXED = "times are the same for every frequency of the excitation"
 MOST_ZEROS = 3  # values that are zero leave the equations: each choice of them is compiled before the page opens
 
 
@@ -85,7 +87,7 @@ class Explorer:
     swept: str
     speeds: np.ndarray
     motion: Program
-    steady: Program
+    steady: Settling
     friction: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     def excited(self, values: Mapping[str, float]) -> bool:
@@ -105,7 +107,7 @@ class Explorer:
 
     def half_range(self, values: Mapping[str, float], at: float) -> float:
         """Return half the range of the first coordinate after settling, with the swept value; NaN if a run fails."""
-        run = self.steady.run(values={**values, self.swept: at})
+        run = next(self.steady.windows({**values, self.swept: at}))
         return float("nan") if run.advice else 0.5 * float(run["high"] - run["low"])
 
     def amplitudes(self, values: Mapping[str, float], seconds: float) -> Iterator[list[tuple[float, float]]]:
@@ -134,13 +136,14 @@ def explorer(file: SceneFile) -> Explorer:
     swept, speeds = _sweep(file)
     motion = prepare(as_run(scene).wanting({PATH: as_run(scene).outputs[PATH]}), TOLERANCE)
     path = motion.run()
+    q, times = scene.system.q[0], Schedule(SETTLE * scene.horizon, scene.horizon, note=FIXED)
     found = Explorer(
         file,
         _ranges(file, swept, speeds),
         swept,
         _coarse_first(speeds),
         motion,
-        _steady(scene, float(np.ptp(path.x[0]))),
+        Settling(scene, times, {"high": Max(q), "low": Min(q)}, tolerance=TOLERANCE),
         _friction(file, float(np.max(np.abs(path.x[len(scene.system.q) : 2 * len(scene.system.q)])))),
     )
     for values in _choices_of_zeros(found.ranges):
@@ -148,19 +151,6 @@ def explorer(file: SceneFile) -> Explorer:
         if swept:
             found.half_range(values, float(speeds[-1]))
     return found
-
-
-def _steady(scene: Scene, reach: float) -> Program:
-    """Prepare the range of the first coordinate over the last horizon of several, in one run.
-
-    A restart after the settling would begin the excitation anew; so what lies before counts less, the steeper the
-    earlier, until the settling ends.
-    """
-    q, end = scene.system.q[0], SETTLE * scene.horizon
-    largest = max(abs(scene.numbers()[s]) for s in scene.system.q)
-    before = 1e3 * (reach or largest or 1.0) / scene.horizon * sp.Max(0, end - TIME)
-    wanted = {"high": Max(q - before), "low": Min(q + before)}
-    return prepare(scene.wanting(wanted).until(end + scene.horizon), TOLERANCE)
 
 
 def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:

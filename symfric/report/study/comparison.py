@@ -8,9 +8,10 @@ from functools import partial
 from symfric.design.comparison import Comparison
 from symfric.design.result import Design
 from symfric.errors import NotFound, SceneError
-from symfric.model.outputs import End, Max
+from symfric.model.excitation import is_excited
+from symfric.model.outputs import Max
 from symfric.model.scene import Scene
-from symfric.report.study.measurement import SETTLE, is_excited
+from symfric.orbits.steady_state import SETTLE, Schedule, Settling
 from symfric.scenefile import DesignPlan, SceneFile
 
 
@@ -144,17 +145,11 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     NotFound
         If it sticks at both ends or at none.
     """
-    from symfric.solve.routes import prepare
-
     (u,) = scene.system.u
-    first = prepare(scene.wanting({"end": End()}).until(SETTLE * scene.horizon))
-    second = prepare(scene.wanting({"fastest": Max(u)}))
-    names = [s.name for s in scene.system.states]
+    settling = Settling(scene, Schedule(SETTLE * scene.horizon, scene.horizon), {"fastest": Max(u)})
 
     def sticks(v_b: float) -> bool:
-        end = first.run(values={"v_b": v_b}).checked()
-        run = second.run(values={"v_b": v_b}, initial=dict(zip(names, end.final.tolist(), strict=True))).checked()
-        return float(run["fastest"]) > v_b * (1 - 1e-12)
+        return float(settling.measured({"v_b": v_b})["fastest"]) > v_b * (1 - 1e-12)
 
     if not sticks(low) or sticks(high):
         raise NotFound(f"sticking does not start between v_b = {low:g} and {high:g}")

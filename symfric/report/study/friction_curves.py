@@ -6,10 +6,11 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
-from symfric.report.study.measurement import Motion, is_excited
+from symfric.report.study.measurement import Motion
 
 POINTS = 500
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import sympy as sp
 
+from symfric.model.excitation import is_excited
 from symfric.report.study import designs
-from symfric.report.study.measurement import is_excited
 from symfric.report.study.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
 

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Generic, ParamSpec, TypeVar
 import numpy as np
 
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene
+from symfric.orbits.steady_state import Vibration, schedule, vibration
 from symfric.report.html.versions import versions
 from symfric.report.study.comparison import Row, closed_forms_apply, compare
 from symfric.report.study.friction_curves import FrictionCurve, friction_curves
 from symfric.report.study.measurement import (
     Motion,
-    Vibration,
     as_run,
-    is_excited,
     motion,
-    settling,
-    vibration,
     vibrations,
 )
 from symfric.report.study.prediction import Curve, averaged_curves, belt_curves
@@ -253,7 +251,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
 
 
 def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
-    return vibration(scene, plan.coordinate, settling(scene, plan.settle, plan.window))
+    return vibration(scene, plan.coordinate, schedule(scene, plan.settle, plan.window))
 
 
 def _onset(file: SceneFile, base: Scene) -> Answer["HopfPoint"]:

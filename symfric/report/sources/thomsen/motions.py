@@ -3,9 +3,9 @@
 import numpy as np
 
 from symfric.model import scenes
+from symfric.orbits.steady_state import vibration
 from symfric.report.sources.panels import Curve, FigureData, Panel
 from symfric.report.sources.registry import Finding
-from symfric.report.study.measurement import settling, vibration
 from symfric.theory import belt
 
 QUIET = {"v_b": 0.2, "beta": 0.05, "gamma2": 1.0}
@@ -39,7 +39,7 @@ def figure_3() -> FigureData:
     findings = []
     for speed, said in SAID.items():
         scene = scenes.mass_on_belt(**{**QUIET, "v_b": speed})
-        found = vibration(scene, "x", settling(scene, None, None), tolerance=TOLERANCE)
+        found = vibration(scene, "x", tolerance=TOLERANCE)
         frequency = 2 * np.pi / found.period
         claim = f"frequency of stick-slip at v_b = {speed:g} is {said:g}"
         findings.append(Finding(claim, f"{frequency:.4f}", abs(frequency - said) < 0.005))
@@ -71,8 +71,8 @@ def figure_8() -> FigureData:
     t, (x, u) = motion(SHAKEN, end, 8000)
     slow = simulate(separate(scene.until(end)), tolerance=TOLERANCE).checked()
     z, w = slow(t)
-    full = vibration(scene, "x", settling(scene, None, None), tolerance=TOLERANCE)
-    fast = vibration(scene, "u", settling(scene, None, None), tolerance=TOLERANCE)
+    full = vibration(scene, "x", tolerance=TOLERANCE)
+    fast = vibration(scene, "u", tolerance=TOLERANCE)
     a, q = SHAKEN["a"], SHAKEN["a"] * SHAKEN["Omega"]
     mean = belt.quasi_equilibrium_position(scene)
     findings = (

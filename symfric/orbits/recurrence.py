@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symfric.orbits.sizes import filled
+from symfric.orbits.crossings import crossings
+from symfric.orbits.sizes import filled, over_time
 from symfric.solve.run import Run
 
 MOST = 8  # periods of the excitation, or passages of a coordinate through its middle, in one period of the motion
@@ -24,17 +25,39 @@ class Recurrence(NamedTuple):
     note: str = ""
 
 
-def of_excited(run: Run, end: float, forcing: float) -> Recurrence:
-    """Return the period of a motion that is excited with a period, from a run over many of them.
+def period_of(run: Run, forcing: float, times: np.ndarray) -> Recurrence:
+    """Return the period of a motion, from a run over many turns with its trajectory.
 
     Parameters
     ----------
     run : Run
-        With its trajectory.
-    end : float
     forcing : float
-        Period of the excitation.
+        Period of the excitation; 0.0 without one.
+    times : ndarray, shape (n,)
+        Without excitation: when a coordinate passes its middle; see `passages`.
     """
+    return _of_excited(run, run.t_final, forcing) if forcing else _of_free(run, run.t_final, times)
+
+
+def passages(run: Run, row: int, level: float, after: float = 0.0) -> np.ndarray:
+    """Return the times after one at which a state rises through a level; none is missed."""
+    largest = np.max(np.abs(run.x), axis=1)
+    sizes = over_time(largest, len(run.base.system.q), run.t_final)
+    return crossings(run.path, lambda x, t: x[row] - level, 1, after, sizes)[0]
+
+
+def nearest_return(states: np.ndarray, size: np.ndarray) -> int:
+    """Return after how many columns the last one comes back: the first that is near, or else the nearest.
+
+    Enough for a first guess; whether a motion repeats itself says `period_of`.
+    """
+    gaps = np.max(np.abs(states[:, -1:] - states[:, -2::-1]) / size[:, None], axis=0)
+    near = np.flatnonzero(gaps < SAME)
+    return int(near[0] if near.size else np.argmin(gaps)) + 1
+
+
+def _of_excited(run: Run, end: float, forcing: float) -> Recurrence:
+    """Look at the states once in every period of the excitation."""
     count = int(np.floor(end / forcing + 1e-9))
     states = run(np.minimum(forcing * np.arange(count + 1), end))
     size = _ranges(run, end)
@@ -50,7 +73,7 @@ def of_excited(run: Run, end: float, forcing: float) -> Recurrence:
     return _checked(run, end, k * forcing, size)
 
 
-def of_free(run: Run, end: float, times: np.ndarray) -> Recurrence:
+def _of_free(run: Run, end: float, times: np.ndarray) -> Recurrence:
     """Return the period of a motion without excitation, from the times at which a coordinate passes its middle."""
     if not times.size:
         return Recurrence(np.nan, FEW)

@@ -1,0 +1,281 @@
+"""Steady states: let a motion settle, measure it over a window, and say whether it had settled."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.excitation import forcing_period, later
+from symfric.model.outputs import End, Integral, Max, Min, Output, Trajectory
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, name_of
+from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
+from symfric.solve.routes import Settings, prepare
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+
+END, PATH = "end of the window", "path of the window"  # outputs of our own, by names that no scene is likely to use
+SAMPLES = 4000  # of a window
+LEAST = 32  # periods of an excitation in the window: enough for a motion that takes several of them to repeat itself
+LONGER = 12  # windows, where the motion turns a few times only in one
+LONGEST = 40.0  # horizons: how long the window may become for that
+RESTS = 1e-4  # of the range of the whole motion: what is left of one that comes to rest
+STILL = 1e-7  # of the largest value, or of the range: what rounding leaves of a motion
+SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless said otherwise
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How long to wait and to measure.
+
+    Attributes
+    ----------
+    settle, window : float
+        In whole periods of an excitation that has one.
+    forcing : float
+        Period of the excitation; 0.0 if there is none, NaN if it has no period.
+    note : str
+        Why it has no period: then one window is not like the next.
+    """
+
+    settle: float
+    window: float
+    forcing: float = 0.0
+    note: str = ""
+
+
+def schedule(
+    scene: Scene, settle: float | None = None, window: float | None = None, varied: frozenset[str] = frozenset()
+) -> Schedule:
+    """Return the times to wait and to measure; the window holds enough periods of an excitation to see one repeat.
+
+    Parameters
+    ----------
+    scene : Scene
+    settle, window : float, optional
+        20 horizons and one unless given; rounded to whole periods of an excitation.
+    varied : frozenset of str
+        Parameters that will take other values, and do not change the frequencies.
+    """
+    settle = SETTLE * scene.horizon if settle is None else settle
+    window = WINDOW * scene.horizon if window is None else window
+    try:
+        period = forcing_period(scene, varied)
+    except SceneError as reason:
+        return Schedule(settle, window, np.nan, str(reason))
+    if period is None:
+        return Schedule(settle, window)
+    whole = max(round(window / period), LEAST)
+    if whole * period > max(window, LONGEST * scene.horizon):
+        return Schedule(settle, window, np.nan, f"the excitation repeats itself after {period:.6g} only")
+    return Schedule(max(1.0, round(settle / period)) * period, whole * period, period)
+
+
+def settling(scene: Scene, times: Schedule, outputs: Mapping[str, Output] | None = None) -> Scene:
+    """Return the scene that waits: its final state, under `END`, is where a motion has settled to."""
+    return scene.wanting({END: End(), **(outputs or {})}).until(times.settle)
+
+
+def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], state: np.ndarray | None = None) -> Scene:
+    """Return the scene of one window, with the excitation at the phase that it has after settling.
+
+    Values that only the start of the scene used are gone.
+
+    Parameters
+    ----------
+    state : ndarray, shape (n_x,), optional
+        Its start; that of the scene unless given.
+    """
+    system = scene.system
+    numbers = scene.numbers()
+    start = [numbers[s] for s in system.states] if state is None else np.asarray(state, dtype=float).tolist()
+    used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in scene.contacts))
+    used = used.union(*(o.expr.free_symbols for o in outputs.values() if isinstance(o, Max | Min | Integral)))
+    values = {k: v for k, v in scene.values.items() if k in used}
+    initial: dict[Key, float] = dict(zip(system.states, start, strict=True))
+    scene = replace(scene, values=values, initial=initial, outputs={END: End(), **outputs}, horizon=times.window)
+    return later(scene, times.settle) if times.settle else scene
+
+
+class Settling:
+    """A scene prepared for settling and measuring, for any values and starts and from any thread.
+
+    Parameters
+    ----------
+    scene : Scene
+    times : Schedule
+        Without time to settle, the first window begins at the start.
+    outputs : mapping of str to Output
+        Of every window.
+    tolerance, route
+        See `symfric.solve.routes.prepare`.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        times: Schedule,
+        outputs: Mapping[str, Output],
+        *,
+        tolerance: float = 1e-9,
+        route: str | Settings | None = None,
+    ):
+        self.times = times
+        self.states = tuple(s.name for s in scene.system.states)
+        self._first = prepare(settling(scene, times), tolerance, route) if times.settle else None
+        window = measuring(scene, times, outputs)
+        self._known = frozenset(s.name for s in window.parameters)
+        self._window = prepare(window, tolerance, route)
+
+    def windows(
+        self, values: Mapping[Key, float] | None = None, initial: Mapping[Key, float] | None = None
+    ) -> Iterator[Run]:
+        """Yield the runs over one window after the other, the first after settling.
+
+        A run that fails is the last, be it the one that settles. Without a period of the excitation there is one only.
+        """
+        given, start = dict(values or {}), initial
+        if self._first is not None:
+            run = self._first.run(given, initial)
+            if run.status != Status.OK:
+                yield run
+                return
+            start = self.start(run.final)
+        given = {k: v for k, v in given.items() if name_of(k) in self._known}
+        while True:
+            run = self._window.run(given, start)
+            yield run
+            if run.status != Status.OK or self.times.note:
+                return
+            start = self.start(run.final)
+
+    def measured(self, values: Mapping[Key, float] | None = None, initial: Mapping[Key, float] | None = None) -> Run:
+        """Return the run over the first window.
+
+        Raises
+        ------
+        RunFailed
+            If it ends early, or settling does.
+        """
+        return next(self.windows(values, initial)).checked()
+
+    def start(self, state: np.ndarray) -> dict[Key, float]:
+        """Return a state (n_x,) by name."""
+        return dict(zip(self.states, state.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Vibration of one coordinate after settling; NaN where the run failed.
+
+    Attributes
+    ----------
+    largest, smallest : float
+        Over the window.
+    mean : float
+        Over the window, in whole periods of an excitation.
+    period : float
+        Time in which the motion repeats itself; NaN if it does not vibrate, or not with a period.
+    stick_fraction : float
+        Part of the window, in whole periods, in which a contact sticks.
+    note : str
+        Why this is no steady vibration, "" if it is one: the other numbers are those of the motion so far.
+    """
+
+    largest: float
+    smallest: float
+    mean: float = float("nan")
+    period: float = float("nan")
+    stick_fraction: float = float("nan")
+    note: str = ""
+
+    @property
+    def half_range(self) -> float:
+        """(largest - smallest) / 2."""
+        return 0.5 * (self.largest - self.smallest)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the motion repeats itself, or has come to rest."""
+        return not self.note
+
+
+def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tolerance: float = 1e-9) -> Vibration:
+    """Return the vibration of a coordinate after settling, with its period and its share of sticking.
+
+    A period is one of the motion that was computed: its states come back, several times and everywhere in between.
+    """
+    times = schedule(scene) if times is None else times
+    x = state_symbol(scene, coordinate)
+    extremes = {"high": Max(x), "low": Min(x)}
+    before = prepare(settling(scene, times, extremes), tolerance).run().checked()
+    wanted = {**extremes, "sum": Integral(x), PATH: Trajectory()}
+    for longer in (1, LONGER):
+        window = measuring(scene, replace(times, window=longer * times.window), wanted, before.final)
+        run = prepare(window, tolerance).run().checked()
+        high, low = float(run["high"]), float(run["low"])
+        t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
+        reach = max(high, float(before["high"])) - min(low, float(before["low"]))
+        found = _recurrence(run, run.names.index(coordinate), t, times, reach)
+        if found.note != FEW:
+            break
+    whole = found.period * (run.t_final // found.period) if found.period <= run.t_final else run.t_final
+    mean, stuck = float(run["sum"]) / run.t_final, stick_fraction(run, run.t_final - whole)
+    return Vibration(high, low, mean, found.period, stuck, found.note)
+
+
+def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float) -> Recurrence:
+    """Return how a motion repeats itself; without period and without note if it has come to rest."""
+    values = run(t)[row]
+    halves = [np.ptp(part) for part in np.array_split(values, 2)]
+    if np.ptp(values) <= STILL * max(np.max(np.abs(values)), 1e-300):
+        return Recurrence(np.nan)
+    if np.ptp(values) <= RESTS * reach and halves[1] < 0.9 * halves[0]:
+        return Recurrence(np.nan)
+    if times.note:
+        return Recurrence(np.nan, times.note)
+    middle = 0.5 * (np.max(values) + np.min(values))
+    turns = np.zeros(0) if times.forcing else passages(run, row, middle)
+    found = period_of(run, times.forcing, turns)
+    if found.note and found.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
+        return found._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
+    return found
+
+
+def still_changes(ranges: tuple[float, float], then: tuple[float, float]) -> bool:
+    """Return whether a motion had not settled: its largest and smallest value in one window and in the next."""
+    apart = np.max(np.abs(np.subtract(ranges, then)))
+    size = max(high - low for high, low in (ranges, then))
+    return bool(apart > SAME * size + STILL * np.max(np.abs([ranges, then])))
+
+
+def stick_intervals(run: Run) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Return the intervals in which each contact of a run sticks."""
+    result = {}
+    for contact, row in zip(run.scene.contacts, run.mode, strict=True):
+        stuck = np.concatenate([[False], row[:-1] == 0, [False]])
+        starts, ends = np.flatnonzero(stuck[1:] & ~stuck[:-1]), np.flatnonzero(~stuck[1:] & stuck[:-1])
+        result[contact.name] = tuple((float(run.t[a]), float(run.t[b])) for a, b in zip(starts, ends, strict=True))
+    return result
+
+
+def stick_fraction(run: Run, after: float = 0.0) -> float:
+    """Return the part of a run, from a time on, during which at least one contact sticks."""
+    stuck = np.any(run.mode == 0, axis=0)
+    lengths = np.diff(np.clip(run.t, after, run.t_final), append=run.t_final)
+    return float(np.sum(lengths[stuck]) / (run.t_final - after))
+
+
+def sticking(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]], inset: float = 0.0) -> np.ndarray:
+    """Return whether each time lies in an interval of any contact, shortened by `inset` at both ends."""
+    on = np.zeros(t.shape, dtype=bool)
+    for start, end in (interval for intervals in sticks.values() for interval in intervals):
+        on |= (t >= start + inset) & (t <= end - inset)
+    return on
+
+
+def state_symbol(scene: Scene, name: str) -> sp.Symbol:
+    """Return the symbol of a state."""
+    return next(s for s in scene.system.states if s.name == name)
