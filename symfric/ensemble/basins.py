@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import sympy as sp
 
 from symfric.ensemble.attractors import Attractor, Collection
-from symfric.ensemble.cases import with_starts
 from symfric.ensemble.grid import row_of
 from symfric.ensemble.progress import Progress
 from symfric.ensemble.sweep import sweep
@@ -165,9 +165,11 @@ def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarra
 
 def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, dict[str, np.ndarray]]:
     """Return the scene whose starts are parameters, and the grid of these."""
+    symbols = {n: sp.Symbol(f"{n}(0)", real=True) for n in axes}
     scene = scene.wanting({"end": End(), "stop": StopTime()}).starting({n: row[0] for n, row in axes.items()})
-    scene, names = with_starts(scene, list(axes))
-    return scene, {names[n]: row for n, row in axes.items()}
+    initial = {s.name: symbols.get(s.name, v) for s, v in scene.initial.items()}
+    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}  # not zero: that would be built in
+    return replace(scene, initial=initial, values=values), {symbols[n].name: row for n, row in axes.items()}
 
 
 def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np.ndarray:

@@ -79,7 +79,7 @@ def sweep(
     board = Board(cases.size, width, kept)
     try:
         if board.left.size:
-            run_left(cases, board, tolerance, route, workers, executor, progress)
+            _run(cases, board, tolerance, route, workers, executor, progress)
     finally:
         board.close()
     result = _dataset(cases, board.status, board.values, tolerance)
@@ -88,7 +88,7 @@ def sweep(
     return result
 
 
-def run_left(cases: Grid, board: Board, tolerance: float, route, workers: int, executor, progress) -> None:
+def _run(cases: Grid, board: Board, tolerance: float, route, workers: int, executor, progress) -> None:
     """Run what is left."""
 
     def task_of(scene: int) -> Task:

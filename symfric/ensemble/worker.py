@@ -40,6 +40,8 @@ class Task:
         Parameters that vary.
     width : tuple of int
         How many numbers each output has.
+    starts : tuple of str
+        States whose starts vary.
     """
 
     scene: Scene
@@ -47,6 +49,7 @@ class Task:
     route: str | Settings | None
     names: tuple[str, ...]
     width: tuple[int, ...]
+    starts: tuple[str, ...] = ()
 
 
 def make_program(task: Task) -> Program:
@@ -65,13 +68,15 @@ def run_case(program: Program | str, task: Task, numbers: list[float], halt: Cal
         The reason why there is none stands for a program.
     task : Task
     numbers : list of float
-        Values of ``task.names``.
+        Values of ``task.names``, and then of ``task.starts``.
     halt : callable
         Called with the fraction done, about once for every million steps; may raise `Halted`.
     """
     if not isinstance(program, str):
         try:
-            run = program.run(dict(zip(task.names, numbers, strict=True)), None, halt)
+            values = dict(zip(task.names, numbers, strict=False))
+            start = dict(zip(task.starts, numbers[len(task.names) :], strict=True)) if task.starts else None
+            run = program.run(values, start, halt)
             if run.status != Status.OK:
                 return int(run.status), [math.nan] * sum(task.width)
             found: list[float] = []

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symfric.orbits.crossings import crossings
-from symfric.orbits.sizes import filled, over_time
+from symfric.orbits.sizes import filled
 from symfric.solve.run import Run
 
 MOST = 8  # periods of the excitation, or passages of a coordinate through its middle, in one period of the motion
@@ -15,6 +14,7 @@ _QUIET = 1e-7  # of the ranges: changes that may be rounding
 _PARTS = 6  # of a period of the excitation that the motion may take instead
 FEW = "it does not repeat itself within the few turns of the window"
 _NOT = "it does not repeat itself, or not yet"
+_CORRECTIONS, _ROUNDING = 60, 1e-15  # of the time of a passage at most; of a step: a correction that is none
 _PLACES = 200  # at which whole periods are compared
 
 
@@ -39,11 +39,24 @@ def period_of(run: Run, forcing: float, times: np.ndarray) -> Recurrence:
     return _of_excited(run, run.t_final, forcing) if forcing else _of_free(run, run.t_final, times)
 
 
-def passages(run: Run, row: int, level: float, after: float = 0.0) -> np.ndarray:
-    """Return the times after one at which a state rises through a level; none is missed."""
-    largest = np.max(np.abs(run.x), axis=1)
-    sizes = over_time(largest, len(run.base.system.q), run.t_final)
-    return crossings(run.path, lambda x, t: x[row] - level, 1, after, sizes)[0]
+def passages(run: Run, row: int, level: float, most: int = 0) -> np.ndarray:
+    """Return the last times, at most so many if given, at which a state rises through a level from step to step."""
+    path = run.path
+    before = np.append(path.coefficients[:, row, 0], run.final[row]) - level
+    steps = np.flatnonzero((before[:-1] < 0) & (before[1:] >= 0))[-most:]
+    c, low, high = path.coefficients[steps, row], np.zeros(steps.size), path.h[steps].copy()
+    s = high * before[steps] / (before[steps] - before[steps + 1])
+    for _ in range(_CORRECTIONS):  # Newton's method, halving where that leads out of what is known
+        value, slope = c[:, -1], np.zeros(steps.size)
+        for j in range(c.shape[1] - 2, -1, -1):
+            value, slope = value * s + c[:, j], slope * s + value
+        low, high = np.where(value < level, s, low), np.where(value < level, high, s)
+        moved = s - (value - level) / np.where(slope == 0, np.inf, slope)
+        moved = np.where((moved >= low) & (moved <= high), moved, 0.5 * (low + high))
+        if np.all(np.abs(moved - s) <= _ROUNDING * path.h[steps]):
+            break
+        s = moved
+    return path.t[steps] + s
 
 
 def nearest_return(states: np.ndarray, size: np.ndarray) -> int:

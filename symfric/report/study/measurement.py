@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symfric.ensemble.cases import run_cases
+from symfric.ensemble.cases import Listed
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import Max, Min, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import (
     END,
+    Schedule,
     Vibration,
     measuring,
     schedule,
@@ -101,28 +102,34 @@ def vibrations(
     progress : callable ``(fraction) -> None``
     """
     varied = frozenset({parameter})
-    if parameter in excitation_of(scene, varied).parameters:  # every value has its own times
-        scenes, columns = [scene.where({parameter: float(v)}) for v in values], {}
-        times = [schedule(one, plan.settle, plan.window) for one in scenes]
-    else:
-        scenes, columns = [scene.where({parameter: float(values[0])})], {parameter: np.asarray(values, dtype=float)}
-        times = [schedule(scenes[0], plan.settle, plan.window, varied)]
-    x = state_symbol(scene, plan.coordinate)
-    first = [settling(one, wait) for one, wait in zip(scenes, times, strict=True)]
-    window = [measuring(one, wait, {"high": Max(x), "low": Min(x)}) for one, wait in zip(scenes, times, strict=True)]
-    _, found = run_cases(first, columns, progress=lambda f: progress(f / 3))
-    kept = {n: column for n, column in columns.items() if n in {s.name for s in window[0].parameters}}
-    _, one = run_cases(window, kept, starts=found[END], progress=lambda f: progress((1 + f) / 3))
-    _, two = run_cases(window, kept, starts=one[END], progress=lambda f: progress((2 + f) / 3))
-    return [
-        _of_windows(*((float(w["high"][k]), float(w["low"][k])) for w in (one, two)), times[k % len(times)].note)
-        for k in range(len(values))
-    ]
+    if parameter not in excitation_of(scene, varied).parameters:
+        if scene.values[scene.parameter(parameter)] is None:
+            scene = scene.where({parameter: float(values[0])})
+        times = schedule(scene, plan.settle, plan.window, varied)
+        return _measured(scene, times, plan.coordinate, {parameter: np.asarray(values)}, progress)
+    found = []
+    for k, v in enumerate(values):  # each has its own times
+        progress(k / len(values))
+        one = scene.where({parameter: float(v)})
+        found += _measured(one, schedule(one, plan.settle, plan.window), plan.coordinate, {}, None)
+    return found
+
+
+def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, progress) -> list[Vibration]:
+    """Return the steady vibration for values by the name of their parameter, or for those of the scene."""
+    x = state_symbol(scene, coordinate)
+    told = lambda k: (lambda f: progress((k + f) / 3)) if progress else None  # noqa: E731
+    first = Listed(settling(scene, times), tuple(values))
+    window = Listed(measuring(scene, times, {"high": Max(x), "low": Min(x)}), tuple(values))
+    _, found = first.run(values, progress=told(0))
+    _, one = window.run(values, found[END], progress=told(1))
+    two = one if times.note else window.run(values, one[END], progress=told(2))[1]
+    ranges = [list(zip(w["high"].tolist(), w["low"].tolist(), strict=True)) for w in (one, two)]
+    return [_of_windows(*pair, times.note) for pair in zip(*ranges, strict=True)]
 
 
 def _of_windows(one: tuple[float, float], two: tuple[float, float], note: str) -> Vibration:
-    """Return what two windows say; without a period of the excitation, by which they are apart, the first alone."""
-    last = one if note else two
-    if not np.all(np.isfinite(last)):
+    """Return what two windows say; without a period of the excitation there is one only."""
+    if not np.all(np.isfinite(two)):
         return Vibration(np.nan, np.nan)
-    return Vibration(*last, note=note or ("its range still changes" if still_changes(one, two) else ""))
+    return Vibration(*two, note=note or ("its range still changes" if still_changes(one, two) else ""))
