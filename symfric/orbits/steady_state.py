@@ -8,7 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.excitation import forcing_period, later
-from symfric.model.outputs import End, Integral, Max, Min, Output, Trajectory
+from symfric.model.outputs import End, Integral, Max, Min, Output, OutputOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
@@ -21,7 +21,8 @@ SAMPLES = 4000  # of a window
 LEAST = 32  # periods of an excitation in the window: enough for a motion that takes several of them to repeat itself
 LONGER = 12  # windows, where the motion turns a few times only in one
 LONGEST = 40.0  # horizons: how long the window may become for that
-RESTS = 1e-4  # of the range of the whole motion: what is left of one that comes to rest
+# Of the range of the whole motion, and of that before: what is left of one that comes to rest.
+RESTS, SHRINKS = 1e-4, 0.9
 STILL = 1e-7  # of the largest value, or of the range: what rounding leaves of a motion
 SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless said otherwise
 
@@ -92,7 +93,7 @@ def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], stat
     numbers = scene.numbers()
     start = [numbers[s] for s in system.states] if state is None else np.asarray(state, dtype=float).tolist()
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in scene.contacts))
-    used = used.union(*(o.expr.free_symbols for o in outputs.values() if isinstance(o, Max | Min | Integral)))
+    used = used.union(*(o.expr.free_symbols for o in outputs.values() if isinstance(o, OutputOfExpression)))
     values = {k: v for k, v in scene.values.items() if k in used}
     initial: dict[Key, float] = dict(zip(system.states, start, strict=True))
     scene = replace(scene, values=values, initial=initial, outputs={END: End(), **outputs}, horizon=times.window)
@@ -232,7 +233,7 @@ def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float
     halves = [np.ptp(part) for part in np.array_split(values, 2)]
     if np.ptp(values) <= STILL * max(np.max(np.abs(values)), 1e-300):
         return Recurrence(np.nan)
-    if np.ptp(values) <= RESTS * reach and halves[1] < 0.9 * halves[0]:
+    if np.ptp(values) <= RESTS * reach and halves[1] < SHRINKS * halves[0]:
         return Recurrence(np.nan)
     if times.note:
         return Recurrence(np.nan, times.note)
@@ -244,10 +245,21 @@ def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float
     return found
 
 
-def still_changes(ranges: tuple[float, float], then: tuple[float, float]) -> bool:
-    """Return whether a motion had not settled: its largest and smallest value in one window and in the next."""
+def still_changes(ranges: tuple[float, float], then: tuple[float, float], reach: float = 0.0) -> bool:
+    """Return whether a motion had not settled.
+
+    Parameters
+    ----------
+    ranges, then : (float, float)
+        Its largest and smallest value in one window and in the next.
+    reach : float
+        Range of the whole motion: one that has shrunk to nearly nothing of it, and still shrinks, comes to rest.
+    """
     apart = np.max(np.abs(np.subtract(ranges, then)))
-    size = max(high - low for high, low in (ranges, then))
+    before, after = (high - low for high, low in (ranges, then))
+    if after <= RESTS * reach and after < SHRINKS * before:
+        return False
+    size = max(before, after)
     return bool(apart > SAME * size + STILL * np.max(np.abs([ranges, then])))
 
 

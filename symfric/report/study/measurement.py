@@ -119,17 +119,19 @@ def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, p
     """Return the steady vibration for values by the name of their parameter, or for those of the scene."""
     x = state_symbol(scene, coordinate)
     told = lambda k: (lambda f: progress((k + f) / 3)) if progress else None  # noqa: E731
-    first = Listed(settling(scene, times), tuple(values))
-    window = Listed(measuring(scene, times, {"high": Max(x), "low": Min(x)}), tuple(values))
+    extremes = {"high": Max(x), "low": Min(x)}
+    first = Listed(settling(scene, times, extremes), tuple(values))
+    window = Listed(measuring(scene, times, extremes), tuple(values))
     _, found = first.run(values, progress=told(0))
     _, one = window.run(values, found[END], progress=told(1))
     two = one if times.note else window.run(values, one[END], progress=told(2))[1]
+    reach = np.fmax(found["high"], one["high"]) - np.fmin(found["low"], one["low"])
     ranges = [list(zip(w["high"].tolist(), w["low"].tolist(), strict=True)) for w in (one, two)]
-    return [_of_windows(*pair, times.note) for pair in zip(*ranges, strict=True)]
+    return [_of_windows(*each, times.note) for each in zip(*ranges, reach.tolist(), strict=True)]
 
 
-def _of_windows(one: tuple[float, float], two: tuple[float, float], note: str) -> Vibration:
+def _of_windows(one: tuple[float, float], two: tuple[float, float], reach: float, note: str) -> Vibration:
     """Return what two windows say; without a period of the excitation there is one only."""
     if not np.all(np.isfinite(two)):
         return Vibration(np.nan, np.nan)
-    return Vibration(*two, note=note or ("its range still changes" if still_changes(one, two) else ""))
+    return Vibration(*two, note=note or ("its range still changes" if still_changes(one, two, reach) else ""))
