@@ -5,9 +5,10 @@ sign sigma_j. With f the applied forces, J = dw/du and lambda the friction force
 
     M u' = f + J^T lambda,   lambda_i = -d_i N_i mu(d_i w_i) where i slips,   w_i' = 0 where i sticks.
 
-A contact that cannot slip while the ones before it stick has no constraint of its own: then s_i is 2, and it carries
-nothing, or 3 if it is parallel to one of those (two on the same body), and they share the force in proportion to their
-bounds. The motion is the same for every distribution of the forces, the end of the sticking is not.
+A contact that cannot slip while others stick has no constraint of its own: then s_i is 2, and it carries nothing, or 4,
+and it carries its static bound, ``-d_i N_i mu_s``, or 3 if it is parallel to one of the others (two on the same body),
+and they share the force in proportion to their bounds. The motion is the same for every distribution of the forces; the
+end of the sticking is where no distribution is left, see `symfric.solve.loop.sticking_basis`.
 
 The sticking forces follow from ``S A S lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
 ``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.constraint_forces`: one graph serves every mode, and for
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
+from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
@@ -37,7 +39,7 @@ class Automaton:
     field : casadi.Function
         ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
         Guards are positive while the mode is right. Those of a contact are ``d w`` and 1 while it slips,
-        ``N mu_s -+ lambda`` while it sticks, ``+-w`` while it sticks without a force.
+        ``N mu_s -+ lambda`` while it sticks, ``+-w`` while its force is given.
     gauge : casadi.Function
         ``(y, t, p) -> (w, scale, pull, load, margin, forces, coupling, spread)``. The first six are (n_c,): slips, the
         sum of the magnitudes of their terms, and the slip acceleration that the largest static friction can cause, the
@@ -64,6 +66,8 @@ class Automaton:
         For each contact the index of the one velocity it depends on and its factor, or (-1, 0) if there are several.
     parallels : tuple of int
         For each contact the first one whose slip is a multiple of its own.
+    dependent : tuple of bool
+        Whether the slip of each contact may follow from those of others that are not multiples of it.
     transition : casadi.Function, optional
         ``(y, t, p, m, hit) -> (y, m)``: what the events of the contacts of other kinds do, with 1 for each of their
         guards that is hit and 0 for the others. Needed if the layout has such contacts.
@@ -81,6 +85,7 @@ class Automaton:
     autonomous: bool
     anchors: tuple[tuple[int, float], ...]
     parallels: tuple[int, ...]
+    dependent: tuple[bool, ...]
     transition: ca.Function | None = None
 
     @property
@@ -128,7 +133,9 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         if contacts[i].law.smooth:
             guards += [d[i] * w[i], ca.SX(1)]
         else:
-            sticks, idle = s[i] > 0.5, s[i] == 2
+            sticks, idle = s[i] > 0.5, s[i] == FOLLOWS
+            if model.dependent[i]:
+                idle = ca.logic_or(idle, s[i] == AT_BOUND)
             guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, d[i] * w[i]))]
             guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
     for i, c in enumerate(contacts):
@@ -157,6 +164,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
         anchors=tuple(model.anchor(i) for i in range(len(contacts))),
         parallels=tuple(k for k, _ in model.parallels),
+        dependent=tuple(model.dependent),
     )
 
 

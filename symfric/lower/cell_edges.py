@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.constraint_forces import hold
+from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.model.validation import made_of_cells
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _sides(model: "ContactDynamics", i: int, slopes: ca.SX, among: tuple[int, ..
     contacts, groups = model.contacts, [k for k, _ in model.parallels]
     others = [k for k in range(len(contacts)) if groups[k] != groups[i] and not contacts[k].law.smooth]
     order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
-    sticks = ca.vertcat(1, *(model.s[k] == 1 for k in others))
+    sticks = ca.vertcat(1, *(model.s[k] == HOLDS for k in others))
     pushed = ca.SX([-1.0, *(0.0 for _ in others)])
     J, still = model.slopes[order, :], ca.SX.zeros(model.u.numel())
     _, v, _ = hold(J, model.spread[:, order], still, pushed, sticks, tested=True)

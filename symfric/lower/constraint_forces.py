@@ -8,6 +8,8 @@ difference of ``J a`` has to be that of the rows times a.
 
 import casadi as ca
 
+# marks of a contact in a mode: what determines its force while it sticks, see `symfric.lower.automaton`; 0 slips
+HOLDS, FOLLOWS, SHARES, AT_BOUND = 1.0, 2.0, 3.0, 4.0
 DISTINCT = 64 * 2.0**-52  # of a row: by less than this its slip differs from that of another only by rounding
 REDUNDANT = DISTINCT**2  # part of its diagonal below which a pivot of the coupling vanishes
 

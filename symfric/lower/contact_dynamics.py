@@ -18,8 +18,8 @@ import sympy as sp
 
 from symfric.lower.averaged_series import bridged
 from symfric.lower.cell_edges import Edges, edges_of
-from symfric.lower.constraint_forces import hold
-from symfric.lower.load_sharing import parallels
+from symfric.lower.constraint_forces import AT_BOUND, HOLDS, hold
+from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
@@ -199,6 +199,11 @@ class ContactDynamics:
         return parallels(self)
 
     @cached_property
+    def dependent(self) -> list[bool]:
+        """Whether the slip of each contact may follow from those of others that are not multiples of it."""
+        return dependent(self)
+
+    @cached_property
     def edges(self) -> Edges:
         """Where profiles jump: the load there is that of the side to which a contact slips."""
         return edges_of(self)
@@ -211,11 +216,18 @@ class ContactDynamics:
             sliding[i] = self.edges.towards(i, self.d[i], sliding[i])
         return sliding
 
+    def given(self, i: int) -> ca.SX:
+        """Return the friction force of contact i while it sticks without a constraint of its own."""
+        if not self.dependent[i]:
+            return ca.SX(0)
+        bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
+        return ca.if_else(self.s[i] == AT_BOUND, -self.d[i] * bound, 0)
+
     def accelerations(self, tested: bool) -> tuple[ca.SX, ca.SX]:
         """Return u' and the friction forces of all contacts in the mode held by (s, d).
 
         `tested` says whether the graph itself finds out which sticking contacts are redundant, by conditions on the
-        state; otherwise the mode says it.
+        state, and lets them carry nothing; otherwise the mode says it.
         """
         n = self.u.numel()
         if not self.contacts:
@@ -223,12 +235,13 @@ class ContactDynamics:
         slipping = ca.SX(self.sliding)
         sticking = [i for i, c in enumerate(self.contacts) if not c.law.smooth]
         for i in sticking:
-            slipping[i] = ca.if_else(self.s[i] > 0.5, 0, self.sliding[i])
+            given = ca.SX(0) if tested else self.given(i)
+            slipping[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
         free = self.solve(self.force + self.slopes.T @ slipping)
         if not sticking:
             return free, slipping
         rows, drift = self.slopes[sticking, :], self.drift[sticking, :]
-        held, gain, own = hold(rows, self.solve(rows.T), free, drift, self.s[sticking] == 1, tested)
+        held, gain, own = hold(rows, self.solve(rows.T), free, drift, self.s[sticking] == HOLDS, tested)
         friction, rate = ca.SX(slipping), ca.densify(free + gain)
         for k, i in enumerate(sticking):
             friction[i] = slipping[i] + held[k]

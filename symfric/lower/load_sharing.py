@@ -7,8 +7,10 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.lower.constraint_forces import DISTINCT
+from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
+
+_NEARLY = 1e-6  # part of a row below which what is left of it without others is treated as nothing
 
 if TYPE_CHECKING:
     from symfric.lower.contact_dynamics import ContactDynamics
@@ -28,6 +30,41 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
         ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
         found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
+    return found
+
+
+def dependent(model: "ContactDynamics") -> list[bool]:
+    """Return which contacts may have a slip that follows from those of others, multiples of it aside.
+
+    Whether slopes that vary do cannot be known: all contacts that have velocities in common with these may.
+    """
+    u, groups = model.system.u, [k for k, _ in model.parallels]
+    rigid = {k: c.slip for k, c in enumerate(model.contacts) if not c.law.smooth}
+    slopes = {k: [slip.diff(e).xreplace(model.constants) for e in u] for k, slip in rigid.items()}
+    sets = [({k}, {j for j, e in enumerate(slopes[k]) if e != 0}) for k in dict.fromkeys(groups) if k in slopes]
+    joined: list[tuple[set[int], set[int]]] = []
+    for group, velocities in sets:
+        for other in [e for e in joined if e[1] & velocities]:
+            joined.remove(other)
+            group, velocities = group | other[0], velocities | other[1]
+        joined.append((group, velocities))
+    found = set().union(*(_in_a_circuit({k: slopes[k] for k in group}) for group, _ in joined))
+    return [k in found for k in groups]
+
+
+def _in_a_circuit(slopes: dict[int, list[sp.Expr]]) -> set[int]:
+    """Return the rows that follow from others, or nearly; all of them unless they are numbers."""
+    if len(slopes) < 2:
+        return set()
+    if not all(e.is_number for row in slopes.values() for e in row):
+        return set(slopes)
+    rows = {k: np.array(row, dtype=float) for k, row in slopes.items()}
+    found = set()
+    for k, row in rows.items():
+        others = np.array([r / np.linalg.norm(r) for j, r in rows.items() if j != k]).T
+        left = row - others @ np.linalg.lstsq(others, row, rcond=None)[0]
+        if np.linalg.norm(left) <= _NEARLY * np.linalg.norm(row):
+            found.add(k)
     return found
 
 
@@ -109,7 +146,7 @@ def _in_proportion(
         if len(group) < 2:
             continue
         factors = {i: model.read(factor) for i, factor in group}
-        sticks = {i: (model.s[i] == 1) + (model.s[i] == 3) for i, _ in group}
+        sticks = {i: (model.s[i] == HOLDS) + (model.s[i] == SHARES) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
         reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
         loaded = ca.SX(1)

@@ -11,6 +11,7 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.constraint_forces import HOLDS, SHARES
 from symfric.lower.mode_layout import backward, forward
 
 FAR = 1e29  # a row that is not defined in a mode is larger
@@ -41,7 +42,7 @@ def lifted(automaton: Automaton) -> Automaton:
         slipping, sticking = lift[lift_of(i, slips=True)], lift[lift_of(i, slips=False)]
         raised[backward(i)] = left + ca.if_else(sticks, sticking, slipping)
         raised[forward(i)] = right + ca.if_else(sticks, sticking, 0)
-        carries = ca.logic_and(sticks, m[i] != 2)
+        carries = ca.logic_or(m[i] == HOLDS, m[i] == SHARES)
         gaps += [
             ca.if_else(sticks, 10 * FAR, left),
             ca.if_else(carries, left, 10 * FAR),

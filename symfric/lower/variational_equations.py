@@ -18,7 +18,7 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.automaton import Automaton
-from symfric.lower.constraint_forces import hold
+from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
 
@@ -150,7 +150,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
         n_u = automaton.n_q
         u = slice(automaton.n_q, automaton.n_q + n_u)
         J, back = ca.jacobian(gauge["w"], y)[:, u], ca.reshape(gauge["spread"], n_c, n_u).T
-        rest, stick = ca.SX.zeros(n_u), after[:n_c] == 1
+        rest, stick = ca.SX.zeros(n_u), after[:n_c] == HOLDS
         for k in range(V.shape[1]):
             moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)

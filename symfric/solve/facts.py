@@ -31,7 +31,7 @@ class Facts:
         Parameters inside a law's mean over fast vibration, which is made for their present values.
     redundant : tuple of str
         Contacts whose slip is a combination of those of the contacts before them: when all stick, their forces are not
-        determined.
+        determined, and hold as long as any within the bounds do.
     path, events, scalars : bool
         Whether a trajectory, the events, or scalar outputs are wanted.
     """
@@ -93,6 +93,7 @@ def warn_of_redundance(names: tuple[str, ...]) -> None:
     """Say once, through `logging`, that contacts share what none of them carries alone."""
     logging.getLogger("symfric").warning(
         "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces while they "
-        "stick are not: parallel ones share them in proportion to their bounds, any other carries nothing",
+        "stick are not: parallel ones share them in proportion to their bounds, any other carries nothing until "
+        "another has reached its bound",
         ", ".join(names),
     )

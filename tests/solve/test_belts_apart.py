@@ -28,10 +28,7 @@ def belts(seed):
     return sf.Scene(system, contacts, {}, start, 5.0)
 
 
-GIVES_UP = pytest.mark.xfail(raises=sf.RunFailed, strict=True, reason="three belts at one place: chatter, and says so")
-
-
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=GIVES_UP if k == 12 else ()) for k in range(24)])
+@pytest.mark.parametrize("seed", range(24))
 def test_a_body_follows_the_belt_it_sticks_to(seed):
     scene = belts(seed)
     run = sf.simulate(scene, 1e-11, "taylor").checked()

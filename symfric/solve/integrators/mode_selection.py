@@ -13,11 +13,11 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.cell_edges import ON_EDGE
-from symfric.lower.constraint_forces import REDUNDANT
+from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.mode_layout import backward, contact_of, forward
+from symfric.solve.integrators.forces_at_rest import Rest
 
 _MOST_TRIALS = 20_000
-FOLLOWS, SHARES = 2.0, 3.0  # modes of contacts that stick without a constraint of their own
 _FORCES, _SPREAD = 5, 7  # outputs of the gauge
 ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
@@ -115,6 +115,7 @@ def next_mode(
         if _nearly(rule, y, t, p, sorted([*still, i])):
             still = sorted([*still, i])
     _project(rule, y, t, p, still)
+    before = tuple(i for i in still if m[i] and not hit & {backward(i), forward(i)})
     m = m.copy()
     for j in (j for j in range(layout.switches) if layout.switch(j) in hit):
         m[layout.sign(j)] = -m[layout.sign(j)]
@@ -122,12 +123,28 @@ def next_mode(
         g for g in hit if g >= layout.slips.stop or m[contact_of(g)]
     )  # of contacts, only the bound of a stick stays zero
     rest = _at_rest(automaton, m, still)
-    ordered = sorted(still, key=partial(_room, numbers(rule.look(y, t, p, _marked(rule, y, t, p, rest))[0])))
-    for trial in itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS):
-        settled = _with_switches(rule, y, t, p, _marked(rule, y, t, p, trial), reached)
-        if settled is not None and _consistent(rule, y, t, p, settled, still, reached, pull):
-            return settled
-    return None
+    rows, columns = np.array(rule.slopes(y, t, p)), numbers(automaton.gauge(y, t, p)[_SPREAD])
+    columns = columns.reshape(rows.shape, order="F")
+    here = Rest(automaton, rows, columns, pull, lambda m: numbers(rule.look(y, t, p, m)[0]))
+
+    def settled(trial: np.ndarray) -> np.ndarray | None:
+        for marked in here.distributions(trial):
+            mode = _with_switches(rule, y, t, p, marked, reached)
+            if mode is not None and _consistent(rule, y, t, p, mode, still, reached, pull, here):
+                return mode
+        return None
+
+    little = max(rule.zero, _TIE) * pull + ROUNDING * numbers(automaton.gauge(y, t, p)[_FORCES])
+    likely = here.most_exceeded(rest, still, before, lambda m: numbers(rule.drift(y, t, p, m)), little)
+    found = next((mode for mode in map(settled, likely) if mode is not None), None)
+    if found is not None:
+        for i in sorted((i for i in still if automaton.sticks[i]), key=lambda i: (i not in before, -pull[i])):
+            if not found[i] and (more := settled(_at_rest(automaton, found, [i]))) is not None:
+                found = more
+        return found
+    ordered = sorted(still, key=partial(_room, here.guards(here.marked(rest))))
+    trials = itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS)
+    return next((mode for mode in map(settled, trials) if mode is not None), None)
 
 
 def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarray:
@@ -135,27 +152,6 @@ def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarra
     m = m.copy()
     for i in still:
         m[i] = 1.0 if automaton.sticks[i] else 0.0
-    return m
-
-
-def _marked(rule: Rule, y, t, p, m: np.ndarray) -> np.ndarray:
-    """Return the mode with the sticking contacts marked that follow from those before them, as `taylor.settle` does."""
-    automaton = rule.automaton
-    sticking, m = np.flatnonzero(m[: len(automaton.contacts)]), m.copy()
-    if sticking.size < 2:
-        return m
-    rows = np.array(rule.slopes(y, t, p))
-    columns = numbers(automaton.gauge(y, t, p)[_SPREAD]).reshape(rows.shape, order="F")
-    sizes, own = np.sum(rows * columns, axis=1), list[int]()
-    for i in sticking:
-        for j in own * 2:
-            part = (rows[j] @ columns[i]) / (rows[j] @ columns[j])
-            rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
-        if rows[i] @ columns[i] > REDUNDANT * sizes[i]:
-            own.append(int(i))
-        else:
-            groups = automaton.parallels
-            m[i] = SHARES if any(groups[j] == groups[i] for j in own) else FOLLOWS
     return m
 
 
@@ -235,12 +231,12 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
     return m
 
 
-def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray) -> bool:
+def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray, here: Rest) -> bool:
     """Whether what sticks does, its force stays within the bounds, and what slips from zero goes its own way."""
     guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
     drift, forces = numbers(rule.drift(y, t, p, m)), numbers(rule.automaton.gauge(y, t, p)[_FORCES])
     for i in still:
-        if m[i] == FOLLOWS:
+        if m[i] in (FOLLOWS, AT_BOUND):
             if abs(drift[i]) > max(rule.zero, _TIE) * pull[i] + ROUNDING * forces[i]:
                 return False
             continue
@@ -253,6 +249,8 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
         else:
             start, then = first[backward(i)], second[backward(i)]
             little = max(rule.zero, _TIE) * pull[i]
+            if max(abs(start), abs(then) * rule.horizon) <= little and here.idle(m, i):
+                return False
             if start < -little or (abs(start) <= little and then * rule.horizon < -_TIE * pull[i]):
                 return False
     return True

@@ -1,6 +1,7 @@
 """By how much the modes of contacts contradict their forces."""
 
 from symfric.codegen.numba_types import compiled
+from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.tolerances import ROUNDING, TIE, doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.workspace import PULL
 
@@ -14,28 +15,40 @@ def contradiction(w, n_x, i, horizon):
     Where sticking and slipping contradict them both, to rounding, they have been tried in turn: then sticking wins if
     its force falls below its bound again, slipping otherwise.
     """
-    size, where, tie, turns = 0.0, 0, TIE, 3
-    if w.zero[i]:
-        if w.m[i] == 2.0:
-            size, where = _drift(w, n_x + 2 * i, i)
-        elif w.m[i] > 0.5:
-            doubt = doubt_of(w, i)
-            size, where = _excess(w, n_x + 2 * i, horizon, doubt)
-            turns = 4
-            if size > 0.0 and w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:
-                # it falls below its bound again: no slip would last
-                tie, turns = max(TIE, 16.0 * doubt / stick_scale(w, n_x + 2 * i)), 2
-        else:
-            size = _backing(w, n_x + 2 * i, i, horizon)
+    size, where = contradicts(w, n_x, i, horizon)
+    tie, turns = TIE, 3
+    if size > 0.0 and (w.m[i] == HOLDS or w.m[i] == SHARES):
+        turns = 4
+        if w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:  # it falls below its bound again: no slip would last
+            tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + 2 * i)), 2
     if size <= tie and w.turns[i] >= turns:
         return 0.0, 0  # a tie to rounding: either mode is right
     return size, where
+
+
+@compiled
+def contradicts(w, n_x, i, horizon):
+    """Return the same whether or not that is a tie."""
+    if not w.zero[i]:
+        return 0.0, 0
+    if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
+        return _drift(w, n_x + 2 * i, i)
+    if w.m[i] > 0.5:
+        return _excess(w, n_x + 2 * i, horizon, doubt_of(w, i))
+    return _backing(w, n_x + 2 * i, i, horizon), 0
 
 
 @compiled(inline=True)
 def idles(w, row):
     """Whether a slip that begins does not move at all, not even later."""
     return w.probe[row, 1] == 0.0 and w.probe[row, 2] == 0.0 and w.probe[row, 3] == 0.0
+
+
+@compiled
+def rests(w, row, i):
+    """Whether a slip that begins does not move, to rounding."""
+    later = 6.0 * abs(w.probe[row, 3]) * natural_time(w) ** 2
+    return _drift(w, row, i)[0] == 0.0 and later <= _CLEARLY * no_acceleration(w, i, 0.0)
 
 
 @compiled(inline=True)
@@ -68,7 +81,7 @@ def _excess(w, row, horizon, doubt):
 
 @compiled(inline=True)
 def _drift(w, row, i):
-    """Return by how much a contact that sticks without a force starts to slip all the same, and which way.
+    """Return by how much a contact whose force is given starts to slip all the same, and which way.
 
     More than anything else may contradict: what others have to hold is known only with its friction.
     """

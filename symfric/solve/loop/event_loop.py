@@ -20,6 +20,7 @@ from symfric.solve.loop.tolerances import EPS, TOUCH, natural_time, no_accelerat
 from symfric.solve.loop.transitions import transit
 from symfric.solve.loop.workspace import (
     FORCES,
+    TERMS,
 )
 from symfric.solve.status import Status
 
@@ -140,10 +141,12 @@ def _first_event(w, n_x, n_c, h, far):
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]
-        if (
-            w.fresh[g] and is_along_line(w, g) and is_slip(g) and w.m[contact_of(g)] == 0.0
-        ):  # held by others, to rounding
-            size = max(size, w.gauge[FORCES, contact_of(g)] * far)
+        if is_along_line(w, g) and w.carries[contact_of(g)] == 0:  # held by others, to rounding
+            i = contact_of(g)
+            if w.m[i] > 0.5:
+                size = 8.0 * max(size, w.gauge[TERMS, i] + w.gauge[FORCES, i] * far)
+            elif w.fresh[g] and is_slip(g):
+                size = max(size, w.gauge[FORCES, i] * far)
         j = g - switch(0, n_c)
         if is_switch(w, g) and abs(w.m[sign(j, n_c)]) == ON_EDGE:  # it stays at zero, to rounding
             moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))

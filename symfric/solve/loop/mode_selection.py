@@ -1,18 +1,21 @@
 """The next mode, decided by the forces.
 
-Contacts whose slip is zero are tried as sticking; a contact whose force would exceed its static bound is released in
-the direction of the excess, one that would slip against its direction is caught again. One contact is changed at a
-time, the worst first and, if that runs long, the one of least index: Murty's rule for the complementarity problem
-``0 <= bound -+ lambda  complementary to  +- acceleration >= 0``. Ties at the bound are decided by the next derivatives.
+Contacts whose slip is zero are tried as sticking; a contact whose force would exceed its static bound, and cannot leave
+the excess to others that stick, is released in its direction; one that would slip against its direction is caught
+again. One contact is changed at a time, the worst first and, if that runs long, the one of least index: Murty's rule
+for the complementarity problem ``0 <= bound -+ lambda  complementary to  +- acceleration >= 0``. Ties at the bound are
+decided by the next derivatives.
 """
 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.constraint_forces import REDUNDANT
+from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.calls import measure, prelude, probe
-from symfric.solve.loop.contradiction import contradiction, idles, stick_scale
+from symfric.solve.loop.contradiction import contradiction, contradicts, idles, rests, stick_scale
+from symfric.solve.loop.exceeded_facets import release_worst
 from symfric.solve.loop.resting_edges import decisive, find_edges
+from symfric.solve.loop.sticking_basis import exchange, release, share
 from symfric.solve.loop.tolerances import ROUNDING, TIE, TOUCH, natural_time, no_load
 from symfric.solve.loop.workspace import (
     COUPLING,
@@ -24,7 +27,6 @@ from symfric.solve.loop.workspace import (
 )
 from symfric.solve.status import Status
 
-CLOSE = 1e-4  # part of its diagonal below which a pivot of the coupling is not what is left of the rows, to rounding
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -53,9 +55,10 @@ def settle(w):
     for i in range(w.turns.size):
         w.turns[i] = 0
     edges = w.limits.edges > 0
+    _leave_bounds(w, n_c)
     rounds = 60 + 12 * (n_c + n_s)
     for turn in range(rounds):
-        _share(w, n_c)
+        share(w, n_c)
         prelude(w)
         probe(w)
         if turn == 0 and edges and find_edges(w, n_x, n_c, True):
@@ -87,13 +90,26 @@ def _try_sticking(w, n_x, n_c):
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):
-        if w.m[i] == 0.0:
-            continue
-        if w.anchor[i] >= 0:
+        if w.m[i] != 0.0 and w.anchor[i] >= 0:
             w.y[w.anchor[i]] -= w.gauge[SLIP, i] / w.factor[i]
-        if w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1]):
-            w.m[i] = 0.0
-            w.m[n_c + i] = -1.0 if w.hit[2 * i] else 1.0
+
+
+@compiled(inline=True)
+def _leave_bounds(w, n_c):
+    """Release the contacts that stuck until their guard fell, unless others can carry what exceeds their bound.
+
+    A contact whose force is given moves apart from others: that is seen by its accelerations, or falls again at once.
+    """
+    for i in range(n_c):
+        if w.m[i] == 0.0 or w.old[i] != 0 or not (w.hit[2 * i] or w.hit[2 * i + 1]):
+            continue
+        share(w, n_c)
+        carries, side = w.m[i] == HOLDS or w.m[i] == SHARES, -1 if w.hit[2 * i] else 1
+        if w.carries[i] and carries:  # not if it left its bound with another
+            if not exchange(w, n_c, i, side, False):
+                release(w, n_c)
+        elif w.carries[i] == 0 and w.counts.stall > 0:
+            w.m[i], w.m[n_c + i] = 0.0, side
 
 
 @compiled(inline=True)
@@ -104,7 +120,9 @@ def _find_zeros(w, n_c):
         w.zero[i] = w.zero[i] or abs(slip) <= ROUNDING * size
         if not w.zero[i]:
             w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
-        w.m[i] = 1.0 if w.zero[i] and w.sticks[i] else 0.0
+            w.m[i] = 0.0
+        elif w.sticks[i] and w.m[i] == 0.0:
+            w.m[i] = FOLLOWS  # unless `share` finds that it does not
 
 
 @compiled
@@ -118,19 +136,25 @@ def _project(w, n_c):
         coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
     if not coupled:  # exact without, where every slip has a velocity of its own
         return False
-    close = _share(w, n_c)
-    n_q = w.limits.n_q
+    close = share(w, n_c)
+    n_q, n = w.limits.n_q, 0
     for i in range(n_c):
+        n += w.m[i] > 0.5
+    for a in range(n):
+        i = w.order[a]
         w.impulse[i] = -w.gauge[SLIP, i]
-        for j in range(i):
-            if w.m[i] == 1.0 and w.m[j] == 1.0:
+        for b in range(a):
+            j = w.order[b]
+            if w.m[i] == HOLDS and w.m[j] == HOLDS:
                 w.impulse[i] -= w.share[i, j] * w.impulse[j]
-    for i in range(n_c - 1, -1, -1):
-        if w.m[i] != 1.0:
+    for a in range(n - 1, -1, -1):
+        i = w.order[a]
+        if w.m[i] != HOLDS:
             continue
         w.impulse[i] /= w.share[i, i]
-        for j in range(i + 1, n_c):
-            if w.m[j] == 1.0 and not close:
+        for b in range(a + 1, n):
+            j = w.order[b]
+            if w.m[j] == HOLDS and not close:
                 w.impulse[i] -= w.share[j, i] * w.impulse[j]
         for r in range(n_q):
             w.y[n_q + r] += (w.response[i, r] if close else w.gauge[COUPLING + n_c + r, i]) * w.impulse[i]
@@ -138,78 +162,8 @@ def _project(w, n_c):
 
 
 @compiled
-def _share(w, n_c):
-    """Mark the sticking contacts: 1 with a constraint of its own, 2 held by the ones before it, 3 parallel to one.
-
-    Return whether some nearly follow from others.
-    """
-    for i in range(n_c):
-        if w.m[i] < 0.5:
-            continue
-        pivot = w.gauge[COUPLING + i, i]
-        for j in range(i):
-            if w.m[j] != 1.0:
-                continue
-            rest = w.gauge[COUPLING + i, j]
-            for k in range(j):
-                if w.m[k] == 1.0:
-                    rest -= w.share[i, k] * w.share[j, k] * w.share[k, k]
-            w.share[i, j] = rest / w.share[j, j]
-            pivot -= rest * w.share[i, j]
-        if pivot <= CLOSE * w.gauge[COUPLING + i, i]:
-            return _share_closely(w, n_c)
-        w.share[i, i] = pivot
-        w.m[i] = 1.0
-    return False
-
-
-@compiled
-def _share_closely(w, n_c):
-    """Do so where a slip nearly follows from those before it; see `symfric.lower.constraint_forces`."""
-    n_q = w.limits.n_q
-    spread = COUPLING + n_c
-    for i in range(n_c):
-        if w.m[i] < 0.5:
-            continue
-        for r in range(n_q):
-            w.slopes[i, r], w.response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
-        for j in range(i):
-            w.share[i, j] = 0.0
-        for _ in range(2):
-            for j in range(i):
-                if w.m[j] == 1.0:
-                    _part(w, i, j, n_q)
-        w.share[i, i] = _product(w, i, i, n_q)
-        w.m[i] = 1.0
-        if w.share[i, i] <= REDUNDANT * w.gauge[COUPLING + i, i]:
-            w.m[i] = 2.0
-            for j in range(i):
-                if w.parallel[j] == w.parallel[i] and w.m[j] == 1.0:
-                    w.m[i] = 3.0
-    return True
-
-
-@compiled(inline=True)
-def _product(w, i, j, n_q):
-    total = 0.0
-    for r in range(n_q):
-        total += w.slopes[i, r] * w.response[j, r]
-    return total
-
-
-@compiled(inline=True)
-def _part(w, i, j, n_q):
-    """Take the part of row j out of row i."""
-    part = _product(w, j, i, n_q) / w.share[j, j]
-    w.share[i, j] += part
-    for r in range(n_q):
-        w.slopes[i, r] -= part * w.slopes[j, r]
-        w.response[i, r] -= part * w.response[j, r]
-
-
-@compiled(inline=True)
-def _change_contact(w, n_x, n_c, horizon, least):
-    """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
+def _worst(w, n_x, n_c, horizon, least):
+    """Return the contact whose mode contradicts its forces the most, or the first, and its side; -1 if none does."""
     worst, measure, side = -1, 0.0, 0
     for i in range(n_c):
         size, where = contradiction(w, n_x, i, horizon)
@@ -217,14 +171,23 @@ def _change_contact(w, n_x, n_c, horizon, least):
             worst, measure, side = i, size, where
             if least:
                 break
+    return worst, side
+
+
+@compiled(inline=True)
+def _change_contact(w, n_x, n_c, horizon, least):
+    """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
+    worst, side = _worst(w, n_x, n_c, horizon, least)
     if worst < 0:
         return False
     w.turns[worst] += 1
-    if w.m[worst] > 0.5:
-        w.m[worst] = 0.0
-        w.m[n_c + worst] = side
+    if w.m[worst] == HOLDS or w.m[worst] == SHARES:
+        if not exchange(w, n_c, worst, side, least):
+            release_worst(w, n_x, n_c)
+    elif w.m[worst] > 0.5:
+        w.m[worst], w.m[n_c + worst] = 0.0, side
     elif w.sticks[worst]:
-        w.m[worst] = 1.0
+        w.m[worst] = FOLLOWS
     else:
         w.m[n_c + worst] = -w.m[n_c + worst]
     return True
@@ -235,30 +198,71 @@ def _hold_more(w, n_x, n_c, horizon, edges):
     """Stick where static friction holds what was released on the way to the mode found.
 
     Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
-    Nothing has to where nothing pulls: a load that vanishes leaves it at rest.
+    Nothing has to where nothing pulls: a load that vanishes leaves it at rest, and so do others that stick.
     """
-    for i in range(n_c - 1, -1, -1):
-        if not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0:
+    for i in range(n_c):
+        if contradicts(w, n_x, i, horizon)[0] == 0.0:
+            w.turns[i] = 0  # whatever it does on trial, it need not
+        w.tried[i] = not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0
+    while True:
+        i = _next_to_hold(w, n_c)
+        if i < 0:
+            break
+        w.tried[i] = 1
+        if w.m[i] > 0.5:
             continue
         reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
         drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
-        if not idles(w, n_x + 2 * i) and (reached or drop <= NO_DROP * w.gauge[PULL, i]):
+        alone = idles(w, n_x + 2 * i) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
+        held = w.depends[i] and not (reached and w.carries[i] == 0) and rests(w, n_x + 2 * i, i)
+        if not alone and not held:
             continue
-        w.m[i] = 1.0
-        _share(w, n_c)
-        prelude(w)
-        probe(w)
-        consistent = w.m[i] == 1.0
-        for j in range(n_c):
-            consistent = consistent and contradiction(w, n_x, j, horizon)[0] == 0.0
-        if not consistent:
-            w.m[i] = 0.0
-            _share(w, n_c)
+        for k in range(2 * n_c):
+            w.kept[k] = w.m[k]
+        w.m[i] = FOLLOWS
+        share(w, n_c)
+        if (w.m[i] == HOLDS and not alone) or not _holds(w, n_x, n_c, horizon):
+            for k in range(2 * n_c):
+                w.m[k] = w.kept[k]
+            share(w, n_c)
             prelude(w)
             probe(w)
     if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
         prelude(w)
         probe(w)
+
+
+@compiled(inline=True)
+def _next_to_hold(w, n_c):
+    """Return the contact not tried that comes first: those that stuck do, then those with the strongest grip.
+
+    Either of two may be held where not both can; what is decided must not depend on the order of the contacts.
+    """
+    best, first, strongest = -1, False, 0.0
+    for i in range(n_c - 1, -1, -1):
+        if w.tried[i]:
+            continue
+        stuck = w.old[i] == 0 and not (w.hit[2 * i] or w.hit[2 * i + 1])
+        if best < 0 or (stuck and not first) or (stuck == first and w.gauge[PULL, i] > strongest):
+            best, first, strongest = i, stuck, w.gauge[PULL, i]
+    return best
+
+
+@compiled(inline=True)
+def _holds(w, n_x, n_c, horizon):
+    """Whether the mode on trial agrees with the forces, if need be after contacts left what they carry to others."""
+    for turn in range(1 + 4 * n_c):
+        prelude(w)
+        probe(w)
+        least = turn > 2 * n_c
+        worst, side = _worst(w, n_x, n_c, horizon, least)
+        if worst < 0:
+            return True
+        carries = w.m[worst] == HOLDS or w.m[worst] == SHARES
+        if not carries or not exchange(w, n_c, worst, side, least):
+            return False
+        share(w, n_c)
+    return False
 
 
 @compiled(inline=True)
@@ -292,7 +296,7 @@ def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
     for i in range(n_c):
         a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
-        if w.m[i] == 2.0:
+        if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
             w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
             w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
         elif w.m[i] > 0.5:
@@ -318,7 +322,7 @@ def keep_scales(w, n_x, n_c):
     The units of one say nothing about the other.
     """
     for i in range(n_c):
-        carries = w.m[i] == 1.0 or w.m[i] == 3.0
+        carries = w.m[i] == HOLDS or w.m[i] == SHARES
         if carries == (w.carries[i] != 0):
             continue
         w.carries[i] = carries

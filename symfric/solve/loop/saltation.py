@@ -8,8 +8,9 @@ import numpy as np
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
+from symfric.lower.constraint_forces import AT_BOUND
 from symfric.model.outputs import INTEGRAL, RANGE
-from symfric.solve.loop.layout import backward, direction, sign, way
+from symfric.solve.loop.layout import backward, contact_of, direction, is_along_line, sign, way
 from symfric.solve.loop.polynomials import roots, value
 from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import JUMP
@@ -79,6 +80,8 @@ def _doubt(w, n_x, n_c, slopes):
             w.counts.doubts += 1
     for g in range(n_g):
         if w.before[first + 2 * n_m + g] == 0.0 or backward(n_c) <= g < w.limits.first_other:
+            continue
+        if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:  # that another holds on changes no motion
             continue
         slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         if slow or w.after[slopes + n_g + g] > APART:

@@ -28,6 +28,7 @@ SHARED = frozenset(
         "anchor",
         "factor",
         "parallel",
+        "depends",
         "kind",
         "table",
         "limits",
@@ -90,6 +91,14 @@ class LoopArrays(RunArrays):
     # `symfric.lower.cell_edges.Edges`
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    order: Integers  # in which it was made of them, (n_c,)
+    weight: Reals  # coefficients of a slip in those of the contacts with a constraint of their own, (n_c,)
+    slips: Reals  # ways in which contacts slip together, (n_c,)
+    facet: Reals  # those of the contacts that have to, (n_c,)
+    force: Reals  # of the first of parallel contacts, what they carry together, and their bounds, (n_c,)
+    most: Reals
+    tried: Integers  # contacts that may stick no longer, (n_c,)
+    kept: Reals  # marks and directions before a trial, (2 n_c,)
     slopes: Matrix  # of the slips of the sticking contacts, without those of the ones before them, (n_c, n_q)
     response: Matrix  # of the velocities to them, (n_c, n_q)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
@@ -110,6 +119,7 @@ class LoopArrays(RunArrays):
     anchor: Integers  # index of the one velocity in a contact's slip, or -1, (n_c,)
     factor: Reals  # and its factor, (n_c,)
     parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
+    depends: Integers  # whether its slip may follow from those of others, parallel ones aside, (n_c,)
     loads: Integers  # guard that a contact's load is, or -1, (n_c,)
     old: Integers  # modes before an event, (n_c,)
     zero: Integers  # contacts whose slip is zero now, (n_c,)
@@ -198,6 +208,14 @@ def make_arrays(
         gauge=room(gauged, n_c),
         span=room(gauged, n_c),
         share=room(n_c, n_c),
+        order=flags(n_c),
+        weight=room(n_c),
+        slips=room(n_c),
+        facet=room(n_c),
+        force=room(n_c),
+        most=room(n_c),
+        tried=flags(n_c),
+        kept=room(2 * n_c),
         slopes=room(n_c, n_q),
         response=room(n_c, n_q),
         impulse=room(n_c),
@@ -216,6 +234,7 @@ def make_arrays(
         anchor=np.array([a for a, _ in automaton.anchors], dtype=np.int64),
         factor=np.array([f for _, f in automaton.anchors], dtype=float),
         parallel=np.array(automaton.parallels, dtype=np.int64),
+        depends=np.array(automaton.dependent, dtype=np.int64),
         loads=np.array([layout.load(name) for name in layout.lines], dtype=np.int64),
         old=flags(n_c),
         zero=flags(n_c),
