@@ -21,6 +21,7 @@ _MOST_TRIALS = 20_000
 _FORCES, _SPREAD = 5, 7  # outputs of the gauge
 ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
+_HIT = 1e-6  # of a bound: a force that reached it differs by less, unless others carry another part of it now
 _TIE = 1e-12  # of a derivative against its scale: too small to have a sign
 
 
@@ -243,7 +244,7 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
         if m[i]:
             bound = 0.5 * abs(guards[backward(i)] + guards[forward(i)])
             for k in (backward(i), forward(i)):
-                at_bound = k in hit or abs(guards[k]) <= rule.zero * bound
+                at_bound = abs(guards[k]) <= (_HIT if k in hit else rule.zero) * bound
                 if first[k] * rule.horizon < -_TIE * bound if at_bound else guards[k] < 0:
                     return False
         else:
