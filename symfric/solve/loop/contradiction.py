@@ -26,7 +26,7 @@ def contradiction(w, n_x, i, horizon):
     return size, where
 
 
-@compiled
+@compiled(inline=True)
 def contradicts(w, n_x, i, horizon):
     """Return the same whether or not that is a tie."""
     if not w.zero[i]:

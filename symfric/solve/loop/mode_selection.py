@@ -103,13 +103,14 @@ def _leave_bounds(w, n_c):
     for i in range(n_c):
         if w.m[i] == 0.0 or w.old[i] != 0 or not (w.hit[2 * i] or w.hit[2 * i + 1]):
             continue
-        share(w, n_c)
-        carries, side = w.m[i] == HOLDS or w.m[i] == SHARES, -1 if w.hit[2 * i] else 1
-        if w.carries[i] and carries:  # not if it left its bound with another
-            if not exchange(w, n_c, i, side, False):
-                release(w, n_c)
-        elif w.carries[i] == 0 and w.counts.stall > 0:
+        side = -1 if w.hit[2 * i] else 1
+        if not w.depends[i] or (w.carries[i] == 0 and w.counts.stall > 0):
             w.m[i], w.m[n_c + i] = 0.0, side
+        elif w.carries[i]:
+            share(w, n_c)
+            carries = w.m[i] == HOLDS or w.m[i] == SHARES  # not if it left its bound with another
+            if carries and not exchange(w, n_c, i, side, False):
+                release(w, n_c)
 
 
 @compiled(inline=True)
@@ -161,7 +162,7 @@ def _project(w, n_c):
     return True
 
 
-@compiled
+@compiled(inline=True)
 def _worst(w, n_x, n_c, horizon, least):
     """Return the contact whose mode contradicts its forces the most, or the first, and its side; -1 if none does."""
     worst, measure, side = -1, 0.0, 0
@@ -181,7 +182,7 @@ def _change_contact(w, n_x, n_c, horizon, least):
     if worst < 0:
         return False
     w.turns[worst] += 1
-    if w.m[worst] == HOLDS or w.m[worst] == SHARES:
+    if w.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES):
         if not exchange(w, n_c, worst, side, least):
             release_worst(w, n_x, n_c)
     elif w.m[worst] > 0.5:
@@ -193,17 +194,41 @@ def _change_contact(w, n_x, n_c, horizon, least):
     return True
 
 
-@compiled
+@compiled(inline=True)
 def _hold_more(w, n_x, n_c, horizon, edges):
     """Stick where static friction holds what was released on the way to the mode found.
 
     Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
     Nothing has to where nothing pulls: a load that vanishes leaves it at rest, and so do others that stick.
     """
+    trials = 0
+    for i in range(n_c):
+        w.tried[i] = not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0
+        trials += w.tried[i] == 0 and _may_hold(w, n_x, i)[0]
+    if trials > 0:
+        _try_to_hold(w, n_x, n_c, horizon)
+    if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
+        prelude(w)
+        probe(w)
+
+
+@compiled(inline=True)
+def _may_hold(w, n_x, i):
+    """Whether contact i, released at rest, may stick: at all, and with a constraint of its own."""
+    reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
+    drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
+    alone = idles(w, n_x + 2 * i) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
+    if alone or not w.depends[i] or (reached and w.carries[i] == 0):
+        return alone, alone
+    return rests(w, n_x + 2 * i, i), False
+
+
+@compiled
+def _try_to_hold(w, n_x, n_c, horizon):
+    """Let contacts stick that are not marked as tried, if that agrees with the forces."""
     for i in range(n_c):
         if contradicts(w, n_x, i, horizon)[0] == 0.0:
             w.turns[i] = 0  # whatever it does on trial, it need not
-        w.tried[i] = not w.zero[i] or w.m[i] > 0.5 or w.sticks[i] == 0
     while True:
         i = _next_to_hold(w, n_c)
         if i < 0:
@@ -211,11 +236,8 @@ def _hold_more(w, n_x, n_c, horizon, edges):
         w.tried[i] = 1
         if w.m[i] > 0.5:
             continue
-        reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
-        drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
-        alone = idles(w, n_x + 2 * i) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
-        held = w.depends[i] and not (reached and w.carries[i] == 0) and rests(w, n_x + 2 * i, i)
-        if not alone and not held:
+        may, alone = _may_hold(w, n_x, i)
+        if not may:
             continue
         for k in range(2 * n_c):
             w.kept[k] = w.m[k]
@@ -227,9 +249,6 @@ def _hold_more(w, n_x, n_c, horizon, edges):
             share(w, n_c)
             prelude(w)
             probe(w)
-    if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
-        prelude(w)
-        probe(w)
 
 
 @compiled(inline=True)
@@ -258,7 +277,7 @@ def _holds(w, n_x, n_c, horizon):
         worst, side = _worst(w, n_x, n_c, horizon, least)
         if worst < 0:
             return True
-        carries = w.m[worst] == HOLDS or w.m[worst] == SHARES
+        carries = w.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES)
         if not carries or not exchange(w, n_c, worst, side, least):
             return False
         share(w, n_c)
