@@ -155,7 +155,7 @@ def bifurcation_diagram(
     jobs = min(workers_of(jobs), row.size)
     if carry:
         excitation = periodic(scene, frozenset({name}))
-        found = _carried(make_program(task), name, row, cut, transient, excitation and excitation.period)
+        found = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
     else:
         found = _apart(make_program(task), name, row, cut, transient, jobs)
     status, times, states = zip(*found, strict=True)

@@ -159,8 +159,9 @@ def periodic(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitation |
         raise SceneError(found.note)
     if not found:
         return None
-    if all(v is not None for v in scene.values.values()):
-        found.period({s.name: v for s, v in scene.values.items()})
+    given = {s.name: v for s, v in scene.values.items() if v is not None}
+    if len(given) == len(scene.values):
+        found.period(given)
     return found
 
 
@@ -238,8 +239,8 @@ def common_rate(rates: Iterable[float]) -> float | None:
     sizes = sorted(abs(float(rate)) for rate in rates if rate != 0)
     if not sizes:
         return None
-    ratios = [_simple(size / sizes[0]) for size in sizes]
-    if any(ratio is None for ratio in ratios):
+    ratios = [ratio for ratio in (_simple(size / sizes[0]) for size in sizes) if ratio is not None]
+    if len(ratios) < len(sizes):
         return None
     return sizes[0] * math.gcd(*(r.numerator for r in ratios)) / math.lcm(*(r.denominator for r in ratios))
 

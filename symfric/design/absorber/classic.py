@@ -16,7 +16,7 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.model import scenes
-from symfric.model.excitation import forcing_period
+from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest
@@ -214,7 +214,7 @@ def _rate(scene: Scene, duration: float) -> float:
 
 def _steady_amplitude(scene: Scene, rate: float) -> float:
     """Return the amplitude of x1 over one period once the transient has gone."""
-    period = forcing_period(scene)
+    period = excitation_of(scene).period({s.name: v for s, v in scene.parameter_values().items()})
     times = Schedule(period * ceil(log(1 / GONE) / (rate * period)), period, period)
     outputs = {"amplitude": HalfRange(scene.system.q[0])}
     return Settling(scene, times, outputs, tolerance=TOLERANCE).measured()["amplitude"]

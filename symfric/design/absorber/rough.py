@@ -20,7 +20,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
-from symfric.model.excitation import forcing_period
+from symfric.model.excitation import excitation_of
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, finite
@@ -286,7 +286,7 @@ def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
 def _in_time(scene: Scene, Omega: float) -> float:
     """Return the amplitude of the scene itself after as many periods as `Forced.amplitude` has at most."""
     scene = scene.where({"Omega": Omega})
-    period = forcing_period(scene)
+    period = excitation_of(scene).period({s.name: v for s, v in scene.parameter_values().items()})
     times = Schedule(BLOCKS * BLOCK * period, BLOCK * period, period)
     outputs = {"amplitude": HalfRange(scene.system.q[0])}
     return Settling(scene, times, outputs, tolerance=TOLERANCE).measured()["amplitude"]

@@ -126,8 +126,9 @@ def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, p
     _, one = window.run(values, found[END], progress=told(1))
     two = one if times.note else window.run(values, one[END], progress=told(2))[1]
     reach = np.fmax(found["high"], one["high"]) - np.fmin(found["low"], one["low"])
-    ranges = [list(zip(w["high"].tolist(), w["low"].tolist(), strict=True)) for w in (one, two)]
-    return [_of_windows(*each, times.note) for each in zip(*ranges, reach.tolist(), strict=True)]
+    first_range, second_range = (list(zip(w["high"].tolist(), w["low"].tolist(), strict=True)) for w in (one, two))
+    windows = zip(first_range, second_range, reach.tolist(), strict=True)
+    return [_of_windows(before, after, size, times.note) for before, after, size in windows]
 
 
 def _of_windows(one: tuple[float, float], two: tuple[float, float], reach: float, note: str) -> Vibration:

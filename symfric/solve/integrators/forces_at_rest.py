@@ -135,10 +135,10 @@ class Rest:
         n_c, groups = len(self.rows), self.automaton.parallels
         firsts, bounds, total = list[int](), np.zeros(n_c), np.zeros(self.rows.shape[1])
         guards = self.guards(plain)
-        for i in np.flatnonzero(plain[:n_c]):
+        for i in map(int, np.flatnonzero(plain[:n_c])):
             first = next((j for j in firsts if groups[j] == groups[i]), None)
             if first is None:
-                firsts.append(int(i))
+                firsts.append(i)
                 first = i
             if plain[i] in (HOLDS, SHARES):
                 total += 0.5 * (guards[forward(i)] - guards[backward(i)]) * self.rows[i]
