@@ -23,6 +23,7 @@ from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 from symfric.templates import render
 from tests.browser import chromium, complaints, overflow, show
+from tests.longer import longer
 
 MARKS = (
     "<script>window.struck = 1</script>",
@@ -185,7 +186,7 @@ def test_nothing_runs_in_a_browser(browser, pages, name):
 PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", longer(UNITS, UNITS[2:]))
 def test_nothing_runs_in_the_explorer(browser, unit, tmp_path):
     pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
     file = tmp_path / "scene.toml"

@@ -2,6 +2,7 @@
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
+from symfric.solve.loop.layout import backward, forward
 from symfric.solve.loop.tolerances import ROUNDING, TIE, doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.workspace import PULL
 
@@ -19,8 +20,10 @@ def contradiction(w, n_x, i, horizon):
     tie, turns = TIE, 3
     if size > 0.0 and (w.m[i] == HOLDS or w.m[i] == SHARES):
         turns = 4
-        if w.probe[n_x + 2 * i + (where > 0), 1] > 0.0:  # it falls below its bound again: no slip would last
-            tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + 2 * i)), 2
+        if (
+            w.probe[n_x + (forward(i) if where > 0 else backward(i)), 1] > 0.0
+        ):  # it falls below its bound again: no slip would last
+            tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
     if size <= tie and w.turns[i] >= turns:
         return 0.0, 0  # a tie to rounding: either mode is right
     return size, where
@@ -32,10 +35,10 @@ def contradicts(w, n_x, i, horizon):
     if not w.zero[i]:
         return 0.0, 0
     if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
-        return _drift(w, n_x + 2 * i, i)
+        return _drift(w, n_x + backward(i), i)
     if w.m[i] > 0.5:
-        return _excess(w, n_x + 2 * i, horizon, doubt_of(w, i))
-    return _backing(w, n_x + 2 * i, i, horizon), 0
+        return _excess(w, n_x + backward(i), horizon, doubt_of(w, i))
+    return _backing(w, n_x + backward(i), i, horizon), 0
 
 
 @compiled(inline=True)

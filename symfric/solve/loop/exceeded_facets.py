@@ -8,6 +8,7 @@ one that is depends neither on the basis nor on the order of the contacts.
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, HOLDS, SHARES
+from symfric.solve.loop.layout import backward, direction, forward
 from symfric.solve.loop.sticking_basis import coefficient, entering, lead_of, release, share, swap
 from symfric.solve.loop.workspace import COUPLING, DROP, LOAD, PULL
 
@@ -62,9 +63,9 @@ def _weigh(w, n_x, n_c):
         bound = 0.5 * (w.gauge[PULL, i] / w.gauge[COUPLING + i, i] + w.gauge[LOAD, i] * w.gauge[DROP, i])
         force = 0.0
         if w.m[i] == AT_BOUND:
-            force = -w.m[n_c + i] * bound
+            force = -w.m[direction(i, n_c)] * bound
         elif w.m[i] == HOLDS or w.m[i] == SHARES:
-            force = 0.5 * (w.probe[n_x + 2 * i + 1, 0] - w.probe[n_x + 2 * i, 0])
+            force = 0.5 * (w.probe[n_x + forward(i), 0] - w.probe[n_x + backward(i), 0])
             lead = first if w.slips[i] != 0.0 else lead
         w.force[first] += _factor(w, i, first) * force
         w.most[first] += abs(_factor(w, i, first)) * bound
@@ -84,7 +85,7 @@ def _grow(w, n_c, lead, factor):
     growth = excess / total
     for k in range(n_c):
         if w.m[k] == AT_BOUND and w.most[k] > 0.0:
-            _change_force(w, n_c, k, -w.m[n_c + k] * w.most[k] * growth)
+            _change_force(w, n_c, k, -w.m[direction(k, n_c)] * w.most[k] * growth)
     return factor + growth
 
 

@@ -7,13 +7,12 @@ for the complementarity problem ``0 <= bound -+ lambda  complementary to  +- acc
 decided by the next derivatives.
 """
 
-import numpy as np
-
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.calls import measure, prelude, probe
 from symfric.solve.loop.contradiction import contradiction, contradicts, idles, rests, stick_scale
 from symfric.solve.loop.exceeded_facets import release_worst
+from symfric.solve.loop.layout import backward, direction, forward, mode, sign, switch
 from symfric.solve.loop.resting_edges import decisive, find_edges
 from symfric.solve.loop.sticking_basis import exchange, release, share
 from symfric.solve.loop.tolerances import ROUNDING, TIE, TOUCH, natural_time, no_load
@@ -83,8 +82,8 @@ def _try_sticking(w, n_x, n_c):
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.trial, w.span)
     for i in range(n_c):
-        w.old[i] = 0 if w.m[i] > 0.5 else np.int64(w.m[n_c + i])
-        w.zero[i] = w.old[i] == 0 or w.hit[2 * i] != 0
+        w.old[i] = mode(w, i)
+        w.zero[i] = w.old[i] == 0 or w.hit[backward(i)] != 0
     _find_zeros(w, n_c)
     if _project(w, n_c):  # then contacts that follow from these have no slip either
         measure(w, w.y, w.gauge)
@@ -101,11 +100,11 @@ def _leave_bounds(w, n_c):
     A contact whose force is given moves apart from others: that is seen by its accelerations, or falls again at once.
     """
     for i in range(n_c):
-        if w.m[i] == 0.0 or w.old[i] != 0 or not (w.hit[2 * i] or w.hit[2 * i + 1]):
+        if w.m[i] == 0.0 or w.old[i] != 0 or not (w.hit[backward(i)] or w.hit[forward(i)]):
             continue
-        side = -1 if w.hit[2 * i] else 1
+        side = -1 if w.hit[backward(i)] else 1
         if not w.depends[i] or (w.carries[i] == 0 and w.counts.stall > 0):
-            w.m[i], w.m[n_c + i] = 0.0, side
+            w.m[i], w.m[direction(i, n_c)] = 0.0, side
         elif w.carries[i]:
             share(w, n_c)
             carries = w.m[i] == HOLDS or w.m[i] == SHARES  # not if it left its bound with another
@@ -120,7 +119,7 @@ def _find_zeros(w, n_c):
         slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         w.zero[i] = w.zero[i] or abs(slip) <= ROUNDING * size
         if not w.zero[i]:
-            w.m[n_c + i] = 1.0 if slip > 0.0 else -1.0
+            w.m[direction(i, n_c)] = 1.0 if slip > 0.0 else -1.0
             w.m[i] = 0.0
         elif w.sticks[i] and w.m[i] == 0.0:
             w.m[i] = FOLLOWS  # unless `share` finds that it does not
@@ -186,11 +185,11 @@ def _change_contact(w, n_x, n_c, horizon, least):
         if not exchange(w, n_c, worst, side, least):
             release_worst(w, n_x, n_c)
     elif w.m[worst] > 0.5:
-        w.m[worst], w.m[n_c + worst] = 0.0, side
+        w.m[worst], w.m[direction(worst, n_c)] = 0.0, side
     elif w.sticks[worst]:
         w.m[worst] = FOLLOWS
     else:
-        w.m[n_c + worst] = -w.m[n_c + worst]
+        w.m[direction(worst, n_c)] = -w.m[direction(worst, n_c)]
     return True
 
 
@@ -215,12 +214,12 @@ def _hold_more(w, n_x, n_c, horizon, edges):
 @compiled(inline=True)
 def _may_hold(w, n_x, i):
     """Whether contact i, released at rest, may stick: at all, and with a constraint of its own."""
-    reached = w.old[i] == 0 and (w.hit[2 * i] or w.hit[2 * i + 1])
+    reached = w.old[i] == 0 and (w.hit[backward(i)] or w.hit[forward(i)])
     drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
-    alone = idles(w, n_x + 2 * i) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
+    alone = idles(w, n_x + backward(i)) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
     if alone or not w.depends[i] or (reached and w.carries[i] == 0):
         return alone, alone
-    return rests(w, n_x + 2 * i, i), False
+    return rests(w, n_x + backward(i), i), False
 
 
 @compiled
@@ -239,12 +238,12 @@ def _try_to_hold(w, n_x, n_c, horizon):
         may, alone = _may_hold(w, n_x, i)
         if not may:
             continue
-        for k in range(2 * n_c):
+        for k in range(sign(0, n_c)):
             w.kept[k] = w.m[k]
         w.m[i] = FOLLOWS
         share(w, n_c)
         if (w.m[i] == HOLDS and not alone) or not _holds(w, n_x, n_c, horizon):
-            for k in range(2 * n_c):
+            for k in range(sign(0, n_c)):
                 w.m[k] = w.kept[k]
             share(w, n_c)
             prelude(w)
@@ -261,7 +260,7 @@ def _next_to_hold(w, n_c):
     for i in range(n_c - 1, -1, -1):
         if w.tried[i]:
             continue
-        stuck = w.old[i] == 0 and not (w.hit[2 * i] or w.hit[2 * i + 1])
+        stuck = w.old[i] == 0 and not (w.hit[backward(i)] or w.hit[forward(i)])
         if best < 0 or (stuck and not first) or (stuck == first and w.gauge[PULL, i] > strongest):
             best, first, strongest = i, stuck, w.gauge[PULL, i]
     return best
@@ -291,12 +290,11 @@ def _change_switch(w, n_x, n_c, n_s, edges):
         return True
     time = natural_time(w)
     for j in range(n_s):
-        g = 2 * n_c + j
-        row = n_x + g
+        g, row = switch(j, n_c), n_x + switch(j, n_c)
         value = w.probe[row, 0]
         if w.turns[n_c + j] >= 2:
             continue
-        if w.hit[g] or abs(value) <= abs(w.m[g]) * ROUNDING * w.scale[row]:
+        if w.hit[g] or abs(value) <= abs(w.m[sign(j, n_c)]) * ROUNDING * w.scale[row]:
             if w.edge[j]:
                 continue
             wrong = w.probe[row, decisive(w, w.probe, row, j, n_c, time)] < 0.0
@@ -304,7 +302,7 @@ def _change_switch(w, n_x, n_c, n_s, edges):
             wrong = value < 0.0
         if wrong:
             w.turns[n_c + j] += 1
-            w.m[2 * n_c + j] = -w.m[2 * n_c + j]
+            w.m[sign(j, n_c)] = -w.m[sign(j, n_c)]
             w.counts.kinks += 1
             return True
     return False
@@ -314,24 +312,24 @@ def _change_switch(w, n_x, n_c, n_s, edges):
 def _mark_fresh(w, n_x, n_c, n_s):
     """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
     for i in range(n_c):
-        a, b = w.probe[n_x + 2 * i, 0], w.probe[n_x + 2 * i + 1, 0]
+        a, b = w.probe[n_x + backward(i), 0], w.probe[n_x + forward(i), 0]
         if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
-            w.fresh[2 * i], w.fresh[2 * i + 1] = 1, 1
-            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
+            w.fresh[backward(i)], w.fresh[forward(i)] = 1, 1
+            w.slack[backward(i)], w.slack[forward(i)] = 0.0, 0.0
         elif w.m[i] > 0.5:
-            scale = stick_scale(w, n_x + 2 * i)
-            for g, room in ((2 * i, a), (2 * i + 1, b)):
+            scale = stick_scale(w, n_x + backward(i))
+            for g, room in ((backward(i), a), (forward(i), b)):
                 largest = w.scale[n_x + g] if w.carries[i] else w.other[g]
                 w.fresh[g], w.slack[g] = room <= ROUNDING * scale, max(0.0, -room)
                 if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero, to the rounding of what has been
                     w.fresh[g], w.slack[g] = 0, max(0.0, ROUNDING * max(scale, largest) - room)
         else:
-            w.fresh[2 * i] = w.zero[i]
-            w.fresh[2 * i + 1] = 0
-            w.slack[2 * i], w.slack[2 * i + 1] = 0.0, 0.0
+            w.fresh[backward(i)] = w.zero[i]
+            w.fresh[forward(i)] = 0
+            w.slack[backward(i)], w.slack[forward(i)] = 0.0, 0.0
     for j in range(n_s):
-        g = 2 * n_c + j
-        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= abs(w.m[g]) * ROUNDING * w.scale[n_x + g]
+        g, little = switch(j, n_c), abs(w.m[sign(j, n_c)]) * ROUNDING
+        w.fresh[g] = w.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= little * w.scale[n_x + g]
 
 
 @compiled(inline=True)
@@ -345,5 +343,5 @@ def keep_scales(w, n_x, n_c):
         if carries == (w.carries[i] != 0):
             continue
         w.carries[i] = carries
-        for g in range(2 * i, 2 * i + 2):
+        for g in (backward(i), forward(i)):
             w.scale[n_x + g], w.other[g] = max(w.other[g], abs(w.probe[n_x + g, 0])), w.scale[n_x + g]

@@ -15,6 +15,7 @@ this contact and of all those with ``c_kj != 0``, which start together.
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, DISTINCT, FOLLOWS, HOLDS, REDUNDANT, SHARES
+from symfric.solve.loop.layout import direction
 from symfric.solve.loop.workspace import COUPLING, PULL
 
 CLOSE = 1e-4  # part of its diagonal below which a pivot of the coupling is not what is left of the rows, to rounding
@@ -179,7 +180,7 @@ def entering(w, n_c, lead, way, least):
             continue
         c = coefficient(w, n_c, k, lead)
         w.slips[k] = 0.0 if c == 0.0 else (way if c > 0.0 else -way)
-        if c == 0.0 or (w.m[k] == AT_BOUND and w.m[n_c + k] == w.slips[k]):
+        if c == 0.0 or (w.m[k] == AT_BOUND and w.m[direction(k, n_c)] == w.slips[k]):
             continue
         size = c * c * w.gauge[COUPLING + lead, lead] / w.gauge[COUPLING + k, k]
         if size > largest and not (least and best >= 0):
@@ -192,7 +193,7 @@ def swap(w, n_c, lead, best):
     """Put contact `lead` and those parallel to it at their bounds, `best` and those parallel to it in their place."""
     for j in range(n_c):
         if (w.m[j] == HOLDS or w.m[j] == SHARES) and w.parallel[j] == w.parallel[lead]:
-            w.m[j], w.m[n_c + j] = AT_BOUND, w.slips[j]
+            w.m[j], w.m[direction(j, n_c)] = AT_BOUND, w.slips[j]
         elif w.parallel[j] == w.parallel[best] and (w.m[j] == FOLLOWS or w.m[j] == AT_BOUND):
             w.m[j] = SHARES
     w.m[best] = HOLDS
@@ -203,4 +204,4 @@ def release(w, n_c):
     """Release the contacts that slip together, in their directions."""
     for j in range(n_c):
         if w.slips[j] != 0.0:
-            w.m[j], w.m[n_c + j] = 0.0, w.slips[j]
+            w.m[j], w.m[direction(j, n_c)] = 0.0, w.slips[j]

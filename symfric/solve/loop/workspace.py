@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
-from symfric.lower.mode_layout import backward
+from symfric.lower.mode_layout import backward, sign
 from symfric.model.outputs import Row
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
 from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
@@ -215,7 +215,7 @@ def make_arrays(
         force=room(n_c),
         most=room(n_c),
         tried=flags(n_c),
-        kept=room(2 * n_c),
+        kept=room(sign(0, n_c)),
         slopes=room(n_c, n_q),
         response=room(n_c, n_q),
         impulse=room(n_c),
