@@ -20,9 +20,8 @@ def contradiction(w, n_x, i, horizon):
     tie, turns = TIE, 3
     if size > 0.0 and (w.m[i] == HOLDS or w.m[i] == SHARES):
         turns = 4
-        if (
-            w.probe[n_x + (forward(i) if where > 0 else backward(i)), 1] > 0.0
-        ):  # it falls below its bound again: no slip would last
+        row = n_x + (forward(i) if where > 0 else backward(i))
+        if w.probe[row, 1] > 0.0:  # it falls below its bound again: no slip would last
             tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
     if size <= tie and w.turns[i] >= turns:
         return 0.0, 0  # a tie to rounding: either mode is right
