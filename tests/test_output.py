@@ -28,7 +28,6 @@ v_b = 0.2
 x_max = "max(x)"
 [sweep]
 from = 0.1
-from tests.longer import longer
 to = 0.2
 number = 2
 settle = 20

@@ -325,7 +325,10 @@ def dimensions_of(scene):
     return FLOOR_DIMENSIONS
 
 
-@pytest.mark.parametrize("name", CASES)
+SLOW = ("branch of a pair", "damper of a limit")
+
+
+@pytest.mark.parametrize("name", longer(CASES, SLOW))
 @pytest.mark.parametrize("seed", longer(range(4), range(1, 4)))
 def test_other_units(name, seed):
     scene, question = CASES[name]

@@ -49,7 +49,7 @@ def nearly_parallel(seed, apart, drop=None, horizon=5.0):
 APART = [1e-5, 1e-6, 1e-7, 1e-8, 1e-9]
 
 
-@pytest.mark.parametrize("seed", longer(range(12), range(4, 12)))
+@pytest.mark.parametrize("seed", longer(range(12), range(2, 12)))
 def test_nearly_parallel_contacts_obey_equations_and_law(seed):
     for apart in APART:
         scene, friction, _ = nearly_parallel(seed, apart)
