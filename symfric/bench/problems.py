@@ -1,7 +1,10 @@
 """The benchmark's problems: what is solved, the answer, and where the answer comes from."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from functools import cache
 from importlib.resources import files
 
@@ -15,7 +18,7 @@ from symfric.model.scene import Scene
 
 @dataclass(frozen=True)
 class Oscillator:
-    r"""The equation all peers solve, in plain numbers.
+    r"""The equation that heyoka's loop written by hand solves, in plain numbers.
 
     :math:`x'' + 2\beta x' + x + \mathrm{sgn}(w)\,\mu(|w|) = a\Omega^2\sin\Omega t`, w = x' - v_b, from (x0, 0), with
     :math:`\mu(v) = \mu_s + c_1 v + c_3 v^3`, Thomsen (1) and (5).
@@ -79,7 +82,7 @@ class Problem:
     source : str
         How the reference was found.
     oscillator : Oscillator, optional
-        The same for the peers' loops that were written by hand; `symfric.bench.peers.written_out` writes out others.
+        The same for `symfric.bench.peers.heyoka_by_hand`; `symfric.bench.peers.written_out` writes out any.
     speeds : tuple of float
         Belt speeds of a sweep; none otherwise.
     window : (float, float)
@@ -104,18 +107,24 @@ class Problem:
         return self.oscillator
 
 
-_SERIES = "symfric.bench.reference.series: Taylor series with 40 digits, events by Newton's method on the series"
+_MANY_DIGITS = "extrapolated midpoint rule in multiple precision, see symfric.bench.many_digits"
+_SERIES = (
+    "Taylor series in 40 digits for the decimal numbers; symfric.bench.many_digits agrees to the doubles' rounding"
+)
 
 
 def _settling() -> Problem:
+    delta, x0 = Fraction(0.03), 1
+    stops = math.ceil((x0 / delta - 1) / 2)
+    rest = (-1) ** stops * (x0 - 2 * stops * delta)
     scene = scenes.coulomb_oscillator(0.03, x0=1.0).wanting({"end": End()})
     return Problem(
         name="P1",
         title="Coulomb oscillator until it rests",
         scene=scene,
         oscillator=Oscillator(mu_s=0.03, x0=1.0, horizon=scene.horizon, settles=True),
-        reference=("0.02", "0"),
-        events=17,
+        reference=(str(Decimal(rest.numerator) / rest.denominator), "0"),
+        events=stops,
         source="closed form: every half cycle shortens the amplitude by 2 delta, handbook example 19.5",
     )
 
@@ -186,8 +195,7 @@ _SLIDES = (
 
 
 def _larger(name, title, scene, reference, events) -> Problem:
-    source = "symfric.bench.reference.extrapolation: extrapolated midpoint rule in 28-digit arithmetic"
-    return Problem(name, title, scene, reference, events, source)
+    return Problem(name, title, scene, reference, events, _MANY_DIGITS)
 
 
 _MAKERS: dict[str, Callable[[], Problem]] = {

@@ -8,9 +8,9 @@ import pytest
 from click.testing import CliRunner
 
 from symfric.bench import needs, scaling
+from symfric.bench.many_digits import many_digits
 from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named, problems
-from symfric.bench.reference.series import reference
 from symfric.bench.timing import measure
 from symfric.cli import main
 from tests.longer import longer
@@ -47,13 +47,17 @@ def test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found(resul
         assert point["seconds"] > 0
 
 
-@pytest.mark.parametrize("name", longer(["P1", "P2", "P3", "P4"], ("P3", "P4")))
-def test_references_are_found_again_in_thirty_digits(name):
+# P2 to P4 were computed for the decimal numbers, P6 and P9 for factors rounded to doubles: so near are they at the end
+ROUNDING = {"P1": 1e-20, "P2": 2e-15, "P3": 2e-15, "P4": 2e-15, "P6": 1e-15, "P7": 2e-14, "P8": 1e-19, "P9": 1e-14}
+
+
+@pytest.mark.parametrize("name", longer(ROUNDING, set(ROUNDING) - {"P1"}))
+def test_references_are_found_again_in_multiple_precision(name):
     problem = named(name)
-    found = reference(problem.oscillator, 30)
+    found = many_digits(problem.scene)
     with mp.workdps(30):
-        for value, known in zip((found.x, found.u), problem.reference, strict=True):
-            assert abs(value - mp.mpf(known)) < mp.mpf("1e-20")
+        for value, known in zip(found.final, problem.reference, strict=True):
+            assert abs(value - mp.mpf(known)) < ROUNDING[name]
     if problem.events:
         assert found.events == problem.events
 

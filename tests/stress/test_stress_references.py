@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.bench.many_digits import many_digits
 from symfric.bench.problems import problems
-from symfric.bench.reference.extended import extended
 from tests.longer import longer
 
 X, U, Y, W = sp.symbols("x u y w", real=True)
@@ -68,7 +68,7 @@ SCENES = {
     ),
 )
 def test_motions_agree_with_multiple_precision(name):
-    reference = extended(SCENES[name], digits=22)
+    reference = many_digits(SCENES[name], digits=22)
     final = np.array([float(x) for x in reference.final])
     for tolerance in (1e-6, 1e-9, 1e-13):
         run = sf.simulate(SCENES[name], tolerance).checked()
@@ -78,7 +78,7 @@ def test_motions_agree_with_multiple_precision(name):
 
 def test_the_reference_agrees_with_that_of_the_benchmark():
     problem = problems()["P2"]
-    found = extended(problem.scene.until(3.0), digits=22)
+    found = many_digits(problem.scene.until(3.0), digits=22)
     run = sf.simulate(problem.scene.until(3.0), 1e-15)
     assert found.events == run.stats["events"]
     assert [float(x) for x in found.final] == pytest.approx(run.final, abs=3e-15)

@@ -5,16 +5,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from symfric.bench.peers import (
-    casadi_erk,
-    casadi_form,
-    diffrax_form,
-    heyoka_form,
-    heyoka_loop,
-    scipy_form,
-    scipy_loop,
-    sundae_form,
-)
+from symfric.bench.peers import casadi_peer, diffrax_peer, heyoka_by_hand, heyoka_peer, scipy_peer, sundae_peer
 from symfric.bench.problems import Problem
 from symfric.bench.result import Answer
 from symfric.model.outputs import End, HalfRange
@@ -101,14 +92,11 @@ def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], An
     return lambda: Answer(tuple(half_range(v) for v in problem.speeds), 0)
 
 
-def _either(by_hand, of_form, sweep=None):
-    """Return a `prepare` that takes the loop written by hand where there is one."""
-
-    def prepared(problem: Problem, tolerance: float) -> Callable[[], Answer]:
-        chosen = sweep if problem.speeds else by_hand if problem.oscillator else of_form
-        return chosen(problem, tolerance)
-
-    return prepared
+def _heyoka(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+    """Take the loop written by hand where there is one: there a callback of half a microsecond counts."""
+    if problem.speeds:
+        return heyoka_by_hand.prepare_sweep(problem, tolerance)
+    return (heyoka_by_hand if problem.oscillator else heyoka_peer).prepare(problem, tolerance)
 
 
 _EXACT_LAW = ("P1", "P2", "P3")
@@ -122,24 +110,18 @@ _SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
 
 def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
-    heyoka = _either(heyoka_loop.prepare, heyoka_form.prepare, heyoka_loop.prepare_sweep)
-    events = _either(scipy_loop.prepare_events, scipy_form.prepare_events, scipy_loop.prepare_sweep)
-    stiff = _either(scipy_loop.prepare_stiff, scipy_form.prepare_stiff)
-    erk = _either(casadi_erk.prepare_interpreted, casadi_form.prepare_interpreted)
-    erk_c = _either(casadi_erk.prepare_compiled, casadi_form.prepare_compiled)
-    casadi = (*casadi_erk.WORKAROUNDS, *casadi_form.WORKAROUNDS)
-    scipy = (*scipy_loop.WORKAROUNDS, *scipy_form.WORKAROUNDS)
+    scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
         Peer("symfric", _prepare_default, _ALL, _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
-        Peer("heyoka", heyoka, _ALL, _FINE, heyoka_loop.WORKAROUNDS, ("heyoka",)),
-        Peer("scipy DOP853", events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
-        Peer("scipy LSODA", stiff, _CONTINUOUS, _SLOW),
-        Peer("casadi erk", erk, (*_STICKING, "P9"), _SLOW, casadi),
-        Peer("casadi erk, C", erk_c, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
-        Peer("casadi cvodes", casadi_erk.prepare_stiff, ("P4",), _SLOW),
-        Peer("sundae CVODE", sundae_form.prepare, (*_STICKING, "P9"), _SLOW, sundae_form.WORKAROUNDS, ("sksundae",)),
-        Peer("diffrax Tsit5", diffrax_form.prepare, (*_EXACT_LAW, "P8"), _SLOW, diffrax_form.WORKAROUNDS, ("diffrax",)),
+        Peer("heyoka", _heyoka, _ALL, _FINE, heyoka_by_hand.WORKAROUNDS, ("heyoka",)),
+        Peer("scipy DOP853", scipy_peer.prepare_events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
+        Peer("scipy LSODA", scipy_peer.prepare_stiff, _CONTINUOUS, _SLOW),
+        Peer("casadi erk", casadi_peer.prepare_interpreted, (*_STICKING, "P9"), _SLOW, casadi),
+        Peer("casadi erk, C", casadi_peer.prepare_compiled, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
+        Peer("casadi cvodes", casadi_peer.prepare_stiff, ("P4",), _SLOW),
+        Peer("sundae CVODE", sundae_peer.prepare, (*_STICKING, "P9"), _SLOW, sundae_peer.WORKAROUNDS, ("sksundae",)),
+        Peer("diffrax Tsit5", diffrax_peer.prepare, (*_EXACT_LAW, "P8"), _SLOW, diffrax_peer.WORKAROUNDS, ("diffrax",)),
     ]
     return {p.name: p for p in every}

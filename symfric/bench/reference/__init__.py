@@ -1,1 +1,0 @@
-"""Answers in many digits, independent of every route and peer."""
