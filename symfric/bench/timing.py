@@ -113,7 +113,7 @@ def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) ->
             try:
                 entry = _prepare(problem, peer, tolerance, rounds, start, prepared)
             except Exception as error:  # a peer's failure is a row of the table, whatever its kind
-                failures[peer.name] = f"{type(error).__name__} at {tolerance:g}: {_first_line(error)}"
+                failures[peer.name] = f"{type(error).__name__} at {tolerance:g}: {_message(error)}"
                 break
             entries.append(entry)
     tell(f"{problem.name}: measuring")
@@ -137,8 +137,9 @@ def _prepare(problem, peer, tolerance, rounds, start, prepared) -> _Entry:
     return _Entry(peer, tolerance, run, answer, max(1, int(_SAMPLE / once)), samples)
 
 
-def _first_line(error: Exception) -> str:
-    lines = [line for line in str(error).splitlines() if line.strip()]
+def _message(error: Exception) -> str:
+    """Return the last line of an error that is not a rule: where CasADi says the reason, after the places."""
+    lines = [line.strip() for line in str(error).splitlines() if any(c.isalnum() for c in line)]
     return lines[-1][:120] if lines else ""
 
 

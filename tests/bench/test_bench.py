@@ -2,16 +2,16 @@
 
 import json
 import math
+from dataclasses import replace
 
 import mpmath as mp
 import pytest
 from click.testing import CliRunner
 
-from symfric.bench import needs, scaling
+from symfric.bench import needs, scaling, timing
 from symfric.bench.many_digits import many_digits
 from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named, problems
-from symfric.bench.timing import measure
 from symfric.cli import main
 from tests.longer import longer
 
@@ -72,7 +72,18 @@ def test_an_unknown_problem_is_one_line(result):
     assert outcome.exit_code == 2
     assert "no problem 'Q1'; known: P1, P2" in outcome.output
     with pytest.raises(Exception, match="no problem 'Q1'"):
-        measure(["Q1"])
+        timing.measure(["Q1"])
+
+
+def test_a_peer_that_fails_is_one_line_of_the_table(monkeypatch):
+    def prepare(problem, tolerance):
+        raise ValueError("/some/file.cpp: Error in Function\n\nthe steps became too small\n------\n")
+
+    failing = replace(peers()["symfric"], name="failing", prepare=prepare)
+    monkeypatch.setattr(timing, "peers", lambda: {"failing": failing})
+    (curve,) = timing.measure(["P1"]).curves
+    assert curve.failure == "ValueError at 0.0001: the steps became too small"
+    assert not curve.points
 
 
 def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypatch):

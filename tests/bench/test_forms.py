@@ -9,7 +9,7 @@ import pytest
 import symfric as sf
 from symfric.bench import larger
 from symfric.bench.many_digits import many_digits
-from symfric.bench.peers import casadi_peer, heyoka_peer, scipy_peer, sundae_peer
+from symfric.bench.peers import casadi_peer, diffrax_peer, heyoka_peer, scipy_peer, sundae_peer
 from symfric.bench.peers.written_out import form_of
 from symfric.bench.problems import problems
 
@@ -18,6 +18,7 @@ LOOPS = {
     "casadi": casadi_peer.prepare_interpreted,
     "heyoka": heyoka_peer.prepare,
     "sksundae": sundae_peer.prepare,
+    "diffrax": diffrax_peer.prepare,
 }
 SCENES = {
     "slides": larger.slides().until(12.0),
@@ -34,9 +35,12 @@ def truth():
     return {name: sf.simulate(scene, 1e-12).checked() for name, scene in SCENES.items()}
 
 
-@pytest.mark.parametrize("loop", LOOPS)
-@pytest.mark.parametrize("name", SCENES)
-def test_every_loop_finds_the_motion(loop, name, truth):
+# diffrax' root finder fails on samples that end where the guard rises from zero; the benchmark does not give it records
+PAIRS = [(name, loop) for name in SCENES for loop in LOOPS if (name, loop) != ("record", "diffrax")]
+
+
+@pytest.mark.parametrize(("name", "loop"), PAIRS)
+def test_every_loop_finds_the_motion(name, loop, truth):
     if importlib.util.find_spec(loop) is None:
         pytest.skip(f"{loop} is not installed")
     run = LOOPS[loop](replace(problems()["P8"], scene=SCENES[name]), 1e-8)
@@ -44,6 +48,13 @@ def test_every_loop_finds_the_motion(loop, name, truth):
     assert answer.values == pytest.approx(truth[name].final, abs=2e-6)
     assert answer.events == truth[name].stats["events"]
     assert again == answer
+
+
+def test_a_loop_that_fails_says_so_in_one_line(capfd):
+    pytest.importorskip("diffrax")
+    with pytest.raises(RuntimeError, match=r"^The maximum number of steps was reached.*, after t = [0-9.]+$"):
+        diffrax_peer.prepare(problems()["P3"], 1e-12)()
+    assert capfd.readouterr() == ("", "")
 
 
 def test_many_digits_agree_with_the_routes():

@@ -41,7 +41,7 @@ def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     form = form_of(problem.scene, through=True)
     x, t = ca.SX.sym("x", len(form.states) + 1), ca.SX.sym("t")
     rates = _as_casadi(form, form.rates)(t, *ca.vertsplit(x)[:-1])
-    dae = {"x": x, "t": t, "ode": ca.vertcat(*rates, 0)}  # the last state is the number of events
+    dae = {"x": x, "t": t, "ode": ca.cse(ca.vertcat(*rates, 0))}  # the last state is the number of events
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**7}
     return _running(ca.integrator("stiff", "cvodes", dae, 0, form.horizon, options), form)
 
@@ -101,9 +101,10 @@ def _after(form: Form, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX)
 
 
 def _as_casadi(form: Form, expressions):
-    own = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs}
+    own = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs, "side": ca.sign}
     own["branch"] = lambda side, above, below: ca.if_else(side > 0, above, below)
-    return sp.lambdify(form.arguments, list(expressions), [own, math])
+    side = sp.Function("side")  # the printer writes the sign as a Python condition
+    return sp.lambdify(form.arguments, [sp.sympify(e).replace(sp.sign, side) for e in expressions], [own, math])
 
 
 def _running(function: ca.Function, form: Form) -> Callable[[], Answer]:

@@ -1,5 +1,7 @@
 """diffrax on a written-out scene, one compiled solve from event to event."""
 
+import logging
+import re
 from collections.abc import Callable
 
 import sympy as sp
@@ -23,6 +25,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     import optimistix
 
     jax.config.update("jax_enable_x64", True)
+    logging.getLogger("jax").setLevel(logging.CRITICAL)  # a solve that fails logs its traceback before it raises
     form = form_of(problem.scene)
     rates = sp.lambdify(form.arguments, list(form.rates), "jax", cse=True)
     guards = [sp.lambdify(form.arguments, guard, "jax") for guard in form.guards]
@@ -52,7 +55,11 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
         return part.ts[-1], part.ys[-1], fell
 
     def advance(t, y, mode, line, end):
-        reached, state, fell = solved(t, end, jnp.array(y), jnp.array([*mode, *line]))
+        try:
+            reached, state, fell = solved(t, end, jnp.array(y), jnp.array([*mode, *line]))
+        except (RuntimeError, ValueError) as error:
+            reasons = re.findall(r"\w+Error: (.+?)(?:\. |$)", str(error), re.MULTILINE)  # inside a traceback
+            raise RuntimeError(f"{reasons[-1] if reasons else error}, after t = {t:.6g}") from None
         fired = [k for k, yes in enumerate(fell.tolist()) if yes]
         if not fired:
             return end, state.tolist(), None

@@ -185,7 +185,7 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
 
 def _branched(law, slip: sp.Expr) -> sp.Expr:
     """Return friction over load of a smooth law of one branch or two."""
-    sign = branch(slip, 1, -1)
+    sign = sp.sign(slip)
     if not law.breaks:
         return _odd(law.kinetic, sign, slip)
     (inner, _), (outer, _) = law.kinetic.args
