@@ -118,7 +118,8 @@ class _Equations:
         own = [{"select": lambda side, above, below: above if side > 0 else below}, "mpmath"]
         self._parts = sp.lambdify(arguments, [*parts, list(kinks.guards)], own, cse=True)
         self._matrices = sp.lambdify(arguments, matrices, own, cse=True)
-        self._known, self._inverses = tuple(known.values()), {}
+        self._known = tuple(known.values())
+        self._inverses: dict[tuple[int, ...], tuple] = {}
         self.n_k, self.line = len(kinks.guards), [mp.mpf(0)] * (2 * len(lines))
 
     def __call__(self, t, y: list, mode: _Mode) -> _Forces:

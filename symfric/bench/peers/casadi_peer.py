@@ -101,8 +101,8 @@ def _after(form: Form, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX)
 
 
 def _as_casadi(form: Form, expressions):
-    own = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs, "side": ca.sign}
-    own["branch"] = lambda side, above, below: ca.if_else(side > 0, above, below)
+    own: dict[str, Callable] = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs}
+    own |= {"side": ca.sign, "branch": lambda side, above, below: ca.if_else(side > 0, above, below)}
     side = sp.Function("side")  # the printer writes the sign as a Python condition
     return sp.lambdify(form.arguments, [sp.sympify(e).replace(sp.sign, side) for e in expressions], [own, math])
 

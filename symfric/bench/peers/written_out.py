@@ -117,7 +117,7 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
     """
     system, numbers = scene.system, scene.numbers()
     known = {s: v for s, v in numbers.items() if s in scene.values and s not in given}
-    line = sp.symbols("line0 line1", real=True) if scene.inputs else ()
+    line: tuple[sp.Symbol, ...] = sp.symbols("line0 line1", real=True) if scene.inputs else ()
     if len(scene.inputs) > 1:
         raise NotImplementedError("several inputs")
     contacts = [c for c in scene.contacts if not (through and c.law.smooth and len(c.law.breaks) < 2)]
@@ -253,6 +253,7 @@ class Loop:
     def run(self, t, y, mode, segments, parameters=()) -> tuple[list[float], list[float], int]:
         """Go through segments of the input; return state, mode and the number of events."""
         events, advance = 0, self._advance
+        assert advance is not None, "a loop without a solver only finds modes"
         for end, *line in segments:
             line += parameters
             while t < end:
