@@ -36,6 +36,14 @@ def failures(found):
     return [v for v in found if v.verdict == "silent failure"]
 
 
+@pytest.mark.parametrize(("seed", "number"), [(5000, 12), (9001, 46), (5005, 0)])
+def test_slips_that_differ_by_a_billionth(seed, number):
+    # a contact that only passes through zero slip must not pull others there: its rounding is 1e-7 of their speeds
+    found = comparison_of("parallel", seed).verdict(number)
+    assert found.verdict == "agrees"
+    assert max(found.second, found.finer) < 1e-8
+
+
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name != "mixed"])
 def test_no_scene_of_a_family_fails_in_silence(family):
     comparison = prepared(family, SEEDS.get(family, 0))

@@ -95,18 +95,12 @@ class Mechanics:
         loaded = force + rows.T @ push
         if not stuck:
             return np.linalg.solve(mass, loaded), push, parts
-        n, k, held = len(force), len(stuck), rows[stuck]
+        held, drifts = reduced(rows[stuck], drift[stuck])
+        n, k = len(force), len(held)
         system = np.zeros((n + k, n + k))
         system[:n, :n], system[:n, n:], system[n:, :n] = mass, -held.T, held
-        right = np.concatenate([loaded, -drift[stuck]])
-        if k > n or (k > 1 and np.linalg.matrix_rank(held, tol=_RANK) < k):
-            found = np.linalg.lstsq(system, right, rcond=_RANK)[0]
-        else:
-            try:
-                found = np.linalg.solve(system, right)
-            except np.linalg.LinAlgError:  # rows that differ by less than the square root of the rounding
-                found = np.linalg.lstsq(system, right, rcond=_RANK)[0]
-        push[stuck] = found[n:]
+        found = np.linalg.solve(system, np.concatenate([loaded, -drifts]))
+        push[stuck] = np.linalg.lstsq(rows[stuck].T, held.T @ found[n:], rcond=_RANK)[0]
         return found[:n], push, parts
 
     def excess(self, t: float, y, mode: Mode, motion=None) -> np.ndarray:
@@ -127,8 +121,43 @@ class Mechanics:
                 result[stuck] = np.inf  # their slips cannot all stay zero
             else:
                 total = mass @ a - force - rows[slipping].T @ push[slipping]
-                result[stuck] = least_excess(held, total, bounds[stuck])
+                result[stuck] = shared_excess(held, total, bounds[stuck])
         return result
+
+
+def reduced(rows: np.ndarray, drifts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return independent rows of size one that hold what the rows hold, and their drifts.
+
+    By elimination, which leaves the small difference of nearly parallel rows exact; their own equations would have
+    the square of it as a pivot.
+    """
+    size = np.max(np.abs(rows), axis=1)
+    size[size == 0] = 1.0
+    left, rest = rows / size[:, None], drifts / size
+    found, values = [], []
+    while left.size and np.max(np.abs(left)) > _RANK:
+        i, j = np.unravel_index(np.argmax(np.abs(left)), left.shape)
+        row, value = left[i] / left[i, j], rest[i] / left[i, j]
+        found.append(row)
+        values.append(value)
+        left, rest = left - np.outer(left[:, j], row), rest - left[:, j] * value
+        left[:, j] = 0.0
+    return np.array(found).reshape(-1, rows.shape[1]), np.array(values)
+
+
+def shared_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Return by how much each of the contacts that share a force exceeds its bound.
+
+    Contacts without load carry nothing where the others can: with a share they would sit on their bounds for ever.
+    """
+    result = np.full(len(rows), -np.inf)
+    loaded = bounds > 0
+    if not np.all(loaded) and np.any(loaded):
+        left = rows[loaded].T @ np.linalg.lstsq(rows[loaded].T, total, rcond=_RANK)[0] - total
+        if np.max(np.abs(left)) > 1e-12 * np.max(np.abs(total)):
+            loaded[:] = True
+    result[loaded] = least_excess(rows[loaded], total, bounds[loaded])
+    return result
 
 
 def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> float:

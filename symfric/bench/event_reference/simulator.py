@@ -14,7 +14,7 @@ _GRID = np.linspace(0.0, 1.0, 13)  # of a step, on which guards are looked at
 _FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])  # a mode may end soon after it began
 _CHANGE = 1.0  # of the argument of a feature over a step; and this part of the argument itself:
 _PART = 0.5
-_ZERO = 1e-10, 1e-12  # of the largest slip and of the largest guard of a kink so far: what counts as zero
+_ZERO = 1e-13, 1e-12  # of the largest slip and of the largest guard of a kink so far: what counts as zero
 
 
 class GaveUp(Exception):
@@ -107,7 +107,8 @@ class _Motion:
         reason = ""
         self.x[:, self.times <= 0] = y[:, None]
         try:
-            self._motion(y)
+            with np.errstate(all="ignore"):  # what is not finite is found by the step that made it
+                self._motion(y)
         except GaveUp as gave_up:
             reason = str(gave_up)
         except (ArithmeticError, ValueError, TypeError, np.linalg.LinAlgError) as error:
@@ -197,7 +198,8 @@ class _Motion:
                 continue
             self.h = min(length * min(4.0, 0.8 / max(change, 1e-3)), self.horizon / 20)
             guards, function = self._guards(mode, grid, states, watched, dense)
-            event = _first_event(grid, guards, function, first)
+            noise = np.concatenate([_ZERO[0] * self.largest, np.zeros(self.e.n_c)])
+            event = _first_event(grid, guards, function, noise if first else None)
             if event is not None:
                 te, row = event
                 self._keep(t, te, dense)
@@ -269,27 +271,35 @@ def _change(arguments: np.ndarray) -> float:
     return float(np.max(np.where(np.isfinite(found), found, 0.0)))
 
 
-def _first_event(grid: np.ndarray, guards: np.ndarray, function, first: bool):
-    """Return time and row of the first guard that becomes negative, None if none does."""
+def _first_event(grid: np.ndarray, guards: np.ndarray, function, noise: np.ndarray | None):
+    """Return time and row of the first guard that becomes negative, None if none does.
+
+    `noise` is what a guard has to reach before that, in the first step of a mode.
+    """
     best = None
     for row, g in enumerate(guards):
         if not np.isfinite(g[0]):
             continue
         end = grid.size if best is None else int(np.searchsorted(grid, best[0], side="right")) + 1
-        found = _first_zero(grid[:end], g[:end], lambda t, row=row: function(row, t), first)
+        found = _first_zero(
+            grid[:end], g[:end], lambda t, row=row: function(row, t), noise[row] if noise is not None else None
+        )
         if found is not None and (best is None or found < best[0]):
             best = (found, row)
     return best
 
 
-def _first_zero(grid: np.ndarray, g: np.ndarray, function, first: bool) -> float | None:
+def _first_zero(grid: np.ndarray, g: np.ndarray, function, noise: float | None) -> float | None:
     """Return where a guard that starts at zero or above becomes negative."""
     start = 0
-    if g[0] <= 0 or first:  # it may begin at zero, and below it by rounding
-        above = np.flatnonzero(g > max(-g[0], 0.0) * 4)
+    if g[0] <= 0 or noise is not None:  # it may begin at zero, and below it by rounding
+        above = np.flatnonzero(g > max(-4 * g[0], 0.0))
         if not above.size:
             return grid[-1] if g[-1] < -1e-9 * np.max(np.abs(g)) - 1e-13 else None
         start = int(above[0])
+    clear = np.flatnonzero(np.abs(g[start:]) > (noise or 0.0))
+    if clear.size and g[start + clear[0]] > 0:  # until then it is zero
+        start += int(clear[0])
     for j in range(start, g.size):
         if g[j] < 0:
             if j == start:

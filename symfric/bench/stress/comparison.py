@@ -130,7 +130,7 @@ class Comparison:
             reference = self.reference.run(draw.values, draw.initial, **options)
             if reference.reason:
                 note = reference.reason
-                if "too many" in note:
+                if "too many" in note and math.isnan(found):
                     break
                 continue
             note, found = "", np.fmin(found, difference(states, reference.x, sizes))

@@ -26,6 +26,7 @@ from symfric.solve.loop.workspace import (
 )
 from symfric.solve.status import Status
 
+IN_VAIN = 1e-13  # of a velocity's largest change so far
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -39,6 +40,43 @@ def settle(w):
     the guards that start the new mode at zero.
     """
     n_x, n_c = w.y.size - 1, w.sticks.size
+    for i in range(n_c):
+        w.passes[i] = 0
+    for k in range(w.m.size):
+        w.entry_m[k] = w.m[k]
+    for r in range(n_x):
+        w.entry_y[r] = w.y[r]
+    status = _select(w, n_x, n_c)
+    if status == _OK and _moved_in_vain(w, n_c):
+        for k in range(w.m.size):
+            w.m[k] = w.entry_m[k]
+        for r in range(n_x):
+            w.y[r] = w.entry_y[r]
+        status = _select(w, n_x, n_c)
+    return status
+
+
+@compiled(inline=True)
+def _moved_in_vain(w, n_c):
+    """Whether velocities were changed for slips that turn out not to stay zero; name these in ``w.passes``.
+
+    Rounding of a slip is that much of a velocity, where slips are nearly parallel far more: another contact would be
+    taken to rest then, at a speed that is not zero.
+    """
+    moved, n_q = False, w.limits.n_q
+    for r in range(n_q, 2 * n_q):
+        moved = moved or abs(w.y[r] - w.entry_y[r]) > IN_VAIN * w.scale[r]
+    found = False
+    if moved:
+        for i in range(n_c):
+            w.passes[i] = w.zero[i] and w.m[i] < 0.5
+            found = found or w.passes[i]
+    return found
+
+
+@compiled
+def _select(w, n_x, n_c):
+    """Choose the mode; contacts of ``w.passes`` are not brought to zero slip before."""
     n_s = w.edge.size
     _try_sticking(w, n_x, n_c)
     for i in range(n_c):
@@ -85,7 +123,11 @@ def _try_sticking(w, n_x, n_c):
         w.old[i] = mode(w, i)
         w.zero[i] = w.old[i] == 0 or w.hit[backward(i)] != 0
     _find_zeros(w, n_c)
-    if _project(w, n_c):  # then contacts that follow from these have no slip either
+    passing = False
+    for i in range(n_c):
+        if w.passes[i]:
+            w.m[i], passing = 0.0, True
+    if _project(w, n_c) or passing:  # then contacts that follow from these have no slip either
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):

@@ -99,6 +99,9 @@ class LoopArrays(RunArrays):
     most: Reals
     tried: Integers  # contacts that may stick no longer, (n_c,)
     kept: Reals  # marks and directions before a trial, (2 n_c,)
+    passes: Integers  # contacts of zero slip that do not stay there, (n_c,)
+    entry_m: Reals  # modes and state before the choice of the next mode
+    entry_y: Reals
     slopes: Matrix  # of the slips of the sticking contacts, without those of the ones before them, (n_c, n_q)
     response: Matrix  # of the velocities to them, (n_c, n_q)
     impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
@@ -216,6 +219,9 @@ def make_arrays(
         most=room(n_c),
         tried=flags(n_c),
         kept=room(sign(0, n_c)),
+        passes=flags(n_c),
+        entry_m=room(layout.n_mode),
+        entry_y=room(n_x),
         slopes=room(n_c, n_q),
         response=room(n_c, n_q),
         impulse=room(n_c),
