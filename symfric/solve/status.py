@@ -35,7 +35,8 @@ ADVICE = {
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
     "is smaller than the kinetic one at rest, or contacts on the same body work against each other",
-    Status.INTEGRATOR: "the integrator gave up; loosen the tolerance or use route='taylor'",
+    Status.INTEGRATOR: "the integrator gave up, or contacts slip so nearly alike that its error decides which one "
+    "sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is right to the end, but has no derivative: it grazes, two events come at one "
     "time, or it starts on the edge of sticking; move the parameter or the start, or compare runs on both sides",
 }

@@ -98,3 +98,31 @@ def test_rows_that_differ_by_rounding_are_parallel():
         found, expected = (sf.simulate(sf.Scene(system, c, {}, start, 20), 1e-11).checked() for c in (two, one))
         assert found.final == pytest.approx(expected.final, abs=1e-8)
         assert len(found.events) == 2 * len(expected.events)
+
+
+@pytest.mark.parametrize("seed", longer(range(6), range(2, 6)))
+def test_integrators_are_right_or_say_that_they_cannot_tell_slips_apart(seed):
+    statuses = []
+    for apart in APART:
+        scene, *_ = nearly_parallel(seed, apart)
+        right = sf.simulate(scene, 1e-12, "taylor").checked()
+        run = sf.simulate(scene, 1e-9, "integrators")
+        statuses.append(run.status)
+        if run.status == sf.Status.OK:
+            assert run.final == pytest.approx(right.final, abs=1e-6)
+        else:
+            assert run.status == sf.Status.INTEGRATOR
+    assert statuses[0] == sf.Status.OK
+
+
+def test_integrators_decline_slips_that_differ_by_less_than_their_error():
+    u1, u2 = sp.symbols("u1 u2", real=True)
+    q1, q2 = sp.symbols("q1 q2", real=True)
+    system = sf.System([q1, q2], [u1, u2], sp.eye(2), [-q1 - (q1 - q2), -q2 - (q2 - q1)])
+    law = sf.laws.coulomb(sp.Float(0.3))
+    contacts = [sf.Contact("a", u1, 0.5, law), sf.Contact("b", u1 + 1e-10 * u2, 0.4, law)]
+    scene = sf.Scene(system, contacts, {}, {q1: 1.0, q2: 0.0, u1: 0.0, u2: 0.5}, 6.0)
+    assert sf.simulate(scene, 1e-9, "taylor").status == sf.Status.OK
+    run = sf.simulate(scene, 1e-9, "integrators")
+    assert run.status == sf.Status.INTEGRATOR
+    assert "taylor" in run.advice

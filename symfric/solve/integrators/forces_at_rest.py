@@ -55,6 +55,25 @@ class Rest:
                 m[i] = SHARES if any(groups[j] == groups[i] for j in own) else FOLLOWS
         return m
 
+    def least_difference(self, still: list[int]) -> float:
+        """Return by how much, relative to its size, a slip differs from those that are zero; one that follows does not.
+
+        The least for any contact; infinite if there is none.
+        """
+        own, least = list[int](), np.inf
+        rows, columns = self.rows.copy(), self.columns.copy()
+        sizes = np.sum(rows * columns, axis=1)
+        for i in [*still, *(i for i in range(len(rows)) if i not in still)]:
+            for j in own * 2:
+                part = (rows[j] @ columns[i]) / (rows[j] @ columns[j])
+                rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
+            left = (rows[i] @ columns[i]) / sizes[i] if sizes[i] > 0 else 0.0
+            if left > REDUNDANT:
+                least = min(least, np.sqrt(left)) if own else least
+                if i in still:
+                    own.append(i)
+        return least
+
     def distributions(self, m: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the mode with all marks of its sticking contacts by which they may hold; those far from bounds first.
 

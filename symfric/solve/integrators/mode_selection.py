@@ -22,7 +22,12 @@ _FORCES, _SPREAD = 5, 7  # outputs of the gauge
 ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
 _HIT = 1e-6  # of a bound: a force that reached it differs by less, unless others carry another part of it now
+_UNTOLD = 100  # times the zero of a slip: slips that differ by less are not told from each other
 _TIE = 1e-12  # of a derivative against its scale: too small to have a sign
+
+
+class NearlyParallel(Exception):
+    """Slips differ from each other by so little that the error of the integrator decides which is zero."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +110,11 @@ def next_mode(
     -------
     ndarray or None
         None if no combination is consistent.
+
+    Raises
+    ------
+    NearlyParallel
+        If the error of the integrator would decide.
     """
     automaton = rule.automaton
     n_c = len(automaton.contacts)
@@ -127,6 +137,8 @@ def next_mode(
     rows, columns = np.array(rule.slopes(y, t, p)), numbers(automaton.gauge(y, t, p)[_SPREAD])
     columns = columns.reshape(rows.shape, order="F")
     here = Rest(automaton, rows, columns, pull, lambda m: numbers(rule.look(y, t, p, m)[0]))
+    if len(rows) > 1 and here.least_difference(still) < _UNTOLD * rule.zero:
+        raise NearlyParallel
 
     def settled(trial: np.ndarray) -> np.ndarray | None:
         for marked in here.distributions(trial):

@@ -24,7 +24,15 @@ from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.hermite import extremes, quintic
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, signs_evaluated
-from symfric.solve.integrators.mode_selection import ROUNDING, Rule, make_rule, next_mode, numbers, starting_mode
+from symfric.solve.integrators.mode_selection import (
+    ROUNDING,
+    NearlyParallel,
+    Rule,
+    make_rule,
+    next_mode,
+    numbers,
+    starting_mode,
+)
 from symfric.solve.integrators.segment import FINEST, Flow, Piece, Start
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
@@ -228,10 +236,14 @@ class IntegratorsProgram:
         if not self._held:
             return
         rule = replace(self._rule, farthest=motion.farthest)
-        if first:
-            mode = starting_mode(rule, motion.y, motion.t, p)
-        else:
-            mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+        try:
+            if first:
+                mode = starting_mode(rule, motion.y, motion.t, p)
+            else:
+                mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+        except NearlyParallel:
+            motion.status = Status.INTEGRATOR
+            return
         if mode is None:
             motion.status = Status.UNDECIDED
             return
