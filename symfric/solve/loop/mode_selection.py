@@ -26,7 +26,7 @@ from symfric.solve.loop.workspace import (
 )
 from symfric.solve.status import Status
 
-IN_VAIN = 1e-13  # of a velocity's largest change so far
+AMPLIFIED = 1e3  # times a slip alone would: what velocities change by to make it zero with others nearly parallel
 NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
@@ -63,11 +63,8 @@ def _moved_in_vain(w, n_c):
     Rounding of a slip is that much of a velocity, where slips are nearly parallel far more: another contact would be
     taken to rest then, at a speed that is not zero.
     """
-    moved, n_q = False, w.limits.n_q
-    for r in range(n_q, 2 * n_q):
-        moved = moved or abs(w.y[r] - w.entry_y[r]) > IN_VAIN * w.scale[r]
     found = False
-    if moved:
+    if w.clock.gained > AMPLIFIED**2 * w.clock.removed:
         for i in range(n_c):
             w.passes[i] = w.zero[i] and w.m[i] < 0.5
             found = found or w.passes[i]
@@ -115,7 +112,7 @@ def _select(w, n_x, n_c):
 def _try_sticking(w, n_x, n_c):
     """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
     measure(w, w.y, w.gauge)
-    n_q = w.limits.n_q
+    n_q, w.clock.removed, w.clock.gained = w.limits.n_q, 0.0, 0.0
     for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.trial, w.span)
@@ -185,6 +182,7 @@ def _project(w, n_c):
     for a in range(n):
         i = w.order[a]
         w.impulse[i] = -w.gauge[SLIP, i]
+        w.clock.removed = max(w.clock.removed, w.gauge[SLIP, i] ** 2 / w.gauge[COUPLING + i, i])
         for b in range(a):
             j = w.order[b]
             if w.m[i] == HOLDS and w.m[j] == HOLDS:
@@ -193,6 +191,7 @@ def _project(w, n_c):
         i = w.order[a]
         if w.m[i] != HOLDS:
             continue
+        w.clock.gained += w.impulse[i] ** 2 / w.share[i, i]
         w.impulse[i] /= w.share[i, i]
         for b in range(a + 1, n):
             j = w.order[b]

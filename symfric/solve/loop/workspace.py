@@ -59,6 +59,8 @@ class LoopClock(Clock):
     """And tolerances."""
 
     tolerance: float  # of the run
+    removed: float  # energy, twice, of the impulse that makes a slip zero before the next mode is chosen, the largest
+    gained: float  # and of the impulses that make all of them zero
     doubt: float  # part of an acceleration by which errors may falsify a decision to stick
 
 
