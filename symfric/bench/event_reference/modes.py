@@ -152,7 +152,9 @@ def shared_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> np
     """
     result = np.full(len(rows), -np.inf)
     loaded = bounds > 0
-    if not np.all(loaded) and np.any(loaded):
+    if not np.any(loaded):
+        loaded[:] = True
+    elif not np.all(loaded):
         left = rows[loaded].T @ np.linalg.lstsq(rows[loaded].T, total, rcond=_RANK)[0] - total
         if np.max(np.abs(left)) > 1e-12 * np.max(np.abs(total)):
             loaded[:] = True
