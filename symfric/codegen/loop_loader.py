@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import NamedTuple
 
 import llvmlite.binding as llvm
 
@@ -23,11 +24,28 @@ from symfric.locks import SYMBOLIC, alone
 _IMPORT = re.compile(r"^ *from (symfric[\w.]*) import ", re.MULTILINE)
 _PACKAGE = Path(__file__).parents[1]
 FOLLOWED = ("symfric.codegen", "symfric.solve")  # packages whose imports are sources, too
-_opened: dict[str, tuple[Callable[[Table, bool], int], llvm.ExecutionEngine]] = {}  # code lives as long as its engine
+
+
+class Loop(NamedTuple):
+    """A compiled event loop.
+
+    Attributes
+    ----------
+    launch : callable
+        ``(table, fresh) -> int``: start with what is given, or go on after a pause, and return why it stopped.
+    address : int
+        Of its machine code, for `symfric.codegen.loop_calls.call_loop`.
+    """
+
+    launch: Callable[[Table, bool], int]
+    address: int
+
+
+_opened: dict[str, tuple[Loop, llvm.ExecutionEngine]] = {}  # code lives as long as its engine
 
 
 @alone(SYMBOLIC)
-def load_loop(module: str, what: str) -> Callable[[Table, bool], int]:
+def load_loop(module: str, what: str) -> Loop:
     """Return the event loop of a module, loaded from the disk or compiled and kept there.
 
     Parameters
@@ -40,8 +58,7 @@ def load_loop(module: str, what: str) -> Callable[[Table, bool], int]:
 
     Returns
     -------
-    callable
-        ``(table, fresh) -> int``: start with what is given, or go on after a pause, and return why it stopped.
+    Loop
     """
     if module not in _opened:
         key = _key(module)
@@ -52,7 +69,8 @@ def load_loop(module: str, what: str) -> Callable[[Table, bool], int]:
             store(key, kept)
         name, _, code = kept.partition(b"\n")
         engine = link(code)
-        _opened.setdefault(module, (_caller(engine.get_function_address(name.decode()), what), engine))
+        address = engine.get_function_address(name.decode())
+        _opened.setdefault(module, (Loop(_caller(address, what), address), engine))
     return _opened[module][0]
 
 

@@ -182,7 +182,7 @@ def opener(record: type[ArraySet]) -> Callable:
     """Return the compiled function that takes the address of the table of an `ArraySet` and returns its arrays."""
     kind = Arrays(record)
 
-    @_intrinsic
+    @inlined
     def at_addresses(typing_context, address):
         def generate(context, builder, signature, args):
             return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
@@ -192,12 +192,12 @@ def opener(record: type[ArraySet]) -> Callable:
     return at_addresses
 
 
-def _intrinsic(function: Callable) -> Callable:
+def inlined(function: Callable) -> Callable:
     """Return numba's `intrinsic`, with the type of what compiled functions call: without the typing context."""
     return intrinsic(function)
 
 
-@_intrinsic
+@inlined
 def call_code(typing_context, address, a, b, out):
     """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
 

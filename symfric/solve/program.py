@@ -1,5 +1,6 @@
 """What the compiled routes share: the numbers of a run, and programs that run again with others."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,6 +11,10 @@ from symfric.errors import SceneError
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.solve.batch import Batch, make_batch, merged
+from symfric.solve.case_values import Cases, read_cases, refuse_lists, workers_of
+from symfric.solve.loop.case_arrays import COUNTS
+from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.run import Run
 from symfric.solve.widened import widened
@@ -63,20 +68,50 @@ class Numbers:
         """Return the start for other values; the scene checks those that its equations contain."""
         if not values.keys() <= self._starters:
             self._scene.where(values)
+        numbers = self._starts(start_of, {n: np.array([v], dtype=float) for n, v in values.items()})
+        return np.array([finite(float(v[0]), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
+
+    def _starts(self, start_of: Callable, values: dict[str, np.ndarray]) -> list[np.ndarray]:
+        """Return the start of each state, (n,); NumPy rounds rows, of one number too, in the same way, not numbers."""
         numbers = start_of(*(values.get(s.name, v) for s, v in self._scene.values.items()))
-        return np.array([finite(float(v), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
+        size = len(next(iter(values.values())))
+        return [np.broadcast_to(v, (size,)) for v in numbers]
+
+    def rows(self, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
+        """Return starts (n, states) and parameters (n, ...) of many cases; a start that is a formula may be no number.
+
+        Raises
+        ------
+        SceneError
+            If a name is unknown.
+        """
+        y, p = (np.tile(a, (cases.size, 1)) for a in self.start)
+        for name, row in cases.values.items():
+            if name in self._place:
+                p[:, self._place[name]] = row
+            elif name not in self._built_in:
+                self._scene.parameter(name)
+        if cases.values and self._start_of:
+            rows = {n: np.full(cases.size, v, dtype=float) for n, v in cases.values.items()}
+            y[:] = np.transpose(self._starts(self._start_of, rows))
+        for name, row in cases.initial.items():
+            if name not in self._states:
+                raise SceneError(f"{name} is no state{nearest(name, self._states)}")
+            y[:, self._states.index(name)] = row
+        return y, p
 
 
 class Compiled:
     """What the compiled routes share: a prepared scene that `run` repeats with other numbers, from any thread.
 
-    A route sets the attributes declared here, and `built_in`, `varied`, `wider` and `remade`, which `widened` uses. The
-    entries of `_extra` are added to the counts of a run.
+    A route sets the attributes declared here, and `varied`, `wider` and `remade`, which `widened` uses. The entries
+    of `_extra` are added to the counts of a run.
     """
 
     settings: Any
     scene: Scene
     tolerance: float
+    built_in: Mapping[str, float]
     _numbers: Numbers
     _model: CompiledModel
     _extra: Mapping[str, float]
@@ -114,3 +149,82 @@ class Compiled:
         return Run(
             self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
         )
+
+    def map(
+        self,
+        values: Mapping[Key, Any] | None = None,
+        initial: Mapping[Key, Any] | None = None,
+        threads: int = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Batch:
+        """Run many cases; numbers in as rows, results out as rows, with no Python for a single case.
+
+        Parameters
+        ----------
+        values, initial : mapping of symbol or name to a number or a row (n,)
+            Changes to the scene's own; a number holds for all cases.
+        threads : int
+            How many share the cases; -1 for as many as there are processors.
+        progress : callable, optional
+            Called now and then with the fraction done, in this thread.
+
+        Returns
+        -------
+        Batch
+            In the order of the cases. A case has the bits of ``run`` with its numbers, whatever the other cases, their
+            order and the threads; one that fails has its status and NaN.
+
+        Raises
+        ------
+        SceneError
+            If the scene wants a trajectory or a list of events, a name is unknown, rows have different lengths, or
+            something is no finite number.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import symfric as sf
+        >>> scene = sf.scenes.coulomb_oscillator(0.1)
+        >>> (x,) = scene.system.q
+        >>> program = sf.prepare(scene.wanting({"stop": sf.StopTime(), "least": sf.Min(x)}))
+        >>> batch = program.map({"delta": np.array([0.1, 0.2, 0.3])})
+        >>> batch["least"].round(6)
+        array([-0.8, -0.6, -0.4])
+        """
+        refuse_lists(self.scene.outputs)
+        return self._map(read_cases(values, initial), workers_of(threads), progress)
+
+    def _map(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
+        other = np.zeros(cases.size, dtype=bool)  # cases with values that are built in otherwise
+        for name, row in cases.values.items():
+            if name in self.built_in:
+                other |= self.built_in[name] != row
+        if not np.any(other):
+            return self._map_own(cases, threads, progress)
+        general: Any = widened(self, dict.fromkeys(cases.values, math.nan))  # NaN differs from every value
+        if np.all(other):
+            return general.map(cases.values, cases.initial, threads, progress)
+        first, second = cases.some(other), cases.some(~other)
+        middle = first.size / cases.size
+        apart = general.map(first.values, first.initial, threads, _between(progress, 0.0, middle))
+        return merged(
+            cases, [(other, apart), (~other, self._map_own(second, threads, _between(progress, middle, 1.0)))]
+        )
+
+    def _map_own(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
+        """Run cases whose values are not built in otherwise."""
+        model, (y, p) = self._model, self._numbers.rows(cases)
+        kept = run_cases(model, y, p, threads, progress)
+        stats: dict[str, np.ndarray] = dict(zip(COUNTS, np.ascontiguousarray(kept.counted.T), strict=True))
+        stats |= {name: np.full(cases.size, value) for name, value in self._extra.items()}
+        final, t_final = kept.y[:, : model.n_x].T, kept.y[:, -1].copy()
+        rows = rows_of(model.wanted, kept)
+        return make_batch(self.scene, cases, final, t_final, kept.status, stats, rows, kept.rest)
+
+
+def _between(progress: Callable[[float], None] | None, low: float, high: float) -> Callable[[float], None] | None:
+    """Return what reports a part of the work, from `low` to `high` of the whole."""
+    if progress is None:
+        return None
+    tell = progress
+    return lambda part: tell(low + (high - low) * part)

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
+from symfric.solve.batch import Batch
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Run
 
@@ -45,6 +46,15 @@ class Program(Protocol):
         progress: Callable[[float], None] | None = None,
     ) -> Run:
         """Run with other parameter values or another start."""
+
+    def map(
+        self,
+        values: Mapping[Key, Any] | None = None,
+        initial: Mapping[Key, Any] | None = None,
+        threads: int = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Batch:
+        """Run many cases; numbers in as rows, results out as rows."""
 
 
 class Route(Protocol):

@@ -89,12 +89,12 @@ def test_a_loop_is_compiled_kept_and_called_from_the_disk(tmp_path, monkeypatch)
     monkeypatch.setattr(loop_loader, "_opened", {})
     work = importlib.import_module("loop_of_a_test").Work(x=np.array([5.0, 0.25]), k=np.array([7, 2]))
     table = Table(work)
-    launch = loop_loader.load_loop("loop_of_a_test", "a test")
+    launch = loop_loader.load_loop("loop_of_a_test", "a test").launch
     assert (launch(table, True), launch(table, False), work.x[0]) == (3, 3, 0.5)
 
     monkeypatch.setattr(loop_loader, "_opened", {})
     monkeypatch.setattr(loop_loader, "_compiled", None)  # what is on the disk is enough
-    again = loop_loader.load_loop("loop_of_a_test", "a test")
+    again = loop_loader.load_loop("loop_of_a_test", "a test").launch
     assert (again(table, False), work.x[0]) == (3, 0.75)
     work.k[1] = 0
     with pytest.raises(ArithmeticError, match="inside a test"):

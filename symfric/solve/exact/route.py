@@ -120,5 +120,5 @@ def _closed_model(scene: Scene, problem: Oscillator, budgets: tuple[int, int], n
     first.clock.t_end = scene.horizon
     limit(first.limits, budgets, wanted)
     first.limits.branches, first.limits.sticks, first.limits.rows = problem.branches, problem.sticks, problem.rows
-    launch = load_loop("symfric.solve.exact.oscillator.entry", "the closed forms of an oscillator")
-    return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
+    loop = load_loop("symfric.solve.exact.oscillator.entry", "the closed forms of an oscillator")
+    return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -21,6 +21,8 @@ from symfric.lower.automaton import Automaton, automaton_of
 from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
+from symfric.solve.batch import Batch, batch_of_runs
+from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.hermite import extremes, quintic
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, signs_evaluated
@@ -220,6 +222,17 @@ class IntegratorsProgram:
                 break
         self._idle.append(flow)
         return self._collect(motion, dict(values or {}), dict(initial or {}))
+
+    def map(
+        self,
+        values: Mapping[Key, Any] | None = None,
+        initial: Mapping[Key, Any] | None = None,
+        threads: int = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Batch:
+        """Run many cases, one by one; see `symfric.solve.program.Compiled.map`."""
+        refuse_lists(self.scene.outputs)
+        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
     def _lease(self) -> Flow:
         """Return integrators for one run."""

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from symfric.codegen.array_table import Table
+from symfric.codegen.loop_loader import Loop
 from symfric.model.outputs import INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.observables import Wanted
@@ -33,7 +34,7 @@ class CompiledModel:
 
     Parameters
     ----------
-    launch : callable
+    loop : Loop
         From `symfric.codegen.loop_loader`.
     code : object
         What keeps the machine code of the scene alive.
@@ -48,7 +49,7 @@ class CompiledModel:
 
     def __init__(
         self,
-        launch: Callable[[Table, bool], int],
+        loop: Loop,
         code: object,
         first: Any,
         shared: frozenset[str],
@@ -56,7 +57,7 @@ class CompiledModel:
         n_x: int,
         horizon: float,
     ):
-        self.launch, self.first, self.shared = launch, first, shared
+        self.loop, self.first, self.shared = loop, first, shared
         self.wanted, self.n_x, self.horizon = wanted, n_x, horizon
         self._code = code
         self._idle: deque[Workspace] = deque(maxlen=_KEPT)
@@ -113,7 +114,7 @@ class Workspace:
     __slots__ = ("_extended", "_given_p", "_given_y", "_launch", "_log", "_model", "_path", "_table", "arrays", "large")
 
     def __init__(self, model: CompiledModel):
-        self._model, self._launch = model, model.launch
+        self._model, self._launch = model, model.loop.launch
         self._set(own(model.first, model.shared))
         self.large, self._extended, self._path, self._log = False, False, _NONE, _NONE
         self._given_y: np.ndarray | None = None
@@ -141,6 +142,14 @@ class Workspace:
                 progress(min(1.0, float(w.y[-1]) / self._model.horizon))
             code = self._launch(self._table, False)
         return _STATUS[code]
+
+    def lend(self) -> tuple[int, int, int]:
+        """Return the addresses of its table, of the result of a call and of the reason of a failure.
+
+        Compiled code may then set start and parameters and call the loop.
+        """
+        self._given_y = self._given_p = None
+        return self._table.address, self._table.result, self._table.trouble
 
     def collect(self) -> Found:
         """Return what the run has left, copied."""

@@ -65,9 +65,9 @@ def series_model(
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
-    launch = load_loop("symfric.solve.loop.entry", "the event loop")
+    loop = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
-    return CompiledModel(launch, code, first, SHARED, wanted, n_x, scene.horizon)
+    return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)
 
 
 def _joined_transition(automaton: Automaton) -> ca.Function:

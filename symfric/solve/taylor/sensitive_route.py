@@ -1,6 +1,7 @@
 """Runs with derivatives: the variational equations beside the motion, with the exact jump at every event."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from symfric.lower.variational_equations import Variations, varied
 from symfric.model.outputs import FOLLOW, RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
+from symfric.solve.batch import Batch, batch_of_runs
+from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
@@ -105,6 +108,17 @@ class SensitiveProgram:
         return Run(
             self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
         )
+
+    def map(
+        self,
+        values: Mapping[Key, Any] | None = None,
+        initial: Mapping[Key, Any] | None = None,
+        threads: int = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Batch:
+        """Run many cases with their derivatives, one by one; see `symfric.solve.program.Compiled.map`."""
+        refuse_lists(self.scene.outputs)
+        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
     def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
         """Return the derivatives of the start; a number that replaces a formula depends on nothing."""

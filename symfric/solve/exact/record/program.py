@@ -1,6 +1,5 @@
 """The march through a record as a loop of the package."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,10 +15,6 @@ from symfric.solve.loop.run_arrays import limit
 from symfric.solve.lowered import LoweredScene
 
 
-def _launcher() -> Callable[[Table, bool], int]:
-    return load_loop("symfric.solve.exact.record.entry", "the march through a sampled input")
-
-
 def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x: int) -> CompiledModel:
     """Compile what the march needs; budgets are those of steps and of events."""
     code = compile_functions([recorded.problem.data])
@@ -28,7 +23,8 @@ def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x
     steps = path_rows(first) if wanted.path else budgets[0]
     first.clock.t_end = scene.horizon
     limit(first.limits, (min(budgets[0], steps), budgets[1]), wanted)
-    return CompiledModel(_launcher(), code, first, SHARED, wanted, n_x, scene.horizon)
+    loop = load_loop("symfric.solve.exact.record.entry", "the march through a sampled input")
+    return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)
 
 
 class Marcher:
@@ -77,7 +73,7 @@ class March:
         for row, time in times.items():
             room.due[room.first_due[row]] = time
         room.given_y[:], room.given_p[:] = self._start, p
-        status = self._model.launch(self._table, True)
+        status = self._model.loop.launch(self._table, True)
         found = room.total[:, :3].copy()
         found[self._valued] = room.seen[:, None]
         return status, found

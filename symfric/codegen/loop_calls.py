@@ -1,0 +1,28 @@
+"""Calls of a compiled event loop from compiled code."""
+
+from llvmlite import ir
+from numba import types
+
+from symfric.codegen.numba_types import inlined
+
+FAILED = -100  # what `call_loop` returns if the loop divided by zero: no status, and no reason to go on
+
+
+@inlined
+def call_loop(typing_context, loop, result, trouble, table, fresh):
+    """Call numba's ``int (int64* result, void** reason, int64 table, int64 fresh)`` at an integer address.
+
+    Return what the loop returned, or `FAILED`.
+    """
+
+    def generate(context, builder, signature, args):
+        word = ir.IntType(64)
+        kind = ir.FunctionType(ir.IntType(32), [word.as_pointer(), word.as_pointer(), word, word])
+        target = builder.inttoptr(args[0], kind.as_pointer())
+        place = builder.inttoptr(args[1], word.as_pointer())
+        reason = builder.inttoptr(args[2], word.as_pointer())
+        state = builder.call(target, [place, reason, args[3], args[4]])
+        wrong = builder.icmp_signed("!=", state, ir.Constant(ir.IntType(32), 0))
+        return builder.select(wrong, ir.Constant(word, FAILED), builder.load(place))
+
+    return types.int64(*(5 * [types.int64])), generate

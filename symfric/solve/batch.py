@@ -1,0 +1,246 @@
+"""Many runs of one program: numbers in as arrays, results out as arrays."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symfric.errors import RunFailed, SceneError
+from symfric.model.notebook import html_table
+from symfric.model.outputs import INTEGRAL, RANGE
+from symfric.model.scene import Scene
+from symfric.solve.case_values import Cases
+from symfric.solve.observables import wanted_of
+from symfric.solve.run import Run
+from symfric.solve.status import ADVICE, Status
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Results of many cases of one scene; the last axis of every array is that of the cases.
+
+    Attributes
+    ----------
+    outputs : dict of str to ndarray
+        Scalar outputs (n,), final states (n_x, n), values at many times (n_t, n); NaN where a case failed.
+    final : ndarray, shape (n_x, n)
+        States at the end; NaN where a case failed.
+    t_final : ndarray, shape (n,)
+        When each case ended; NaN if its start, a formula of its values, is no finite number.
+    status : ndarray of int, shape (n,)
+        Codes of `Status`.
+    stats : dict of str to ndarray
+        Counts (n,) of steps, events, kinks and grazes.
+    names : tuple of str
+        Of the states.
+    given : dict of str to ndarray
+        Values and starts that vary, (n,).
+    sensitivities : dict of str to ndarray
+        Derivatives of the final states (n_x, n), by parameter or state; empty unless the program computes them.
+    output_sensitivities : dict of str to dict
+        Derivatives ``[output][name]`` of the outputs, with the cases last.
+    """
+
+    outputs: dict[str, np.ndarray]
+    final: np.ndarray
+    t_final: np.ndarray
+    status: np.ndarray
+    stats: dict[str, np.ndarray]
+    names: tuple[str, ...]
+    given: dict[str, np.ndarray] = field(repr=False)
+    sensitivities: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+    output_sensitivities: dict[str, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def ok(self) -> np.ndarray:
+        """Which cases reached their horizon, shape (n,)."""
+        return reached(self.status)
+
+    def __len__(self) -> int:
+        return self.status.size
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return an output by its name."""
+        if name not in self.outputs:
+            raise SceneError(f"{name!r} is no output; there are: {', '.join(self.outputs) or 'none'}")
+        return self.outputs[name]
+
+    def checked(self) -> "Batch":
+        """Return self; raise `RunFailed` with the first failure and its advice if a case ended early."""
+        if not np.all(self.ok):
+            k = int(np.flatnonzero(~self.ok)[0])
+            status, lost = Status(int(self.status[k])), int(np.count_nonzero(~self.ok))
+            at = ", ".join(f"{name} = {row[k]:.9g}" for name, row in self.given.items())
+            raise RunFailed(
+                f"{lost} of {len(self)} cases failed, the first is case {k}{f' ({at})' if at else ''}: {status.name} "
+                f"at t = {self.t_final[k]:.9g}: {ADVICE[status]}"
+            )
+        return self
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "given": {name: row.tolist() for name, row in self.given.items()},
+            "outputs": {name: rows.tolist() for name, rows in self.outputs.items()},
+            "final": dict(zip(self.names, self.final.tolist(), strict=True)),
+            "t_final": self.t_final.tolist(),
+            "status": [Status(s).name for s in self.status.tolist()],
+            "stats": {name: row.tolist() for name, row in self.stats.items()},
+        }
+
+    def to_xarray(self):
+        """Return everything as an xarray.Dataset over ``case``; attributes of ``status`` say what its codes mean."""
+        import xarray as xr
+
+        codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}
+        data: dict[str, tuple] = {name: _labelled(name, rows) for name, rows in self.outputs.items()}
+        data |= {f"final_{name}": ("case", row) for name, row in zip(self.names, self.final, strict=True)}
+        data |= {"t_final": ("case", self.t_final), "status": ("case", self.status, codes)}
+        return xr.Dataset(data, {name: ("case", row) for name, row in self.given.items()})
+
+    def _repr_html_(self) -> str:
+        lost = {Status(s).name: int(np.count_nonzero(self.status == s)) for s in np.unique(self.status).tolist()}
+        return html_table("Batch", {"cases": len(self), "status": lost, "outputs": ", ".join(self.outputs) or "none"})
+
+    def __repr__(self) -> str:
+        lost = int(np.count_nonzero(~self.ok))
+        names = ", ".join(self.outputs) or "none"
+        return f"Batch({len(self)} cases{f', {lost} failed' if lost else ''}; outputs: {names})"
+
+
+def _labelled(name: str, rows: np.ndarray) -> tuple:
+    return ("case", rows) if rows.ndim == 1 else ((f"{name}_index", "case"), rows)
+
+
+def merged(cases: Cases, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
+    """Return the batch of all cases from those of some of them each, told which."""
+
+    def joined(of) -> dict[str, np.ndarray]:
+        names = dict.fromkeys(name for _, part in parts for name in of(part))
+        return {name: _spread(cases.size, [(m, of(part).get(name)) for m, part in parts]) for name in names}
+
+    rows = joined(lambda part: {"final": part.final, "t_final": part.t_final, "status": part.status})
+    outputs, stats = joined(lambda part: part.outputs), joined(lambda part: part.stats)
+    return Batch(outputs, rows["final"], rows["t_final"], rows["status"], stats, parts[0][1].names, cases.given())
+
+
+def _spread(size: int, parts: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
+    first = next(rows for _, rows in parts if rows is not None)
+    out = np.zeros((*first.shape[:-1], size), first.dtype)
+    for chosen, rows in parts:
+        if rows is not None:
+            out[..., chosen] = rows
+    return out
+
+
+def reached(status: np.ndarray) -> np.ndarray:
+    """Return which of some cases ended at their horizon, with or without derivatives."""
+    return (status == Status.OK) | (status == Status.NO_DERIVATIVE)
+
+
+class _Rows(NamedTuple):
+    """What was found of the rows of all runs, by the names that `symfric.solve.run.Raw` has for one."""
+
+    rows: Mapping[str, Any]
+    rest: np.ndarray
+
+
+class _Runs(NamedTuple):
+    """What outputs read, by the names that a `Run` has for one."""
+
+    final: np.ndarray
+    raw: _Rows
+
+
+def make_batch(
+    scene: Scene,
+    cases: Cases,
+    final: np.ndarray,
+    t_final: np.ndarray,
+    status: np.ndarray,
+    stats: dict[str, np.ndarray],
+    rows: Mapping[str, Any],
+    rest: np.ndarray,
+) -> Batch:
+    """Return the batch of some cases from what was found, with the cases last, of the rows of the outputs."""
+    lost = ~reached(status)
+    final = np.where(lost, np.nan, final)
+    found = _Runs(final, _Rows(rows, rest))
+    outputs = {name: np.where(lost, np.nan, output.value(found, name)) for name, output in scene.outputs.items()}
+    names = tuple(s.name for s in scene.system.states)
+    return Batch(outputs, final, t_final, status, stats, names, cases.given())
+
+
+def batch_of_runs(
+    scene: Scene, run: Callable[..., Run], cases: Cases, threads: int, progress: Callable[[float], None] | None
+) -> Batch:
+    """Return the batch of a program that makes its runs one by one.
+
+    Parameters
+    ----------
+    scene : Scene
+    run : callable
+        Of values and starts by name.
+    cases : Cases
+    threads : int
+    progress : callable or None
+        Called with the fraction of the cases that are done.
+
+    Raises
+    ------
+    SceneError
+        If the scene refuses the numbers of a case; names the case.
+    """
+    done = 0
+
+    def one(k: int) -> Run:
+        try:
+            return run(*cases.of(k))
+        except SceneError as reason:
+            raise SceneError(f"case {k}: {reason}") from None
+
+    def told(found: Run) -> Run:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done / cases.size)
+        return found
+
+    if threads == 1 or cases.size <= 1:
+        runs = [told(one(k)) for k in range(cases.size)]
+    else:
+        with ThreadPoolExecutor(threads) as crew:
+            runs = [told(found) for found in crew.map(one, range(cases.size))]
+    final = np.array([r.final for r in runs]).reshape(-1, len(scene.system.states)).T
+    t_final, rest = np.array([r.t_final for r in runs]), np.array([r.raw.rest for r in runs])
+    status = np.array([int(r.status) for r in runs], dtype=np.int64)
+    stats = {name: np.array([r.stats[name] for r in runs]) for name in (runs[0].stats if runs else ())}
+    batch = make_batch(scene, cases, final, t_final, status, stats, _rows_of(scene, runs), rest)
+    return replace(batch, **_derivatives_of(runs)) if runs and runs[0].raw.derivatives is not None else batch
+
+
+def _derivatives_of(runs: list[Run]) -> dict[str, Any]:
+    ends, outputs = [r.sensitivities for r in runs], [r.raw.derivatives.outputs for r in runs if r.raw.derivatives]
+    of_outputs = {
+        name: {d: np.array([row[name][d] for row in outputs]).T for d in columns}
+        for name, columns in outputs[0].items()
+    }
+    return {
+        "sensitivities": {d: np.array([e[d] for e in ends]).T for d in ends[0]},
+        "output_sensitivities": of_outputs,
+    }
+
+
+def _rows_of(scene: Scene, runs: list[Run]) -> dict[str, Any]:
+    wanted = wanted_of(scene)
+    found: dict[str, Any] = {}
+    for name, k in wanted.row.items():
+        row, values = wanted.rows[k], [r.raw.rows[name] for r in runs]
+        if row.kind == RANGE:
+            found[name] = tuple(np.array(values).reshape(-1, 2).T)
+        else:
+            found[name] = np.array(values).T if row.kind == INTEGRAL else np.array(values).reshape(-1, len(row.times)).T
+    return found

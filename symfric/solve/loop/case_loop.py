@@ -1,0 +1,61 @@
+"""One case after the other through any event loop, as machine code takes it; see `symfric.solve.loop.entry`."""
+
+from symfric.codegen.loop_calls import FAILED, call_loop
+from symfric.codegen.numba_types import compiled, opener
+from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
+from symfric.solve.loop.run_arrays import RunArrays
+from symfric.solve.status import PAUSED, Status
+
+_OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
+_MOST_STEPS = 100_000  # of some cases together, about a hundredth of a second; then Python may report or stop
+_COUNTED = len(COUNTS)
+_cases_at, _run_at = opener(CaseArrays), opener(RunArrays)  # the fields of `RunArrays` come first in every workspace
+
+
+@compiled
+def launch(address, fresh):
+    """Run cases until all are done, or return `PAUSED`; every case begins in a workspace that its loop resets."""
+    b = _cases_at(address)
+    w = _run_at(b.place.table)
+    steps = 0
+    if fresh:
+        b.place.paused = 0
+    while b.place.next < b.place.end:
+        k = b.place.next
+        if b.status[k] != _OK:  # it cannot begin
+            b.place.next = k + 1
+            continue
+        if b.place.paused == 0:
+            for i in range(w.given_y.size):
+                w.given_y[i] = b.given_y[k, i]
+            for i in range(w.given_p.size):
+                w.given_p[i] = b.given_p[k, i]
+        code = call_loop(b.place.loop, b.place.result, b.place.trouble, b.place.table, 1 - b.place.paused)
+        if code < 0 and code != FAILED:
+            b.place.paused = 1
+            return PAUSED
+        b.place.paused = 0
+        _take(b, w, k)
+        b.status[k] = _NAN if code == FAILED else code
+        b.place.next = k + 1
+        steps += w.counts.steps
+        if steps > _MOST_STEPS:
+            return PAUSED
+    return _OK
+
+
+@compiled
+def _take(b, w, k):
+    """Keep what the run of a case has left."""
+    for i in range(w.y.size):
+        b.y[k, i] = w.y[i]
+    for e in range(w.total.shape[0]):
+        for i in range(w.total.shape[1]):
+            b.total[k, e, i] = w.total[e, i]
+    for i in range(w.seen.size):
+        b.seen[k, i] = w.seen[i]
+    b.rest[k] = w.clock.rest
+    c = w.counts
+    counts = (c.steps, c.events, c.kinks, c.grazes)
+    for i in range(_COUNTED):
+        b.counted[k, i] = counts[i]
