@@ -31,6 +31,7 @@ from .orbits.continuation.codim1 import Curve, continue_special
 from .orbits.cycle import Orbit, limit_cycle
 from .orbits.lyapunov import Lyapunov, lyapunov
 from .orbits.poincare import PoincareSection, poincare
+from .solve.batch import Batch
 from .solve.casadi_function import as_function
 from .solve.exact.route import Exact
 from .solve.integrators.route import Integrators
@@ -58,6 +59,7 @@ __all__ = [
     "At",
     "Attractor",
     "Basins",
+    "Batch",
     "BifurcationDiagram",
     "Branch",
     "Contact",
