@@ -8,7 +8,6 @@ import numpy as np
 import sympy as sp
 
 from symfric.ensemble.grid import row_of
-from symfric.ensemble.sweep import workers_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.model.excitation import periodic
@@ -17,6 +16,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.orbits.poincare import Cut, cut_of
 from symfric.orbits.sizes import over_time
+from symfric.solve.case_values import workers_of
 from symfric.solve.program import check_tolerance
 from symfric.solve.routes import Program
 from symfric.solve.run import Run
@@ -152,7 +152,7 @@ def bifurcation_diagram(
         raise SceneError(f"transient is {transient:g}; the runs cover 0 to {scene.horizon:g}")
     cut = cut_of(scene, section, level, direction, phase, frozenset({name}))
     task = Task(scene.wanting({"path": Trajectory()}), check_tolerance(tolerance), None, (name,), ())
-    jobs = min(workers_of(jobs), row.size)
+    jobs = min(workers_of(jobs, "jobs"), row.size)
     if carry:
         excitation = periodic(scene, frozenset({name}))
         found = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)

@@ -8,9 +8,9 @@ import numpy as np
 from symfric.ensemble.grid import Grid, widths
 from symfric.ensemble.progress import Meter
 from symfric.ensemble.scheduler import Board, run_on_threads
-from symfric.ensemble.sweep import workers_of
 from symfric.ensemble.worker import Task, make_program
 from symfric.model.scene import Scene
+from symfric.solve.case_values import workers_of
 from symfric.solve.program import check_tolerance
 
 
@@ -82,7 +82,7 @@ class Listed:
         cases = Cases({"case": np.arange(n)}, (task.scene,), scene_of, self._names, self._width, rows)
         board = Board(n, sum(self._width.values()))
         meter = Meter(None if progress is None else lambda p: progress(p.done / p.total), 0, n)
-        run_on_threads(cases, lambda _scene: task, board, min(workers_of(jobs), n), meter, {0: self._program})
+        run_on_threads(cases, lambda _scene: task, board, min(workers_of(jobs, "jobs"), n), meter, {0: self._program})
         ends = np.cumsum(list(self._width.values()))[:-1]
         blocks = zip(self._width, np.split(board.values.T, ends), strict=True)
         return board.status, {name: block[0] if len(block) == 1 else block for name, block in blocks}

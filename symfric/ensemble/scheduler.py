@@ -3,6 +3,7 @@
 import hashlib
 import pickle
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from concurrent import futures
@@ -12,12 +13,13 @@ import numpy as np
 from symfric.ensemble.grid import Grid
 from symfric.ensemble.progress import INTERVAL, Meter
 from symfric.ensemble.store import Store
-from symfric.ensemble.worker import Halted, Task, program_or_reason, run_case, run_chunk
+from symfric.ensemble.worker import Halted, Task, program_or_reason, run_cases, run_chunk
 from symfric.errors import RunFailed
 from symfric.solve.routes import Program
 
-CHUNK_SECONDS = 0.5  # of work in one chunk for an executor
-LARGEST_BLOCK, LARGEST_CHUNK = 32, 10_000  # cases that a thread, or a worker of an executor, takes at once
+# of work that a thread, or a worker of an executor, takes at once: as much is lost if the sweep is killed
+BLOCK_SECONDS, CHUNK_SECONDS = 0.05, 0.5
+LARGEST = 10_000  # cases
 
 
 class Board:
@@ -46,18 +48,13 @@ class Board:
         if store is not None and self.left.size:
             store.open()
 
-    def write(self, case: int, status: int, values: list[float]) -> None:
-        """Keep the result of a case in the store, if there is one."""
+    def keep(self, cases: np.ndarray, status: np.ndarray, values: np.ndarray) -> None:
+        """Write the results of cases to the store, if there is one; only then they count as done."""
         if self._store is not None:
-            self._store.append(case, status, values)
-
-    def count(self, cases: np.ndarray, status: list[int], values: list[list[float]]) -> None:
-        """Take the results of cases that were written; only now they count as done."""
-        if status:
-            cases = cases[: len(status)]
-            self.status[cases], self.values[cases] = status, values
-            with self._counting:
-                self.done += len(status)
+            self._store.append(cases, status, values)
+        self.status[cases], self.values[cases] = status, values
+        with self._counting:
+            self.done += cases.size
 
     def close(self) -> None:
         """Close the store's file."""
@@ -74,8 +71,11 @@ class Plan:
         self._taken: dict[int, int] = dict.fromkeys(self._rest, 0)
         self._workers, self._lock = workers, threading.Lock()
 
-    def next(self, present: int | None, size: int | None = None) -> tuple[int, np.ndarray] | None:
-        """Return a scene and some of its cases, of the present scene if it has any; None if all are handed out."""
+    def next(self, present: int | None, size: int) -> tuple[int, np.ndarray] | None:
+        """Return a scene and some of its cases, of the present scene if it has any; None if all are handed out.
+
+        There are `size` of them at the most, and so few that all workers have something to do in the end.
+        """
         with self._lock:
             open_scenes = [k for k, cases in self._rest.items() if cases.size]
             if not open_scenes:
@@ -86,11 +86,14 @@ class Plan:
                 k = min(open_scenes, key=lambda k: (self._taken[k], -self._rest[k].size))
                 self._taken[k] += 1
             cases = self._rest[k]
-            if size is None:
-                size = min(LARGEST_BLOCK, cases.size // (4 * self._workers))
-            size = max(1, size)
+            size = max(1, min(size, cases.size // (2 * self._workers)) if self._workers > 1 else size)
             self._rest[k] = cases[size:]
             return k, cases[:size]
+
+
+def next_size(size: int, seconds: float, wanted: float) -> int:
+    """Return how many cases to take next for some seconds of work, when so many took so long; four times at most."""
+    return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), 4.0 * size + 4, LARGEST))
 
 
 def run_on_threads(
@@ -113,28 +116,17 @@ def run_on_threads(
         if halt.is_set():
             raise Halted
 
-    def run_block(program: Program | str, task: Task, cases: np.ndarray) -> None:
-        codes, rows = [], []
-        try:
-            for case, numbers in zip(cases.tolist(), grid.numbers(cases).tolist(), strict=True):
-                if halt.is_set():
-                    return
-                status, values = run_case(program, task, numbers, stop_if_halted)
-                board.write(case, status, values)
-                codes.append(status)
-                rows.append(values)
-        finally:
-            board.count(cases, codes, rows)
-
     def work() -> None:
         try:
-            present, task, program = None, None, None
-            while not halt.is_set() and (block := plan.next(present)) is not None:
+            present, task, program, size = None, None, None, 1
+            while not halt.is_set() and (block := plan.next(present, size)) is not None:
                 scene, cases = block
                 if task is None or program is None or scene != present:
                     present, task = scene, task_of(scene)
                     program = program_of(scene, task)
-                run_block(program, task, cases)
+                begin = time.perf_counter()
+                board.keep(cases, *run_cases(program, task, grid.numbers(cases), stop_if_halted))
+                size = next_size(cases.size, time.perf_counter() - begin, BLOCK_SECONDS)
         except Halted:
             return
         except BaseException as failure:
@@ -183,13 +175,9 @@ def run_on_executor(
         for future in finished:
             cases = running[future]
             status, values, seconds = future.result()
-            codes, rows = status.tolist(), values.tolist()
-            for row in zip(cases.tolist(), codes, rows, strict=True):
-                board.write(*row)
-            board.count(cases, codes, rows)
+            board.keep(cases, status, values)
             del running[future]  # only now: what is interrupted here is collected once more
-            quick = CHUNK_SECONDS * cases.size / max(seconds, 1e-9)
-            size = int(min(max(1.0, quick), 4.0 * size + 4, LARGEST_CHUNK))
+            size = min(next_size(cases.size, seconds, CHUNK_SECONDS), 4 * size + 4)
 
     try:
         while True:

@@ -1,14 +1,13 @@
 """The store of a sweep: a folder in which no finished case is lost, whenever the process is killed.
 
 ``sweep.json`` says whose cases they are. Every run of the sweep appends its finished cases to a file of its own,
-``cases-<n>.bin``, one record and one write each; a record that was cut off fails its checksum and is no case. When all
-are there, ``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming.
+``cases-<n>.bin``, one record each; a record that was cut off fails its checksum and is no case. When all are there,
+``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming.
 """
 
 import contextlib
 import json
 import os
-import struct
 import zlib
 from pathlib import Path
 
@@ -42,7 +41,6 @@ class Store:
     def __init__(self, path: str | Path, about: dict, width: int):
         self.path = Path(path)
         self._record = np.dtype([("case", "<i8"), ("status", "<i8"), ("values", "<f8", (width,)), ("sum", "<u8")])
-        self._body = struct.Struct(f"<qq{width}d")
         self._file: int | None = None
         try:
             self._claim({"format": _FORMAT, "numbers": width, **about})
@@ -87,7 +85,7 @@ class Store:
         for place in sorted(self.path.glob("cases-*.bin")):
             data = place.read_bytes()
             rows = np.frombuffer(data, self._record, len(data) // self._record.itemsize)
-            step = self._body.size
+            step = self._record.itemsize - 8
             for k, row in enumerate(rows):
                 begin = k * self._record.itemsize
                 whole = zlib.crc32(data[begin : begin + step]) == row["sum"]
@@ -96,11 +94,14 @@ class Store:
                     done[case], status[case], values[case] = True, row["status"], row["values"]
         return done, status, values
 
-    def append(self, case: int, status: int, values: list[float]) -> None:
-        """Write a finished case to the file that `open` made."""
+    def append(self, cases: np.ndarray, status: np.ndarray, values: np.ndarray) -> None:
+        """Write finished cases (n,), with numbers (n, width), to the file that `open` made."""
         assert self._file is not None
-        body = self._body.pack(case, status, *values)
-        data = body + zlib.crc32(body).to_bytes(8, "little")
+        records = np.zeros(cases.size, self._record)
+        records["case"], records["status"], records["values"] = cases, status, values
+        data, size = records.tobytes(), self._record.itemsize
+        records["sum"] = [zlib.crc32(data[k : k + size - 8]) for k in range(0, len(data), size)]
+        data = records.tobytes()
         try:
             written = os.write(self._file, data)
         except OSError as error:

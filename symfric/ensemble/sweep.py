@@ -1,6 +1,5 @@
 """Sweeps: one scene over a grid of parameters and inputs, on many cores, kept on disk as it goes."""
 
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import nullcontext
@@ -15,6 +14,7 @@ from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
+from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
 from symfric.solve.routes import Settings
 
@@ -48,8 +48,8 @@ def sweep(
         True draws a bar on stderr after a second; a function gets a `Progress`, at most ten times a second.
     store : str or Path, optional
         A folder of finished cases. The same sweep over it goes on where it was, whatever ended the first, and ends in
-        the same bits. A thread's case is there as soon as it is finished, an executor's when its chunk comes back
-        (half a second of work).
+        the same bits. A thread's cases are there when those that it took together are finished (a twentieth of a
+        second of work, or one case), an executor's when its chunk comes back (half a second of work).
     tolerance, route
         See `symfric.solve.routes.prepare`.
 
@@ -101,28 +101,17 @@ def _run(cases: Grid, board: Board, tolerance: float, route, workers: int, execu
         if executor is None:
             run_on_threads(cases, task_of, board, workers, meter, {first: program})
         else:
-            run_on_executor(cases, task_of, board, executor, max(workers, _processors()), meter)
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+            run_on_executor(cases, task_of, board, executor, max(workers, processors()), meter)
 
 
 def _checked(jobs: int, executor, progress) -> int:
     """Return the number of threads; raise if one of the arguments is none."""
-    workers = workers_of(jobs)
+    workers = workers_of(jobs, "jobs")
     if executor is not None and not isinstance(executor, Executor):
         raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
     if progress not in (True, False, None) and not callable(progress):
         raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
     return workers
-
-
-def workers_of(jobs: int) -> int:
-    """Return a number of threads; raise if `jobs` is none."""
-    if isinstance(jobs, bool) or not isinstance(jobs, int | np.integer) or jobs < -1 or jobs == 0:
-        raise SceneError(f"jobs is {jobs!r}; give a positive number of threads, or -1 for all processors")
-    return _processors() if jobs == -1 else int(jobs)
 
 
 def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Store:

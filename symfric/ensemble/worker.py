@@ -1,8 +1,9 @@
-"""One case of a sweep: a prepared program, its numbers in, a status and numbers out; here and in other processes."""
+"""Some cases of a sweep: a prepared program, numbers in, codes and numbers out; here and in other processes."""
 
 import logging
 import math
 import pickle
+import sys
 import threading
 import time
 from collections import OrderedDict
@@ -59,39 +60,47 @@ def make_program(task: Task) -> Program:
     return program
 
 
-def run_case(program: Program | str, task: Task, numbers: list[float], halt: Callable) -> tuple[int, list[float]]:
-    """Return the status of one case and its numbers, NaN unless the status is OK.
+def run_cases(
+    program: Program | str, task: Task, numbers: np.ndarray, halt: Callable[[float], None] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the status (n,) of some cases and their numbers (n, width), NaN unless the status is OK.
 
     Parameters
     ----------
     program : Program or str
         The reason why there is none stands for a program.
     task : Task
-    numbers : list of float
+    numbers : ndarray, shape (n, varied)
         Values of ``task.names``, and then of ``task.starts``.
-    halt : callable
-        Called with the fraction done, about once for every million steps; may raise `Halted`.
+    halt : callable, optional
+        Called now and then with the fraction done; may raise `Halted`.
     """
-    if not isinstance(program, str):
-        try:
-            values = dict(zip(task.names, numbers, strict=False))
-            start = dict(zip(task.starts, numbers[len(task.names) :], strict=True)) if task.starts else None
-            run = program.run(values, start, halt)
-            if run.status != Status.OK:
-                return int(run.status), [math.nan] * sum(task.width)
-            found: list[float] = []
-            for value in run.outputs.values():
-                if np.ndim(value) == 0:
-                    found.append(value)
-                else:
-                    found += value.tolist()
-            return 0, found
-        except (SceneError, NoRoute, RunFailed):
-            pass
-        except Exception:
-            logging.getLogger("symfric").exception("a case of a sweep failed: %s", numbers)
-            return ERROR, [math.nan] * sum(task.width)
-    return REFUSED, [math.nan] * sum(task.width)
+    n, width = len(numbers), sum(task.width)
+    if isinstance(program, str):
+        return np.full(n, REFUSED), np.full((n, width), np.nan)
+    columns = np.ascontiguousarray(numbers.T)
+    values, starts = columns[: len(task.names)], columns[len(task.names) :]
+    try:
+        batch = program.map(
+            dict(zip(task.names, values, strict=True)), dict(zip(task.starts, starts, strict=True)), progress=halt
+        )
+    except Exception:  # of one of them: it is found by itself
+        if n > 1:
+            parts = [run_cases(program, task, row[None], halt) for row in numbers]
+            return np.concatenate([s for s, _ in parts]), np.concatenate([v for _, v in parts])
+        return np.array([_failure(numbers[0])]), np.full((1, width), np.nan)
+    status = np.where(np.isnan(batch.t_final), REFUSED, batch.status)  # a start that is no number
+    rows = [np.reshape(found, (-1, len(batch))) for found in batch.outputs.values()]
+    found = np.concatenate(rows).T if rows else np.zeros((len(batch), 0))
+    return np.broadcast_to(status, n), np.broadcast_to(found, (n, width))
+
+
+def _failure(numbers: np.ndarray) -> int:
+    """Return the code of the exception that a case ends in; one that nobody foresaw goes to the log."""
+    if isinstance(sys.exception(), SceneError | NoRoute | RunFailed):
+        return REFUSED
+    logging.getLogger("symfric").exception("a case of a sweep failed: %s", numbers.tolist())
+    return ERROR
 
 
 def program_or_reason(task: Task) -> Program | str:
@@ -129,10 +138,5 @@ def run_chunk(key: str, task: bytes, numbers: np.ndarray) -> tuple[np.ndarray, n
     kept.move_to_end(key)
     own, program = kept[key]
     begin = time.perf_counter()
-    rows = [run_case(program, own, row, _ignore) for row in numbers.tolist()]
-    status = np.array([s for s, _ in rows], dtype=np.int64)
-    return status, np.array([v for _, v in rows], dtype=float), time.perf_counter() - begin
-
-
-def _ignore(_fraction: float) -> None:
-    """Take no notice of progress inside a case."""
+    status, values = run_cases(program, own, numbers)
+    return status, values, time.perf_counter() - begin

@@ -98,9 +98,9 @@ def test_an_interrupted_sweep_goes_on(small, jobs, tmp_path, monkeypatch):
     ran = []
     from symfric.ensemble import scheduler
 
-    run_case = scheduler.run_case
+    run_cases = scheduler.run_cases
     monkeypatch.setattr(
-        scheduler, "run_case", lambda p, t, numbers, h: ran.append(tuple(numbers)) or run_case(p, t, numbers, h)
+        scheduler, "run_cases", lambda p, t, rows, h: ran.extend(map(tuple, rows.tolist())) or run_cases(p, t, rows, h)
     )
     files = list((tmp_path / "s").glob("cases-*.bin"))
     there = sum(f.stat().st_size for f in files) // (8 * 8)

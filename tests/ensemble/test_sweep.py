@@ -105,19 +105,20 @@ def test_a_failed_case_is_a_status():
     assert (names[0], names[6], names[-1]) == ("OK", "LOST_CONTACT", "REFUSED")
 
 
-def test_an_unforeseen_error_is_a_status(monkeypatch, caplog):
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_unforeseen_error_is_a_status(monkeypatch, caplog, jobs):
     from symfric.solve.taylor.route import TaylorProgram
 
-    run = TaylorProgram.run
+    whole = TaylorProgram.map
 
-    def failing(self, values=None, initial=None, progress=None):
-        if values["v_b"] == 0.3:
+    def failing(self, values=None, initial=None, threads=1, progress=None):
+        if 0.3 in values["v_b"]:
             raise ZeroDivisionError("on purpose")
-        return run(self, values, initial, progress)
+        return whole(self, values, initial, threads, progress)
 
-    monkeypatch.setattr(TaylorProgram, "run", failing)
-    found = sf.sweep(small_scene(), {"v_b": [0.2, 0.3, 0.4]}, jobs=2)
-    assert found.status.values.tolist() == [0, -2, 0]
+    monkeypatch.setattr(TaylorProgram, "map", failing)
+    found = sf.sweep(small_scene(), {"v_b": [0.2, 0.3, 0.4, 0.35, 0.25]}, jobs=jobs)
+    assert found.status.values.tolist() == [0, -2, 0, 0, 0]
     assert "on purpose" in caplog.text
 
 
