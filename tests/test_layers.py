@@ -26,7 +26,8 @@ BELOW = {
 }
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits", "motions"}
-BELOW["design"] = BELOW["ensemble"] | {"ensemble"}
+BELOW["structures"] = BELOW["orbits"] | {"orbits"}
+BELOW["design"] = BELOW["ensemble"] | {"ensemble", "structures"}
 BELOW["scenefile"] = BELOW["design"] | {"design"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}
 BELOW["bench"] = BELOW["report"] | {"report"}

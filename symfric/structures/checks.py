@@ -1,0 +1,145 @@
+"""Checks of matrices that come from elsewhere: each fault is one line that names the matrix, the place and the cure."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sps
+
+from symfric.errors import SceneError
+from symfric.model.symbols import nearest
+from symfric.structures.factors import indefinite_at
+
+_SYMMETRIC = 1e-8  # of the largest entry: what a file with few digits leaves of symmetry
+
+
+def matrix(value, name: str, n: int | None = None) -> sps.csr_array:
+    """Return a real square matrix in sparse form.
+
+    Parameters
+    ----------
+    value : array_like or sparse, shape (n, n)
+    name : str
+        For messages.
+    n : int, optional
+        The size that it must have.
+
+    Raises
+    ------
+    SceneError
+        If it is not a matrix of finite real numbers, not square, or of another size.
+    """
+    try:
+        given = value if sps.issparse(value) else np.atleast_2d(np.asarray(value))
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{name} cannot be read as a matrix ({error}); give numbers, dense or sparse") from None
+    if given.dtype.kind == "c":
+        raise SceneError(f"{name} is complex; give real matrices, structural damping as an equivalent C")
+    if given.dtype.kind not in "fiub" or given.ndim != 2:
+        raise SceneError(f"{name} is no matrix of numbers; give numbers, dense or sparse, shape (n, n)")
+    found = sps.csr_array(given)
+    found = found.astype(float)
+    rows, columns = found.shape
+    if rows != columns:
+        raise SceneError(f"{name} has shape {found.shape}; it must be square")
+    if n is not None and rows != n:
+        raise SceneError(f"{name} has shape {found.shape}, and M has ({n}, {n}); give matrices of one size")
+    if not rows:
+        raise SceneError(f"{name} is empty")
+    found.sum_duplicates()
+    bad = np.flatnonzero(~np.isfinite(found.data))
+    if bad.size:
+        row = int(np.searchsorted(found.indptr, bad[0], side="right") - 1)
+        place = f"({row}, {int(found.indices[bad[0]])})"
+        raise SceneError(f"{name} has {bad.size} entries that are not finite, the first at {place}")
+    found.eliminate_zeros()
+    return found
+
+
+def symmetric(found: sps.csr_array, name: str, cure: str) -> sps.csr_array:
+    """Return the symmetric part of a matrix that is symmetric up to the digits of a file; raise otherwise."""
+    apart = abs(found - found.T).tocoo()
+    largest = abs(found.data).max(initial=0.0)
+    if apart.nnz and apart.data.max() > _SYMMETRIC * largest:
+        k = int(np.argmax(apart.data))
+        i, j = int(apart.row[k]), int(apart.col[k])
+        i, j = min(i, j), max(i, j)
+        raise SceneError(
+            f"{name} is not symmetric: its entries ({i}, {j}) and ({j}, {i}) are {found[i, j]:.6g} and "
+            f"{found[j, i]:.6g}; {cure}"
+        )
+    return sps.csr_array(0.5 * (found + found.T))
+
+
+def positive_definite(mass: sps.csr_array, names: Sequence[str]) -> None:
+    """Raise unless a symmetric mass matrix is positive definite; name a row where it fails."""
+    diagonal = mass.diagonal()
+    if np.min(diagonal) <= 0:
+        k = int(np.argmin(diagonal))
+        raise SceneError(
+            f"M is not positive definite: its diagonal entry of {names[k]!r} (row {k}) is {diagonal[k]:.6g}; "
+            "condense degrees of freedom without mass, or give them some"
+        )
+    k = indefinite_at(mass)
+    if k is not None:
+        raise SceneError(
+            f"M is not positive definite: no kinetic energy, or a negative one, in a motion of {names[k]!r} (row {k})"
+        )
+
+
+def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
+    """Return the names of the degrees of freedom, ``q1, q2, ...`` unless given."""
+    if names is None:
+        return tuple(f"q{i + 1}" for i in range(n))
+    found = tuple(names) if not isinstance(names, str) else (names,)
+    if len(found) != n:
+        raise SceneError(f"{len(found)} names for {n} degrees of freedom; give one for each row of M")
+    for name in found:
+        if not isinstance(name, str) or not name:
+            raise SceneError(f"the name {name!r} of a degree of freedom is no string")
+    if len(set(found)) < n:
+        seen: set[str] = set()
+        double = next(name for name in found if name in seen or seen.add(name))
+        raise SceneError(f"two degrees of freedom are called {double!r}; give each its own name")
+    return found
+
+
+def index_of(key: int | str, names: Sequence[str]) -> int:
+    """Return the row of a degree of freedom given by its number, counted from 0, or its name."""
+    if isinstance(key, str):
+        if key not in names:
+            raise SceneError(f"no degree of freedom {key!r}{nearest(key, names)}")
+        return names.index(key)
+    if isinstance(key, bool) or not isinstance(key, int | np.integer):
+        raise SceneError(f"{key!r} is no degree of freedom; give its name or its number, counted from 0")
+    if not 0 <= key < len(names):
+        raise SceneError(f"no degree of freedom {int(key)}; there are {len(names)}, counted from 0")
+    return int(key)
+
+
+def row_of(value, n: int, what: str) -> np.ndarray:
+    """Return a row of n numbers, given dense or sparse, in any orientation.
+
+    Raises
+    ------
+    SceneError
+        If it has another length, is not finite, or is zero throughout.
+    """
+    try:
+        dense = value.toarray() if sps.issparse(value) else np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{what} cannot be read ({error}); give {n} numbers, dense or sparse") from None
+    found = np.array(dense, dtype=float).ravel()
+    if found.size != n:
+        raise SceneError(f"{what} has {found.size} entries; the structure has {n} degrees of freedom")
+    if not np.all(np.isfinite(found)):
+        raise SceneError(f"{what} holds an entry that is not finite, number {int(np.argmax(~np.isfinite(found)))}")
+    if not np.any(found):
+        raise SceneError(f"{what} is zero throughout; it names no motion")
+    return found
+
+
+def positive_count(count: int, most: int, what: str) -> int:
+    """Return a number of modes that can be asked for."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= most:
+        raise SceneError(f"{what} is {count!r}; give a whole number from 1 to {most}")
+    return int(count)

@@ -1,0 +1,65 @@
+"""Pictures of modes and of flutter."""
+
+import numpy as np
+
+from symfric.axes import new_axes
+from symfric.locks import DRAWING, alone
+
+
+@alone(DRAWING)
+def plot_shapes(shapes: np.ndarray, frequency: np.ndarray, ax=None, modes=(0, 1, 2), at=None):
+    """Draw mode shapes over the degrees of freedom, or over places; return the Axes.
+
+    Parameters
+    ----------
+    shapes : ndarray, shape (n, count)
+    frequency : ndarray, shape (count,)
+    ax : Axes, optional
+    modes : sequence of int
+        Which ones; those that are not there are left out.
+    at : array_like, shape (n,), optional
+        Places of the degrees of freedom; NaN leaves one out.
+    """
+    ax = new_axes() if ax is None else ax
+    places = np.arange(len(shapes)) if at is None else np.asarray(at, dtype=float)
+    shown = np.flatnonzero(np.isfinite(places))
+    shown = shown[np.argsort(places[shown], kind="stable")]
+    for k in (k for k in modes if k < shapes.shape[1]):
+        shape = shapes[shown, k].real
+        size = np.max(np.abs(shape)) or 1.0
+        ax.plot(places[shown], shape / size, label=f"omega = {frequency[k]:.4g}")
+    ax.set_xlabel("degree of freedom" if at is None else "place")
+    ax.set_ylabel("shape")
+    ax.legend()
+    return ax
+
+
+@alone(DRAWING)
+def plot_flutter(flutter, ax=None):
+    """Draw imaginary parts against mu in the Axes, and real parts in a panel under it; return the Axes."""
+    from mpl_toolkits.axes_grid1 import make_axes_locatable
+
+    ax = new_axes() if ax is None else ax
+    below = make_axes_locatable(ax).append_axes("bottom", size="70%", pad=0.15, sharex=ax)
+    for values in flutter.eigenvalues:
+        (line,) = ax.plot(flutter.mu, values.imag, linewidth=1.2)
+        below.plot(flutter.mu, values.real, linewidth=1.2, color=line.get_color())
+    below.axhline(0.0, color="0.6", linewidth=0.8)
+    for point in flutter.critical:
+        ax.plot(point.mu, point.omega, "k.")
+        below.axvline(point.mu, color="0.6", linestyle=":", linewidth=0.8)
+    ax.tick_params(labelbottom=False)
+    ax.set_ylabel("imaginary part")
+    below.set_ylabel("real part")
+    below.set_xlabel("mu")
+    return ax
+
+
+@alone(DRAWING)
+def plot_map(found, ax=None):
+    """Draw the lowest critical mu against the second parameter; return the Axes."""
+    ax = new_axes() if ax is None else ax
+    ax.plot(found.values, found.mu, "o-", markersize=3)
+    ax.set_xlabel(found.name)
+    ax.set_ylabel("critical mu")
+    return ax

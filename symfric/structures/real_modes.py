@@ -1,0 +1,236 @@
+"""Real modes of a large structure, ``K phi = omega^2 M phi``, by shift-invert Lanczos, none of them missing.
+
+A Lanczos method from one vector finds copies of a multiple eigenvalue only through rounding. The number of eigenvalues
+between two shifts is known from two sparse factorisations (Sylvester's law of inertia); as long as some are missing,
+the iteration is repeated orthogonally to those found (Parlett, The Symmetric Eigenvalue Problem, 3.3 and 13.7).
+"""
+
+import itertools
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg as sla
+import scipy.sparse as sps
+import scipy.sparse.linalg as spla
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.notebook import html_table
+from symfric.structures.checks import positive_count
+from symfric.structures.factors import factorised, negative_pivots
+
+_DENSE = 60  # degrees of freedom up to which all modes are computed
+_EXTRA = 4  # modes computed beside those wanted, among which a gap is looked for
+_GAP = 1e-6  # relative, between eigenvalues that a shift can tell apart
+_TURNS = 12
+_SEED = 7
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes:
+    """Undamped natural modes of a structure.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (count,)
+        omega in rad/time, increasing; zero for the motions of a rigid body.
+    shapes : ndarray, shape (n, count)
+        Columns with ``shapes.T @ M @ shapes = I``, the largest entry of each positive.
+    residuals : ndarray, shape (count,)
+        ``|K phi - omega^2 M phi|`` over ``|K| |phi| + omega^2 |M| |phi|`` in the largest norm, dimensionless.
+    complete : bool
+        Whether it is proved that no mode between those found is missing.
+    names : tuple of str
+        Of the degrees of freedom.
+    """
+
+    frequency: np.ndarray
+    shapes: np.ndarray
+    residuals: np.ndarray
+    complete: bool
+    names: tuple[str, ...] = field(repr=False, default=())
+
+    @property
+    def rigid(self) -> int:
+        """Number of modes without stiffness."""
+        return int(np.sum(self.frequency == 0))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "frequency": self.frequency.tolist(),
+            "rigid": self.rigid,
+            "largest_residual": float(np.max(self.residuals)),
+            "complete": self.complete,
+        }
+
+    def to_xarray(self):
+        """Return an `xarray.Dataset` of frequencies and shapes over modes and degrees of freedom."""
+        import xarray as xr
+
+        data = {"frequency": ("mode", self.frequency), "shapes": (("dof", "mode"), self.shapes)}
+        return xr.Dataset(data, {"dof": list(self.names), "mode": np.arange(self.frequency.size)})
+
+    def plot(self, ax=None, modes=(0, 1, 2), at=None):
+        """Draw some shapes over the degrees of freedom, or over places `at`, shape (n,); return the Axes."""
+        from symfric.structures.pictures import plot_shapes
+
+        return plot_shapes(self.shapes, self.frequency, ax, modes, at)
+
+    def _repr_html_(self) -> str:
+        return html_table("Modes", self.to_dict())
+
+    def __repr__(self) -> str:
+        return (
+            f"Modes({self.frequency.size} from omega = {self.frequency[0]:.9g} to {self.frequency[-1]:.9g}, "
+            f"{self.rigid} rigid, largest residual {np.max(self.residuals):.1e})"
+        )
+
+
+def real_modes(K: sps.csr_array, M: sps.csr_array, count: int, near: float, names: tuple[str, ...]) -> Modes:
+    """Return the modes whose frequencies are nearest to `near`.
+
+    Parameters
+    ----------
+    K, M : sparse, shape (n, n)
+        Symmetric, M positive definite.
+    count : int
+    near : float
+        In rad/time, >= 0.
+    names : tuple of str
+
+    Raises
+    ------
+    SceneError
+        If there are not so many modes.
+    NotFound
+        If the iteration does not converge.
+    """
+    n = M.shape[0]
+    positive_count(count, n, "the number of modes")
+    if not (np.isfinite(near) and near >= 0):
+        raise SceneError(f"near is {near}; give a frequency in rad/time that is not negative")
+    if n <= _DENSE or count > n // 3:
+        values, shapes = sla.eigh(K.toarray(), M.toarray())
+        nearest = np.sort(np.argsort(np.abs(_root(values) - near), kind="stable")[:count])
+        values, shapes, complete = values[nearest], shapes[:, nearest], True
+    else:
+        values, shapes, complete = _iterated(K, M, count, near)
+    return _finished(K, M, values, shapes, complete, names)
+
+
+def _root(values: np.ndarray) -> np.ndarray:
+    """Return frequencies with the sign of their squares."""
+    return np.sign(values) * np.sqrt(np.abs(values))
+
+
+def _typical(K, M) -> float:
+    """Return a lower bound of the size of the largest eigenvalue: a ratio of diagonals."""
+    return float(np.max(K.diagonal() / M.diagonal())) or 1.0
+
+
+def _iterated(K, M, count: int, near: float) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return eigenvalues and shapes nearest to a frequency, and whether none is missing."""
+    n = M.shape[0]
+    shift, solve = _invertible(K, M, near)
+    k = min(count + _EXTRA, n - 2)
+    values, shapes = _lanczos(K, M, solve, shift, k, np.zeros((n, 0)))
+    complete = False
+    for _ in range(_TURNS):
+        missing = _missing(K, M, values, shift, near, count)
+        complete = missing == 0
+        if missing is None or complete:
+            break
+        more, others = _lanczos(K, M, solve, shift, min(missing + 2, n - 2 - values.size), shapes)
+        values, shapes = np.concatenate([values, more]), np.column_stack([shapes, others])
+        order = np.argsort(values)
+        values, shapes = values[order], shapes[:, order]
+    nearest = np.sort(np.argsort(np.abs(_root(values) - near), kind="stable")[:count])
+    return values[nearest], shapes[:, nearest], complete
+
+
+def _invertible(K, M, near: float):
+    """Return a shift near a squared frequency at which ``K - shift M`` can be factorised, and the factors."""
+    size = _typical(K, M)
+    shift = near**2
+    if near == 0:  # just below, where the stiffness of a body that is free can be inverted as well
+        shift = -1e-10 * size
+    for _ in range(8):
+        factors = factorised(K - shift * M)
+        if factors is not None:
+            pivots = np.abs(factors.U.diagonal())
+            if np.all(np.isfinite(pivots)) and np.min(pivots) > 0:
+                return shift, factors.solve
+        shift = shift * (1 + 1e-7) - 1e-9 * size
+    raise NotFound(f"K - omega^2 M cannot be factorised near omega = {near}; choose another `near`")
+
+
+def _lanczos(K, M, solve, shift: float, k: int, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return k eigenpairs nearest to the shift, orthogonal to those found, increasing."""
+    n = M.shape[0]
+    image = M @ found
+
+    def inverse(x):
+        x = x.ravel()
+        y = solve(x - image @ (found.T @ x))  # x is M times a vector: its parts along the found ones are removed
+        return y - found @ (image.T @ y)
+
+    start = np.random.default_rng(_SEED + found.shape[1]).standard_normal(n)
+    start -= found @ (image.T @ start)
+    ncv = min(n, max(2 * k + 1, 24))
+    operator = spla.LinearOperator((n, n), matvec=inverse, dtype=float)
+    try:
+        _, shapes = spla.eigsh(K, k, M, sigma=shift, OPinv=operator, v0=start, ncv=ncv, maxiter=60, tol=0)
+    except spla.ArpackNoConvergence as failure:
+        raise NotFound(
+            f"the iteration for the modes did not converge ({failure}); ask for fewer, or choose `near` closer"
+        ) from None
+    return _rotated(K, M, shapes)
+
+
+def _rotated(K, M, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the eigenpairs within the space of some shapes, one step of Rayleigh and Ritz."""
+    k, m = shapes.T @ (K @ shapes), shapes.T @ (M @ shapes)
+    values, inside = sla.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
+    return values, shapes @ inside
+
+
+def _missing(K, M, values: np.ndarray, shift: float, near: float, count: int) -> int | None:
+    """Return how many eigenvalues lie between two gaps around the wanted ones and were not found; None if unknown."""
+    values = np.sort(values)
+    wanted = np.sort(values[np.argsort(np.abs(_root(values) - near), kind="stable")[:count]])
+    size = max(abs(values[0]), abs(values[-1]), abs(shift))
+    low, high = _gap_below(values, wanted[0], size), _gap_above(values, wanted[-1], size)
+    below, above = negative_pivots(K - low * M), negative_pivots(K - high * M)
+    if below is None or above is None:
+        return None
+    inside = values[(values > low) & (values < high)]
+    return max(0, above - below - inside.size)
+
+
+def _gap_above(values: np.ndarray, start: float, size: float) -> float:
+    """Return a number behind `start` that lies in a gap of the values."""
+    later = values[values >= start]
+    for a, b in itertools.pairwise(later):
+        if b - a > _GAP * size:
+            return 0.5 * (a + b)
+    return later[-1] + _GAP * size
+
+
+def _gap_below(values: np.ndarray, start: float, size: float) -> float:
+    return -_gap_above(-values[::-1], -start, size)
+
+
+def _finished(K, M, values: np.ndarray, shapes: np.ndarray, complete: bool, names) -> Modes:
+    """Return modes with the zeros of rigid motions, signs and residuals."""
+    shapes = shapes / np.sqrt(np.sum(shapes * (M @ shapes), axis=0))
+    largest = np.argmax(np.abs(shapes) > 0.999 * np.max(np.abs(shapes), axis=0), axis=0)
+    shapes = shapes * np.sign(shapes[largest, np.arange(shapes.shape[1])])
+    strain = np.sum(np.abs(shapes) * (abs(K) @ np.abs(shapes)), axis=0)  # what cancels in phi^T K phi
+    values = np.where(np.abs(values) <= 1e-12 * strain, 0.0, values)
+    if np.any(values < 0):
+        raise NotFound(
+            f"K is not positive semidefinite: omega^2 = {values.min():.6g}; the structure buckles before it vibrates"
+        )
+    left = np.max(np.abs(K @ shapes - (M @ shapes) * values), axis=0)
+    sizes = np.max(abs(K) @ np.abs(shapes) + (abs(M) @ np.abs(shapes)) * np.abs(values), axis=0)
+    return Modes(np.sqrt(values), shapes, left / sizes, complete, names)

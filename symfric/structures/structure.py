@@ -1,0 +1,232 @@
+"""A structure given by its matrices, as a finite element program leaves them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sps
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.symbols import finite
+from symfric.structures.checks import matrix, names_of, positive_definite, symmetric
+from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
+from symfric.structures.definiteness import Verdict, verdict_of
+from symfric.structures.real_modes import Modes, real_modes
+
+_FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Structure:
+    """``M q'' + C q' + (K + mu F) q = f`` with sparse matrices; units are those of the matrices.
+
+    Parameters
+    ----------
+    M, K : array_like or sparse, shape (n, n)
+        Symmetric, M positive definite. Both are kept sparse.
+    C : array_like or sparse, shape (n, n), optional
+        Damping, gyroscopic forces.
+    friction : array_like or sparse, shape (n, n), optional
+        F, what mu multiplies in the stiffness; not symmetric: the forces of steady sliding under loads that move, or of
+        a follower load (then mu is the load).
+    names : sequence of str, optional
+        Of the degrees of freedom; ``q1, q2, ...`` unless given.
+
+    Attributes
+    ----------
+    M, K : scipy.sparse.csr_array
+    C, friction : scipy.sparse.csr_array or None
+        None also where all entries given are zero.
+    names : tuple of str
+    basis : ndarray, shape (n_full, n), or None
+        Of a reduced structure, how all degrees of freedom follow from its own.
+
+    Raises
+    ------
+    SceneError
+        If a matrix has the wrong shape, an entry that is not finite, lacks symmetry, or M is not positive definite.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> s = sf.structures.Structure([[1, 0], [0, 1]], [[2, -1], [-1, 2]])
+    >>> s.modes(2).frequency.round(6).tolist()
+    [1.0, 1.732051]
+    """
+
+    M: sps.csr_array
+    K: sps.csr_array
+    C: sps.csr_array | None = None
+    friction: sps.csr_array | None = None
+    names: tuple[str, ...] = ()
+    basis: np.ndarray | None = None
+
+    def __init__(self, M, K, C=None, friction=None, names: Sequence[str] | None = None, *, basis=None):
+        mass = matrix(M, "M")
+        n = mass.shape[0]
+        labels = names_of(names, n)
+        mass = symmetric(mass, "M", "a mass matrix must be")
+        positive_definite(mass, labels)
+        stiffness = symmetric(matrix(K, "K", n), "K", _FRICTION)
+        others = {
+            name: None if given is None else matrix(given, name, n)
+            for name, given in (("C", C), ("friction", friction))
+        }
+        kept = {name: None if e is None or not e.nnz else e for name, e in others.items()}
+        for name, value in {"M": mass, "K": stiffness, **kept, "names": labels, "basis": basis}.items():
+            object.__setattr__(self, name, value)  # the class is frozen for everybody else
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.names)
+
+    @property
+    def symbols(self) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...]]:
+        """Coordinates and velocities as they are called in a scene: ``tip`` and ``d_tip``; for outputs and forces."""
+        q = tuple(sp.Symbol(name, real=True) for name in self.names)
+        return q, tuple(sp.Symbol(f"d_{name}", real=True) for name in self.names)
+
+    def stiffness(self, mu: float = 0.0) -> sps.csr_array:
+        """Return ``K + mu F``, shape (n, n).
+
+        Raises
+        ------
+        SceneError
+            If mu is not zero and the structure has no friction matrix.
+        """
+        value = finite(mu, "mu")
+        if value == 0:
+            return self.K
+        if self.friction is None:
+            raise SceneError(f"mu is {value:g} and the structure has no friction matrix; give it as `friction`")
+        return sps.csr_array(self.K + value * self.friction)
+
+    def modes(self, count: int, near: float = 0.0) -> Modes:
+        """Return the undamped modes nearest to a frequency, without friction.
+
+        Parameters
+        ----------
+        count : int
+        near : float
+            In rad/time.
+
+        Returns
+        -------
+        Modes
+
+        Raises
+        ------
+        SceneError
+            If there are not so many modes.
+        NotFound
+            If the iteration does not converge, or K has a negative eigenvalue.
+
+        Notes
+        -----
+        Shift-invert Lanczos; that no mode is missing is proved by counting the eigenvalues between two shifts, see
+        `symfric.structures.real_modes`.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> s = sf.structures.chain(40, ends="free")
+        >>> s.modes(3).rigid
+        1
+        """
+        return real_modes(self.K, self.M, count, finite(near, "near"), self.names)
+
+    def complex_modes(self, count: int, mu: float = 0.0, near: complex | float = 0.0) -> ComplexModes:
+        """Return the modes of the damped structure with friction nearest to a point.
+
+        Parameters
+        ----------
+        count : int
+        mu : float
+        near : float or complex
+            A frequency in rad/time, or a point of the complex plane of lambda.
+
+        Returns
+        -------
+        ComplexModes
+
+        Raises
+        ------
+        SceneError
+            If there are not so many modes, or mu is given without a friction matrix.
+        NotFound
+            If the iteration does not converge.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> round(float(sf.structures.ziegler().complex_modes(2, mu=2.5).eigenvalues.real.max()), 3)
+        0.322
+        """
+        return complex_modes(self.pencil(mu), count, shift_of(near), float(mu), self.names)
+
+    def pencil(self, mu: float) -> Pencil:
+        """Return the matrices of the eigenvalue problem."""
+        return Pencil(self.M, self.C, self.stiffness(mu))
+
+    def definiteness(self, mu: float = 0.0) -> Verdict:
+        """Return what the definiteness of symmetric parts proves of the stability, by sparse factors.
+
+        Parameters
+        ----------
+        mu : float
+
+        Returns
+        -------
+        Verdict
+            (definiteness, reason); see `symfric.structures.definiteness`.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.structures.chain(100, damping=0.1).definiteness().definiteness
+        'stable'
+        """
+        return verdict_of(self.pencil(mu))
+
+    def row(self, entries) -> np.ndarray:
+        """Return a row over the degrees of freedom, shape (n,).
+
+        Parameters
+        ----------
+        entries : array_like, sparse, mapping of name to number, or name
+            Of a reduced structure, a row over all degrees of freedom is taken, too.
+        """
+        from symfric.structures.rows import row_in
+
+        return row_in(self, entries)
+
+    def expand(self, q: np.ndarray) -> np.ndarray:
+        """Return the motion of all degrees of freedom of which this structure is a reduction.
+
+        Parameters
+        ----------
+        q : ndarray, shape (n,) or (n, n_t)
+
+        Returns
+        -------
+        ndarray, shape (n_full,) or (n_full, n_t)
+            `q` itself if the structure is not reduced.
+        """
+        q = np.asarray(q)
+        if q.shape[:1] != (self.n,):
+            raise SceneError(f"q has shape {q.shape}; its first axis needs {self.n} entries")
+        return q if self.basis is None else self.basis @ q
+
+    def to_dict(self) -> dict[str, object]:
+        """Return what it is made of, in numbers."""
+        sizes = {name: 0 if e is None else e.nnz for name, e in (("M", self.M), ("K", self.K), ("C", self.C))}
+        friction = 0 if self.friction is None else self.friction.nnz
+        return {"degrees_of_freedom": self.n, "entries": {**sizes, "friction": friction}}
+
+    def __repr__(self) -> str:
+        parts = [name for name in ("C", "friction") if getattr(self, name) is not None]
+        words = f", with {' and '.join(parts)}" if parts else ""
+        full = f" of {len(self.basis)}" if self.basis is not None else ""
+        return f"Structure({self.n}{full} degrees of freedom, {self.K.nnz} entries in K{words})"
