@@ -8,11 +8,10 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.problems import problems
+from symfric.bench.problems import named
 from symfric.solve.integrators.hermite import first_fall
 from symfric.solve.integrators.route import Integrators, IntegratorsProgram
 
-PROBLEMS = problems()
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}
 
 
@@ -33,7 +32,7 @@ def error(run, problem) -> float:
     ],
 )
 def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
-    problem = PROBLEMS[name]
+    problem = named(name)
     run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
     assert error(run, problem) < 10 * tolerance
     assert run.stats["events"] == problem.events
@@ -44,13 +43,13 @@ def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
     [("erk", 1e-7), ("rosenbrock", 1e-7), ("cvodes", 1e-6), ("cvodes", 1e-9), ("idas", 1e-6), ("idas", 1e-9)],
 )
 def test_the_regularised_law_is_right_within_the_tolerance(plugin, tolerance):
-    problem = PROBLEMS["P4"]
+    problem = named("P4")
     run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
     assert error(run, problem) < 10 * tolerance
 
 
 def test_collocation_doubles_its_elements_until_the_result_stays():
-    problem = PROBLEMS["P4"]
+    problem = named("P4")
     assert error(IntegratorsProgram(problem.scene, 1e-4, Integrators("collocation")).run(), problem) < 1e-4
     hopeless = IntegratorsProgram(problem.scene, 1e-9, Integrators("collocation", elements=4000)).run()
     assert hopeless.status == sf.Status.INTEGRATOR
@@ -58,7 +57,7 @@ def test_collocation_doubles_its_elements_until_the_result_stays():
 
 @pytest.mark.parametrize("name", ["P1", "P2"])
 def test_motion_events_and_outputs_agree_with_the_taylor_route(name):
-    scene = PROBLEMS[name].scene
+    scene = named(name).scene
     (x,), (u,) = scene.system.q, scene.system.u
     contact = scene.contacts[0].name
     outputs = {"high": sf.Max(x), "low": sf.Min(u), "half": sf.HalfRange(x)}
@@ -131,7 +130,7 @@ def test_several_contacts_and_sampled_inputs_agree_with_the_taylor_route(scene):
 
 
 def test_other_values_and_another_start_of_a_prepared_program():
-    scene = PROBLEMS["P2"].scene.until(20.0)
+    scene = named("P2").scene.until(20.0)
     program = IntegratorsProgram(scene, 1e-9, Integrators())
     values, initial = {"v_b": 0.3, "a": 0.01, "Omega": 5.0}, {"x": 0.1}
     expected = IntegratorsProgram(scene.where(values).starting(initial), 1e-9, Integrators()).run()
@@ -140,25 +139,25 @@ def test_other_values_and_another_start_of_a_prepared_program():
 
 def test_it_declines_what_it_cannot_do_and_says_why():
     with pytest.raises(sf.NoRoute, match="regularised"):
-        IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators("cvodes"))
+        IntegratorsProgram(named("P2").scene, 1e-6, Integrators("cvodes"))
     with pytest.raises(sf.NoRoute, match="kinks"):
-        IntegratorsProgram(PROBLEMS["P4"].scene.wanting(COMPARED), 1e-6, Integrators("idas"))
+        IntegratorsProgram(named("P4").scene.wanting(COMPARED), 1e-6, Integrators("idas"))
     with pytest.raises(sf.SceneError, match="no integrator 'euler'"):
         Integrators("euler")
     with pytest.raises(sf.SceneError, match="tolerance"):
-        IntegratorsProgram(PROBLEMS["P2"].scene, 1e-20, Integrators())
+        IntegratorsProgram(named("P2").scene, 1e-20, Integrators())
 
 
 def test_a_budget_of_events_ends_the_run_with_a_status():
-    run = IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators(max_events=5)).run()
+    run = IntegratorsProgram(named("P2").scene, 1e-6, Integrators(max_events=5)).run()
     assert run.status == sf.Status.EVENT_BUDGET
-    assert run.t_final < PROBLEMS["P2"].scene.horizon
+    assert run.t_final < named("P2").scene.horizon
 
 
 def test_a_budget_of_steps_ends_the_run_with_a_status():
-    run = IntegratorsProgram(PROBLEMS["P2"].scene, 1e-6, Integrators(max_steps=500)).run()
+    run = IntegratorsProgram(named("P2").scene, 1e-6, Integrators(max_steps=500)).run()
     assert run.status == sf.Status.STEP_BUDGET
-    assert 0 < run.t_final < PROBLEMS["P2"].scene.horizon
+    assert 0 < run.t_final < named("P2").scene.horizon
     assert run.stats["steps"] < 5000  # the budget and one piece
 
 
@@ -219,7 +218,7 @@ def test_a_slope_that_is_infinite_at_rest_is_a_status_in_bounded_time():
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-8])
 def test_a_stiff_motion_crosses_a_kink_slowly(tolerance):
     # the noise of the state decides the sign of the slope at the kink, on both of its sides
-    scene = PROBLEMS["P4"].scene.until(20.0)
+    scene = named("P4").scene.until(20.0)
     run = sf.simulate(scene, tolerance, route="integrators").checked()
     assert np.max(np.abs(run.final - sf.simulate(scene, 1e-13).final)) < 10 * tolerance
 

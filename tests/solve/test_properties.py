@@ -11,23 +11,9 @@ import symfric as sf
 X, U = sp.symbols("x u", real=True)
 BELT = sf.scenes.mass_on_belt(v_b=0.2)
 VARIED = {"v_b": 0.2, "beta": 0.05, "gamma2": 1.0, "a": 0.01, "Omega": 9.0}
-FINE = sf.prepare(sf.scenes.mass_on_belt(**VARIED, horizon=30.0), 1e-13)
-COARSE = {tol: sf.prepare(sf.scenes.mass_on_belt(**VARIED, horizon=30.0), tol) for tol in (1e-6, 1e-8, 1e-10)}
 POWER = sf.friction_force("belt") * sf.slip("belt")
-GROUND = sf.prepare(
-    sf.scenes.mass_on_belt(v_b=0.0, horizon=20.0).wanting({"largest": sf.Max(POWER), "path": sf.Trajectory()}), 1e-10
-)
 SHIFT = sp.Symbol("shift", real=True)
-SHIFTED = sf.prepare(
-    sf.Scene(
-        system=sf.System(q=[X], u=[U], mass=[[1]], force=[-(X - SHIFT)]),
-        contacts=[sf.Contact("belt", U - 0.2, 1, sf.laws.cubic(0.4, 0.25, 0.5))],
-        values={SHIFT: 1.0},
-        initial={X: 0.0, U: 0.0},
-        horizon=15.0,
-    ),
-    1e-12,
-)
+TOLERANCES = (1e-6, 1e-8, 1e-10)
 derandomized = settings(derandomize=True, deadline=None, max_examples=40)
 values = st.fixed_dictionaries(
     {
@@ -41,29 +27,57 @@ values = st.fixed_dictionaries(
 starts = st.fixed_dictionaries({"x": st.floats(-1, 1), "u": st.floats(-1, 1)})
 
 
+@pytest.fixture(scope="module")
+def fine():
+    return sf.prepare(sf.scenes.mass_on_belt(**VARIED, horizon=30.0), 1e-13)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return {tol: sf.prepare(sf.scenes.mass_on_belt(**VARIED, horizon=30.0), tol) for tol in TOLERANCES}
+
+
+@pytest.fixture(scope="module")
+def ground():
+    scene = sf.scenes.mass_on_belt(v_b=0.0, horizon=20.0)
+    return sf.prepare(scene.wanting({"largest": sf.Max(POWER), "path": sf.Trajectory()}), 1e-10)
+
+
+@pytest.fixture(scope="module")
+def shifted():
+    scene = sf.Scene(
+        system=sf.System(q=[X], u=[U], mass=[[1]], force=[-(X - SHIFT)]),
+        contacts=[sf.Contact("belt", U - 0.2, 1, sf.laws.cubic(0.4, 0.25, 0.5))],
+        values={SHIFT: 1.0},
+        initial={X: 0.0, U: 0.0},
+        horizon=15.0,
+    )
+    return sf.prepare(scene, 1e-12)
+
+
 def fine_times(run, n=8):
     return np.unique(np.concatenate([np.linspace(a, b, n) for a, b in zip(run.t[:-1], run.t[1:], strict=True)]))
 
 
 @derandomized
-@given(values=values, initial=starts, tolerance=st.sampled_from(sorted(COARSE)))
-def test_error_follows_the_tolerance(values, initial, tolerance):
-    fine, run = FINE.run(values, initial).checked(), COARSE[tolerance].run(values, initial).checked()
+@given(values=values, initial=starts, tolerance=st.sampled_from(TOLERANCES))
+def test_error_follows_the_tolerance(fine, coarse, values, initial, tolerance):
+    best, run = fine.run(values, initial).checked(), coarse[tolerance].run(values, initial).checked()
     # 8 times the tolerance is the most in 1200 motions, a twentieth of it the median: each stick forgets what was before
-    assert np.max(np.abs(run.final - fine.final)) < 30 * tolerance
+    assert np.max(np.abs(run.final - best.final)) < 30 * tolerance
 
 
 @derandomized
 @given(values=values, initial=starts)
-def test_energy_balances(values, initial):
-    for tolerance, program in COARSE.items():
+def test_energy_balances(coarse, values, initial):
+    for tolerance, program in coarse.items():
         assert program.run(values, initial).energy_residual() < 100 * tolerance
 
 
 @derandomized
 @given(values=values, initial=starts)
-def test_modes_friction_and_slip_fit_together(values, initial):
-    run = FINE.run(values, initial).checked()
+def test_modes_friction_and_slip_fit_together(fine, values, initial):
+    run = fine.run(values, initial).checked()
     law, v_b, load = BELT.contacts[0].law, values["v_b"], values["gamma2"]
     t = fine_times(run)
     x, u = run(t)
@@ -82,8 +96,8 @@ def test_modes_friction_and_slip_fit_together(values, initial):
 
 @derandomized
 @given(values=values, initial=starts)
-def test_dense_output_is_continuous_and_passes_through_every_event(values, initial):
-    run = FINE.run(values, initial).checked()
+def test_dense_output_is_continuous_and_passes_through_every_event(fine, values, initial):
+    run = fine.run(values, initial).checked()
     size = 1 + np.max(np.abs(run.x))
     for k in range(1, run.t.size - 1):
         before = run(np.nextafter(run.t[k], 0))
@@ -100,10 +114,10 @@ def test_dense_output_is_continuous_and_passes_through_every_event(values, initi
 
 @derandomized
 @given(values=values, initial=starts)
-def test_mirrored_scenes_give_mirrored_runs(values, initial):
-    run = FINE.run(values, initial)
+def test_mirrored_scenes_give_mirrored_runs(fine, values, initial):
+    run = fine.run(values, initial)
     mirrored = values | {"v_b": -values["v_b"], "a": -values["a"]}
-    other = FINE.run(mirrored, {k: -v for k, v in initial.items()})
+    other = fine.run(mirrored, {k: -v for k, v in initial.items()})
     t = np.linspace(0, 30, 400)
     growth = np.exp(30 * max(0.0, 0.225 * values["gamma2"] - values["beta"]))
     assert np.max(np.abs(other(t) + run(t))) < 1e-12 * min(growth, 1e3)
@@ -113,10 +127,10 @@ def test_mirrored_scenes_give_mirrored_runs(values, initial):
 
 @derandomized
 @given(values=values, initial=starts, split=st.floats(0.05, 0.95))
-def test_a_run_may_be_interrupted(values, initial, split):
+def test_a_run_may_be_interrupted(fine, values, initial, split):
     # the state alone carries the motion of an autonomous scene
     autonomous = values | {"a": 0.0}
-    whole = FINE.run(autonomous, initial).checked()
+    whole = fine.run(autonomous, initial).checked()
     middle = whole(30 * split)
     scene = sf.scenes.mass_on_belt(**autonomous).until(30 * (1 - split)).starting(dict(zip("xu", middle, strict=True)))
     rest = sf.simulate(scene, 1e-13).checked()
@@ -194,9 +208,9 @@ def test_powers_of_two_scale_to_rounding():
 
 @derandomized
 @given(values=values, initial=starts)
-def test_friction_at_the_ground_dissipates(values, initial):
+def test_friction_at_the_ground_dissipates(ground, values, initial):
     still = {k: values[k] for k in ("beta", "gamma2")}
-    run = GROUND.run(still, initial).checked()
+    run = ground.run(still, initial).checked()
     assert run["largest"] <= 1e-12
     x, u = run(fine_times(run))
     assert np.all(np.diff(x**2 + u**2) < 1e-11)
@@ -204,7 +218,7 @@ def test_friction_at_the_ground_dissipates(values, initial):
 
 @derandomized
 @given(shift=st.floats(-5, 5), x=st.floats(-1, 1))
-def test_translated_springs_translate_the_motion(shift, x):
-    here = SHIFTED.run({SHIFT: 0.0}, {X: x})
-    there = SHIFTED.run({SHIFT: shift}, {X: x + shift})
+def test_translated_springs_translate_the_motion(shifted, shift, x):
+    here = shifted.run({SHIFT: 0.0}, {X: x})
+    there = shifted.run({SHIFT: shift}, {X: x + shift})
     assert there.final - [shift, 0] == pytest.approx(here.final, abs=1e-10)

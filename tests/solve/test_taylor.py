@@ -8,11 +8,10 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.problems import problems
+from symfric.bench.problems import named
 from symfric.solve.taylor.route import order_for
 from tests.longer import longer
 
-PROBLEMS = problems()
 L = sf.laws
 X, U = sp.symbols("x u", real=True)
 LAWS = {
@@ -50,7 +49,7 @@ def error(run, problem):
     ],
 )
 def test_benchmark_problems_are_right_within_the_tolerance(name, tolerance):
-    problem = PROBLEMS[name]
+    problem = named(name)
     run = sf.simulate(problem.scene, tolerance, route="taylor")
     assert error(run, problem) < 10 * tolerance
     if problem.events is not None:
@@ -60,7 +59,7 @@ def test_benchmark_problems_are_right_within_the_tolerance(name, tolerance):
 @pytest.mark.parametrize("name", ["P1", "P2", "P3", "P4", "P7", "P8", "P9"])
 def test_energies_of_the_benchmark_problems_balance(name):
     for tolerance in (1e-6, 1e-9, 1e-12):
-        assert sf.simulate(PROBLEMS[name].scene, tolerance).energy_residual() < 100 * tolerance
+        assert sf.simulate(named(name).scene, tolerance).energy_residual() < 100 * tolerance
 
 
 def test_the_price_of_smoothing_is_a_distance_linear_in_the_regularisation():
@@ -157,7 +156,7 @@ def test_higher_orders_need_fewer_steps_for_the_same_error():
 @pytest.mark.parametrize("name", ["P2", "P3"])
 def test_no_step_is_a_sliver_before_an_event(name, tolerance):
     """What is left of a mode, or of the run, after a step is more than a twentieth of it, or part of it."""
-    path = sf.simulate(PROBLEMS[name].scene.wanting({"path": sf.Trajectory()}), tolerance, route="taylor").path
+    path = sf.simulate(named(name).scene.wanting({"path": sf.Trajectory()}), tolerance, route="taylor").path
     within = path.mode[1:, 0] == path.mode[:-1, 0]
     assert within.sum() > 50
     assert np.all(path.h[1:][within] > 0.049 * path.h[:-1][within])
@@ -207,7 +206,7 @@ def test_settings_are_checked(settings):
 
 def test_phase_portrait_of_one_swing_has_the_closed_form():
     # Coulomb friction of 3 percent: circles about +-delta
-    run = sf.simulate(PROBLEMS["P1"].scene.wanting({"path": sf.Trajectory()}), 1e-13)
+    run = sf.simulate(named("P1").scene.wanting({"path": sf.Trajectory()}), 1e-13)
     t = np.linspace(0, math.pi, 50)[1:-1]
     assert run(t)[0] == pytest.approx(0.03 + 0.97 * np.cos(t), abs=1e-13)
     assert run(math.pi + t)[0] == pytest.approx(-0.03 - 0.91 * np.cos(t), abs=1e-12)

@@ -12,9 +12,13 @@ import symfric as sf
 BOUNDED = sf.Taylor(max_steps=3_000_000, max_events=300_000)
 X, U = sp.symbols("x u", real=True)
 WANTED = {"end": sf.End(), "high": sf.Max(X), "rest": sf.StopTime()}
-BELT = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2).wanting(WANTED), 1e-9, BOUNDED)
-FINE_BELT = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2).wanting(WANTED), 1e-13, BOUNDED)
 ONSET = 0.39579028879783  # belt speed at which the cycle first sticks
+
+
+@pytest.fixture(scope="module")
+def belts():
+    """Return the program at a coarse and at a fine tolerance."""
+    return [sf.prepare(sf.scenes.mass_on_belt(v_b=0.2).wanting(WANTED), tol, BOUNDED) for tol in (1e-9, 1e-13)]
 
 
 def ended(run):
@@ -25,9 +29,9 @@ def ended(run):
 
 @pytest.mark.parametrize("beta", [0.0, 10.0])
 @pytest.mark.parametrize("v_b", [1e-9, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3])
-def test_belt_speed_over_twelve_decades(v_b, beta):
+def test_belt_speed_over_twelve_decades(belts, v_b, beta):
     values = {"v_b": v_b, "beta": beta}
-    coarse, fine = BELT.run(values), FINE_BELT.run(values)
+    coarse, fine = (belt.run(values) for belt in belts)
     assert ended(coarse)
     assert ended(fine)
     assert coarse.stats["events"] == fine.stats["events"]
@@ -38,8 +42,8 @@ def test_belt_speed_over_twelve_decades(v_b, beta):
 
 
 @pytest.mark.parametrize("gamma2", [1e-6, 1e-3, 1e3, 1e6])
-def test_friction_over_twelve_decades(gamma2):
-    coarse, fine = BELT.run({"gamma2": gamma2}), FINE_BELT.run({"gamma2": gamma2})
+def test_friction_over_twelve_decades(belts, gamma2):
+    coarse, fine = (belt.run({"gamma2": gamma2}) for belt in belts)
     assert ended(coarse)
     assert coarse.final == pytest.approx(fine.final, rel=1e-7, abs=1e-8 * min(gamma2, 1))
     if gamma2 >= 1e3:  # the belt carries it the whole time
