@@ -2,9 +2,11 @@
 
 from symfric.structures.complex_modes import ComplexModes
 from symfric.structures.files import read, write
-from symfric.structures.flutter import Critical, Flutter, FlutterMap, flutter, flutter_map
+from symfric.structures.flutter import Critical, Flutter, flutter
+from symfric.structures.flutter_map import FlutterMap, flutter_map
 from symfric.structures.makers import beam, chain, ziegler
 from symfric.structures.real_modes import Modes
+from symfric.structures.reduction import ReductionError
 from symfric.structures.structure import Structure
 
 __all__ = [
@@ -13,6 +15,7 @@ __all__ = [
     "Flutter",
     "FlutterMap",
     "Modes",
+    "ReductionError",
     "Structure",
     "beam",
     "chain",

@@ -79,10 +79,10 @@ def positive_definite(mass: sps.csr_array, names: Sequence[str]) -> None:
             f"M is not positive definite: its diagonal entry of {names[k]!r} (row {k}) is {diagonal[k]:.6g}; "
             "condense degrees of freedom without mass, or give them some"
         )
-    k = indefinite_at(mass)
-    if k is not None:
+    bad = indefinite_at(mass)
+    if bad is not None:
         raise SceneError(
-            f"M is not positive definite: no kinetic energy, or a negative one, in a motion of {names[k]!r} (row {k})"
+            f"M is not positive definite: no kinetic energy, or a negative one, in a motion of {names[bad]!r} (row {bad})"
         )
 
 
@@ -97,8 +97,7 @@ def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
         if not isinstance(name, str) or not name:
             raise SceneError(f"the name {name!r} of a degree of freedom is no string")
     if len(set(found)) < n:
-        seen: set[str] = set()
-        double = next(name for name in found if name in seen or seen.add(name))
+        double = next(name for i, name in enumerate(found) if name in found[:i])
         raise SceneError(f"two degrees of freedom are called {double!r}; give each its own name")
     return found
 

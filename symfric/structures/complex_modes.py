@@ -185,6 +185,7 @@ def _undamped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np
 
 def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.ndarray]:
     n, M, C = pencil.M.shape[0], pencil.M, pencil.C
+    assert C is not None
     if 2 * n <= _DENSE or 2 * count + _EXTRA > n:
         Z, one = np.zeros((n, n)), np.eye(n)
         left = np.block([[Z, one], [-pencil.A.toarray(), -C.toarray()]])

@@ -51,6 +51,7 @@ def verdict_of(pencil: Pencil) -> Verdict:
         return Verdict("unstable", "the stiffness has a negative eigenvalue, and the damping is complete (Chetaev)")
     if not (stiff and damped):
         return Verdict("undecided", "the symmetric parts of K + mu F and C are not both positive definite")
+    assert pencil.C is not None  # it is definite
     turning = pencil.C - pencil.C.T
     if turning.nnz and abs(turning).max() > _SYMMETRIC * abs(pencil.C).max():
         return Verdict("undecided", "C has a gyroscopic part beside the circulatory forces")

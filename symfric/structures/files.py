@@ -3,6 +3,7 @@
 import io
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.io
@@ -70,7 +71,7 @@ def write(structure: Structure, path) -> None:
     structure : Structure
     path : str or Path
     """
-    entries: dict[str, np.ndarray] = {"names": np.array(structure.names)}
+    entries: dict[str, Any] = {"names": np.array(structure.names)}
     for name in _NAMES:
         part = getattr(structure, name)
         if part is not None:
@@ -79,13 +80,13 @@ def write(structure: Structure, path) -> None:
     np.savez_compressed(path, **entries)
 
 
-def _numpy(place: Path) -> dict[str, object]:
+def _numpy(place: Path) -> dict[str, Any]:
     try:
         with np.load(place, allow_pickle=False) as file:
             entries = {name: file[name] for name in file.files}
     except (ValueError, OSError, zipfile.BadZipFile) as error:
         raise SceneError(f"{place.name} cannot be read: {error}") from None
-    found: dict[str, object] = {name: entries[name] for name in _NAMES if name in entries}
+    found: dict[str, Any] = {name: entries[name] for name in _NAMES if name in entries}
     for name in _NAMES:
         parts = {what: entries[f"{name}_{what}"] for what in _PARTS if f"{name}_{what}" in entries}
         if parts and name not in found:
@@ -106,8 +107,8 @@ def _assembled(parts: dict[str, np.ndarray], what: str) -> sps.csr_array:
         raise SceneError(f"{what} is no sparse matrix: {error}") from None
 
 
-def _folder(place: Path) -> dict[str, object]:
-    found: dict[str, object] = {}
+def _folder(place: Path) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     for name in _NAMES:
         for ending in _ENDINGS:
             if (place / (name + ending)).is_file():
@@ -117,8 +118,8 @@ def _folder(place: Path) -> dict[str, object]:
     return found
 
 
-def _zip(place: Path) -> dict[str, object]:
-    found: dict[str, object] = {}
+def _zip(place: Path) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     with zipfile.ZipFile(place) as file:
         for entry in file.namelist():
             base = entry.rsplit("/", 1)[-1]

@@ -6,7 +6,7 @@ a branch point (Seyranian and Mailybaev, Multiparameter Stability Theory, 2003, 
 of one eigenvalue passes zero. Either is found by root finding on the full matrices, not read from a grid.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -172,7 +172,8 @@ class _Search:
     def changes(self) -> tuple[list[Critical], list[Critical]]:
         """Return where growth begins and where it ends."""
         points = self._damped_changes() if self.damped else self._undamped_changes()
-        onsets, ends = [], []
+        onsets: list[Critical] = []
+        ends: list[Critical] = []
         for point, begins in sorted(points, key=lambda e: e[0].mu):
             known = onsets if begins else ends
             if not any(abs(p.mu - point.mu) <= 1e-9 * max(1.0, abs(p.mu)) and {*p.pair} & {*point.pair} for p in known):
@@ -195,7 +196,7 @@ class _Search:
             for k in range(1, mu.size - 1):
                 a, b, c = growth[k - 1 : k + 2]
                 if b < 0 and a < b > c and b > _TURN * min(a, c):
-                    found += self._hidden(lambda e, i=i, k=k: -self._value(i, k, e).real, i, k)
+                    found += self._hidden(i, k)
         for i, j, k in self._near_pairs(values.real > 0):
             test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
             best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
@@ -230,7 +231,9 @@ class _Search:
         partner = int(np.argmin(others)) if others.size > 1 else i
         return [(Critical(root, abs(value.imag), (i, partner)), begins)]
 
-    def _hidden(self, decay: Callable[[float], float], i: int, k: int) -> list[tuple[Critical, bool]]:
+    def _hidden(self, i: int, k: int) -> list[tuple[Critical, bool]]:
+        """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
+        decay = lambda e: -self._value(i, k, e).real  # noqa: E731
         low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
         best = minimize_scalar(decay, bounds=(low, high), method="bounded", options={"maxiter": 20})
         if best.fun >= 0:
@@ -321,92 +324,3 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
     if ends[0] * ends[1] > 0:
         return None
     return float(brentq(function, low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=4 * np.finfo(float).eps))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FlutterMap:
-    """The onset of flutter over a second parameter.
-
-    Attributes
-    ----------
-    name : str
-    values : ndarray, shape (n,)
-        Of the second parameter.
-    mu, omega : ndarray, shape (n,)
-        The lowest critical mu and its frequency; NaN where no mode begins to grow.
-    found : tuple of Flutter
-        Everything, one for each value.
-    """
-
-    name: str
-    values: np.ndarray
-    mu: np.ndarray
-    omega: np.ndarray
-    found: tuple[Flutter, ...]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain lists."""
-        return {self.name: self.values.tolist(), "mu": self.mu.tolist(), "omega": self.omega.tolist()}
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of critical mu and frequency over the parameter."""
-        import xarray as xr
-
-        return xr.Dataset({"mu": (self.name, self.mu), "omega": (self.name, self.omega)}, {self.name: self.values})
-
-    def plot(self, ax=None):
-        """Draw the lowest critical mu against the parameter; return the Axes."""
-        from symfric.structures.pictures import plot_map
-
-        return plot_map(self, ax)
-
-    def _repr_html_(self) -> str:
-        return html_table("FlutterMap", self.to_dict())
-
-    def __repr__(self) -> str:
-        known = np.isfinite(self.mu)
-        low = f"least critical mu {np.nanmin(self.mu):.6g}" if known.any() else "no flutter"
-        return f"FlutterMap({self.values.size} values of {self.name}; {low})"
-
-
-def flutter_map(
-    make: Callable[[float], Structure],
-    values: Sequence[float] | np.ndarray,
-    mu: tuple[float, float],
-    count: int = 8,
-    near: complex | float = 0.0,
-    name: str = "parameter",
-) -> FlutterMap:
-    """Compute the onset of flutter for several values of a second parameter.
-
-    Parameters
-    ----------
-    make : callable
-        ``make(value) -> Structure``: a speed in gyroscopic terms, a stiffness, a pressure.
-    values : array_like, shape (n,)
-    mu, count, near
-        See `flutter`.
-    name : str
-        Of the parameter.
-
-    Returns
-    -------
-    FlutterMap
-
-    Raises
-    ------
-    SceneError, NotFound
-        As `flutter`.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> damped = lambda c: sf.structures.ziegler(damping=c)
-    >>> found = sf.structures.flutter_map(damped, [1e-3, 1e-2], mu=(0.5, 3.0), count=2)
-    >>> found.mu.round(4).tolist()
-    [1.4643, 1.4643]
-    """
-    numbers = np.array([finite(v, f"a value of {name}") for v in np.atleast_1d(values)])
-    found = tuple(flutter(make(float(v)), mu, count, near) for v in numbers)
-    first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in found]
-    return FlutterMap(name, numbers, np.array([p.mu for p in first]), np.array([p.omega for p in first]), found)

@@ -83,7 +83,8 @@ def arnoldi(
     """
     whole = n - n % _BLOCK
     limit = min(limit or max(120, _MOST * k), whole)
-    basis, matrix = np.zeros((n, limit + _BLOCK), kind), np.zeros((limit + _BLOCK, limit), kind)
+    basis: np.ndarray = np.zeros((n, limit + _BLOCK), kind)
+    matrix: np.ndarray = np.zeros((limit + _BLOCK, limit), kind)
     basis[:, :_BLOCK] = np.linalg.qr(draw.standard_normal((n, _BLOCK)))[0]
     check, error = min(max(k + 12, 2 * k), limit), np.inf
     stalled = 0

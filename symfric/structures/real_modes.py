@@ -226,7 +226,7 @@ def _finished(K, M, values: np.ndarray, shapes: np.ndarray, complete: bool, name
     largest = np.argmax(np.abs(shapes) > 0.999 * np.max(np.abs(shapes), axis=0), axis=0)
     shapes = shapes * np.sign(shapes[largest, np.arange(shapes.shape[1])])
     strain = np.sum(np.abs(shapes) * (abs(K) @ np.abs(shapes)), axis=0)  # what cancels in phi^T K phi
-    values = np.where(np.abs(values) <= 1e-12 * strain, 0.0, values)
+    values = np.where(np.abs(values) <= np.maximum(1e-12 * strain, 1e-18 * _typical(K, M)), 0.0, values)
     if np.any(values < 0):
         raise NotFound(
             f"K is not positive semidefinite: omega^2 = {values.min():.6g}; the structure buckles before it vibrates"

@@ -10,6 +10,8 @@ from symfric.errors import SceneError
 from symfric.model.symbols import finite
 from symfric.structures.checks import index_of, row_of
 
+_DEPENDENT = 1e-9  # of a row: what is left of it without those before it
+
 if TYPE_CHECKING:
     from symfric.structures.structure import Structure
 
@@ -45,3 +47,43 @@ def _length(entries, what: str) -> int:
         return int(np.asarray(entries, dtype=float).size)
     except (TypeError, ValueError):
         raise SceneError(f"{what} is {entries!r}; give numbers, dense or sparse, or names with weights") from None
+
+
+def kept_rows(structure: "Structure", keep) -> tuple[list[str], np.ndarray]:
+    """Return names and rows of what a reduction keeps; rows that follow from those before them are left out."""
+    if isinstance(keep, str | int | np.integer | Mapping):
+        keep = [keep]
+    names: list[str] = []
+    rows: list[np.ndarray] = []
+    basis: list[np.ndarray] = []
+    for entry in _each_row(keep):
+        row = row_in(structure, entry, f"kept row {len(rows) + 1}")
+        left = row / np.linalg.norm(row)
+        for _ in range(2):
+            for known in basis:
+                left = left - known * (known @ left)
+        if np.linalg.norm(left) <= _DEPENDENT:
+            continue
+        basis.append(left / np.linalg.norm(left))
+        rows.append(row)
+        names.append(_label(structure, entry, len(rows)))
+    doubled = {name for name in names if names.count(name) > 1}
+    names = [f"row{k + 1}" if name in doubled else name for k, name in enumerate(names)]
+    return names, np.array(rows).reshape(len(rows), structure.n)
+
+
+def _each_row(keep):
+    """Yield what names or is a row; of a contact its slip and its load."""
+    for entry in keep.toarray() if sps.issparse(keep) else keep:
+        if hasattr(entry, "kept"):
+            yield from entry.kept
+        else:
+            yield entry
+
+
+def _label(structure: "Structure", entry, number: int) -> str:
+    if isinstance(entry, str):
+        return entry
+    if isinstance(entry, int | np.integer):
+        return structure.names[int(entry)]
+    return f"row{number}"

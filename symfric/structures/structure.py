@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as sla
 import scipy.sparse as sps
 import sympy as sp
 
@@ -13,7 +14,9 @@ from symfric.structures.checks import matrix, names_of, positive_definite, symme
 from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
 from symfric.structures.definiteness import Verdict, verdict_of
 from symfric.structures.real_modes import Modes, real_modes
+from symfric.structures.reduction import ReductionError, errors_of, reduce
 
+_ROUNDING = 1e-13
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
 
 
@@ -41,6 +44,8 @@ class Structure:
     names : tuple of str
     basis : ndarray, shape (n_full, n), or None
         Of a reduced structure, how all degrees of freedom follow from its own.
+    error : ReductionError or None
+        Of a reduced structure, estimates of what the reduction costs.
 
     Raises
     ------
@@ -61,6 +66,7 @@ class Structure:
     friction: sps.csr_array | None = None
     names: tuple[str, ...] = ()
     basis: np.ndarray | None = None
+    error: ReductionError | None = None
 
     def __init__(self, M, K, C=None, friction=None, names: Sequence[str] | None = None, *, basis=None):
         mass = matrix(M, "M")
@@ -74,7 +80,7 @@ class Structure:
             for name, given in (("C", C), ("friction", friction))
         }
         kept = {name: None if e is None or not e.nnz else e for name, e in others.items()}
-        for name, value in {"M": mass, "K": stiffness, **kept, "names": labels, "basis": basis}.items():
+        for name, value in {"M": mass, "K": stiffness, **kept, "names": labels, "basis": basis, "error": None}.items():
             object.__setattr__(self, name, value)  # the class is frozen for everybody else
 
     @property
@@ -202,6 +208,79 @@ class Structure:
 
         return row_in(self, entries)
 
+    def reduced(self, keep=(), modes: int = 20) -> "Structure":
+        """Return a smaller structure with some rows kept as coordinates, by the method of Craig and Bampton.
+
+        Parameters
+        ----------
+        keep : sequence
+            What contacts, forces and outputs act on: numbers or names of degrees of freedom, rows (n,) over all of
+            them, mappings of names to weights, or `RowContact`, of which the slip row and the row of the load are kept.
+            Rows that follow from those before them are left out. None for modal truncation.
+        modes : int
+            Number of modes with these rows held.
+
+        Returns
+        -------
+        Structure
+            Its degrees of freedom are the kept rows (by their names, or ``row1, row2, ...``), then ``p1, p2, ...``. It
+            has `basis` and `error`, and takes rows over all degrees of freedom of this one.
+
+        Raises
+        ------
+        SceneError
+            If a row or the number of modes is wrong.
+        NotFound
+            If the iteration does not converge.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> full = sf.structures.chain(200)
+        >>> small = full.reduced(keep=["x50", "x150"], modes=10)
+        >>> small.n, small.names[:3], small.error.worst < 0.05
+        (12, ('x50', 'x150', 'p1'), True)
+        """
+        from symfric.structures.rows import kept_rows
+
+        labels, rows = kept_rows(self, keep)
+        basis, cut = reduce(self.K, self.M, rows, modes)
+        small = self._projected(basis, [*labels, *(f"p{i + 1}" for i in range(basis.shape[1] - len(labels)))])
+        object.__setattr__(small, "error", errors_of(self, basis, small, rows, cut))
+        return small
+
+    def diagonal(self) -> "Structure":
+        """Return the same in the coordinates of its own undamped modes: M is 1, K diagonal.
+
+        Every entry of the matrices then costs no more than one product, whatever was kept before; for structures of
+        some hundred degrees of freedom, as `reduced` leaves them.
+
+        Returns
+        -------
+        Structure
+            With `basis`; its degrees of freedom are ``p1, p2, ...``.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.structures.chain(30).reduced(["x15"], modes=5).diagonal().K.nnz
+        6
+        """
+        values, shapes = sla.eigh(self.K.toarray(), self.M.toarray())
+        terms = np.sum(np.abs(shapes) * (abs(self.K) @ np.abs(shapes)), axis=0)
+        values = np.where(np.abs(values) <= 1e-14 * terms, 0.0, values)
+        found = self._projected(shapes, [f"p{i + 1}" for i in range(self.n)])
+        object.__setattr__(found, "M", sps.csr_array(sps.eye_array(self.n)))
+        object.__setattr__(found, "K", sps.csr_array(sps.diags_array(values)))
+        object.__setattr__(found, "error", self.error)
+        return found
+
+    def _projected(self, basis: np.ndarray, names: Sequence[str]) -> "Structure":
+        """Return the structure with ``q = basis @ y``."""
+        parts = [None if e is None else _clean(basis.T @ (e @ basis)) for e in (self.M, self.K, self.C, self.friction)]
+        whole = basis if self.basis is None else self.basis @ basis
+        return Structure(*parts, names, basis=whole)
+
     def expand(self, q: np.ndarray) -> np.ndarray:
         """Return the motion of all degrees of freedom of which this structure is a reduction.
 
@@ -229,4 +308,11 @@ class Structure:
         parts = [name for name in ("C", "friction") if getattr(self, name) is not None]
         words = f", with {' and '.join(parts)}" if parts else ""
         full = f" of {len(self.basis)}" if self.basis is not None else ""
-        return f"Structure({self.n}{full} degrees of freedom, {self.K.nnz} entries in K{words})"
+        error = f", reduced to {self.error.worst:.2g}" if self.error is not None else ""
+        return f"Structure({self.n}{full} degrees of freedom, {self.K.nnz} entries in K{words}{error})"
+
+
+def _clean(A: np.ndarray) -> np.ndarray:
+    """Return a projected matrix without the entries that are rounding beside their row and column."""
+    size = np.sqrt(np.maximum(np.abs(np.diag(A)), np.finfo(float).tiny))
+    return np.where(np.abs(A) <= _ROUNDING * np.maximum(np.outer(size, size), np.max(np.abs(A)) * 1e-6), 0.0, A)

@@ -1,0 +1,100 @@
+"""The onset of flutter over a second parameter."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.model.notebook import html_table
+from symfric.model.symbols import finite
+from symfric.structures.flutter import Critical, Flutter, flutter
+from symfric.structures.structure import Structure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlutterMap:
+    """The onset of flutter over a second parameter.
+
+    Attributes
+    ----------
+    name : str
+    values : ndarray, shape (n,)
+        Of the second parameter.
+    mu, omega : ndarray, shape (n,)
+        The lowest critical mu and its frequency; NaN where no mode begins to grow.
+    found : tuple of Flutter
+        Everything, one for each value.
+    """
+
+    name: str
+    values: np.ndarray
+    mu: np.ndarray
+    omega: np.ndarray
+    found: tuple[Flutter, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain lists."""
+        return {self.name: self.values.tolist(), "mu": self.mu.tolist(), "omega": self.omega.tolist()}
+
+    def to_xarray(self):
+        """Return an `xarray.Dataset` of critical mu and frequency over the parameter."""
+        import xarray as xr
+
+        return xr.Dataset({"mu": (self.name, self.mu), "omega": (self.name, self.omega)}, {self.name: self.values})
+
+    def plot(self, ax=None):
+        """Draw the lowest critical mu against the parameter; return the Axes."""
+        from symfric.structures.pictures import plot_map
+
+        return plot_map(self, ax)
+
+    def _repr_html_(self) -> str:
+        return html_table("FlutterMap", self.to_dict())
+
+    def __repr__(self) -> str:
+        known = np.isfinite(self.mu)
+        low = f"least critical mu {np.nanmin(self.mu):.6g}" if known.any() else "no flutter"
+        return f"FlutterMap({self.values.size} values of {self.name}; {low})"
+
+
+def flutter_map(
+    make: Callable[[float], Structure],
+    values: Sequence[float] | np.ndarray,
+    mu: tuple[float, float],
+    count: int = 8,
+    near: complex | float = 0.0,
+    name: str = "parameter",
+) -> FlutterMap:
+    """Compute the onset of flutter for several values of a second parameter.
+
+    Parameters
+    ----------
+    make : callable
+        ``make(value) -> Structure``: a speed in gyroscopic terms, a stiffness, a pressure.
+    values : array_like, shape (n,)
+    mu, count, near
+        See `flutter`.
+    name : str
+        Of the parameter.
+
+    Returns
+    -------
+    FlutterMap
+
+    Raises
+    ------
+    SceneError, NotFound
+        As `flutter`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> damped = lambda c: sf.structures.ziegler(damping=c)
+    >>> found = sf.structures.flutter_map(damped, [1e-3, 1e-2], mu=(0.5, 3.0), count=2)
+    >>> found.mu.round(4).tolist()
+    [1.4643, 1.4643]
+    """
+    numbers = np.array([finite(v, f"a value of {name}") for v in np.atleast_1d(values)])
+    found = tuple(flutter(make(float(v)), mu, count, near) for v in numbers)
+    first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in found]
+    return FlutterMap(name, numbers, np.array([p.mu for p in first]), np.array([p.omega for p in first]), found)
