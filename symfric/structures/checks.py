@@ -82,7 +82,7 @@ def positive_definite(mass: sps.csr_array, names: Sequence[str]) -> None:
     bad = indefinite_at(mass)
     if bad is not None:
         raise SceneError(
-            f"M is not positive definite: no kinetic energy, or a negative one, in a motion of {names[bad]!r} (row {bad})"
+            f"M is not positive definite: no kinetic energy, or less, in a motion of {names[bad]!r} (row {bad})"
         )
 
 

@@ -88,7 +88,7 @@ class ReductionError:
     def __repr__(self) -> str:
         return (
             f"ReductionError(frequencies {np.max(self.frequency_error, initial=0.0):.2g}, response at rows "
-            f"{np.max(self.response, initial=0.0):.2g}, up to omega = {self.upto:.6g}; modes left out from {self.cut:.6g})"
+            f"{np.max(self.response, initial=0.0):.2g}, up to omega = {self.upto:.6g}; left out from {self.cut:.6g})"
         )
 
 
