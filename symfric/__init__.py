@@ -1,7 +1,7 @@
 """Vibration caused and damped by dry friction: symbolic derivation, exact stick-slip simulation, optimal design.
 
-What ``__init__.pyi`` lists is loaded when it is asked for, so that a simulation does not wait for the design and the
-orbits.
+The names listed in ``__init__.pyi`` are imported at their first use, so that a simulation does not load the modules of
+designs and orbits.
 """
 
 import lazy_loader

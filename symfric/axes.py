@@ -1,4 +1,4 @@
-"""New figures for pictures, from any thread."""
+"""Create matplotlib figures from any thread."""
 
 import threading
 
@@ -6,8 +6,8 @@ import threading
 def new_axes(**options):
     """Return the Axes of a new figure.
 
-    pyplot knows a figure of the main thread, so that ``plt.show()`` shows it; other threads must not open windows, and
-    get a figure that no global state knows.
+    In the main thread the figure belongs to pyplot, so that ``plt.show()`` shows it. Other threads must not open
+    windows; they get a figure without global state.
 
     Parameters
     ----------

@@ -1,17 +1,17 @@
-"""What can go wrong at the user's door; failures inside a run are a `Status`, not one of these."""
+"""Exceptions raised for wrong input and failed searches; a run that fails has a `Status` instead."""
 
 
 class SceneError(ValueError):
-    """The input is wrong: names the thing and the cure."""
+    """Wrong input; the message names the item and the cure."""
 
 
 class NoRoute(RuntimeError):
-    """No solver takes the scene; the message holds what each of them answered."""
+    """No solver can take the scene; the message gives the reason of each one."""
 
 
 class NotFound(RuntimeError):
-    """The question has no answer in the range searched."""
+    """No solution was found in the range searched."""
 
 
 class RunFailed(RuntimeError):
-    """A run ended before its horizon; the message holds the status and its advice."""
+    """A run ended before its horizon; the message gives the status and its advice."""

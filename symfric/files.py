@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, whatever ends the writing of them."""
+"""Write files atomically: a file appears complete or not at all, even if the process is killed."""
 
 import contextlib
 import os
@@ -6,16 +6,16 @@ import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
-PART = ".part"  # ends the name of a file that is not finished
+PART = ".part"  # suffix of a file that is still being written
 
 
 def write_whole(place: Path, data: bytes | str, mode: int = 0o666, durable: bool = True) -> None:
-    """Write one file; see `write_together`."""
+    """Write one file atomically; see `write_together`."""
     write_together({place: data}, mode, durable)
 
 
 def write_together(files: Mapping[Path, bytes | str], mode: int = 0o666, durable: bool = True) -> None:
-    """Write files beside their places and rename them when all are finished: none of them is ever seen in part.
+    """Write several files atomically: to temporary names first, renamed when all are complete.
 
     Parameters
     ----------

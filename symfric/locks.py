@@ -1,7 +1,7 @@
 """Locks for libraries with global state, so that everything public can be called from any thread.
 
-A thread takes them in the order in which they stand here, from the last to the first, and waits for no other thread
-while it has one. A process that forks waits until they are free, so that a child never gets one that nobody gives back.
+A thread acquires them in the reverse order of their definition here, and waits for no other thread while it holds one.
+A fork waits until they are free, so that no child process inherits a lock that is never released.
 """
 
 import os
@@ -13,14 +13,14 @@ from typing import ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-SYMBOLIC = threading.RLock()  # SymPy and mpmath, functions made by CasADi, compilers, caches of what they made
+SYMBOLIC = threading.RLock()  # SymPy and mpmath, CasADi functions, compilers, and their caches
 OPTIMISER = threading.RLock()  # IPOPT and its linear solver
 DRAWING = threading.RLock()  # matplotlib's pyplot, fonts and settings
 _ALL = DRAWING, OPTIMISER, SYMBOLIC
 
 
 def alone(lock) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Decorate a function so that a thread has this lock while it runs."""
+    """Decorate a function so that it holds a lock while it runs."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)

@@ -65,12 +65,13 @@ def _mean(kinetic: sp.Expr, q: sp.Expr, splits: list[sp.Expr], signs: list[int])
 
 
 def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
-    """Average a law with branches; needs numbers, because the order of the splits depends on them."""
+    """Average a law with branches; needs numbers, because the order of the integration limits depends on them."""
     if not q.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for q; use law.where(...)")
     pieces = pieces_between(kinetic, breaks)
-    odd = sp.expand(pieces[0] + pieces[0].subs(SPEED, -SPEED)) == 0  # then nothing changes where w changes its sign
-    levels = sorted({-b for b in breaks} | set(breaks) | (set() if odd else {sp.Integer(0)}))  # where the law does
+    odd = sp.expand(pieces[0] + pieces[0].subs(SPEED, -SPEED)) == 0  # an odd law has no break where w changes its sign
+    # values of w at which the integrand changes its branch
+    levels = sorted({-b for b in breaks} | set(breaks) | (set() if odd else {sp.Integer(0)}))
     edges = sorted({abs(level + side * q) for level in levels for side in (-1, 1)} - {0})
     results = []
     for low, high in itertools.pairwise([sp.Integer(0), *edges, edges[-1] + 2]):
@@ -90,7 +91,7 @@ def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
 
 
 def pieces_between(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-    """Return what a law is on each interval between its breaks, which are numbers.
+    """Return the expression of a law on each interval between its breaks, which are numbers.
 
     Notes
     -----
@@ -108,7 +109,7 @@ def pieces_between(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...]) -> tuple[sp.Ex
                     return e
                 if decided != False:  # noqa: E712
                     raise SceneError(f"the branches of the law {kinetic} depend on more than numbers and the speed")
-            raise SceneError(f"the law {kinetic} says nothing of the speed {float(speed):g}")
+            raise SceneError(f"the law {kinetic} has no branch for the speed {float(speed):g}")
 
         return kinetic.replace(lambda e: isinstance(e, sp.Piecewise), held)
 

@@ -1,4 +1,4 @@
-"""Parameters that the equations of a scene take as numbers."""
+"""Parameters that are built into the equations of a scene as numbers."""
 
 import sympy as sp
 
@@ -6,7 +6,7 @@ from symfric.model.scene import Scene
 
 
 def constants(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Expr]:
-    """Return the parameters that the equations take as numbers, `varied` ones excepted.
+    """Return the parameters that are built into the equations as numbers, except those in `varied`.
 
     They are those that are exactly zero, and those inside an integral of a law, whose series holds for one value each.
     """
@@ -14,14 +14,14 @@ def constants(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Sym
 
 
 def averaged_over(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Float]:
-    """Return the parameters inside an integral of a law, `varied` ones excepted."""
+    """Return the parameters inside an integral of a law, except those in `varied`."""
     integrals = [e for c in scene.contacts for e in c.law.kinetic.atoms(sp.Integral)]
     inside = set().union(*(e.free_symbols for e in integrals))
     return {s: sp.Float(v) for s, v in scene.values.items() if s in inside and v and s.name not in varied}
 
 
 def vanishing(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Symbol, sp.Integer]:
-    """Return the parameters that are exactly zero and may be dropped from the equations, `varied` ones excepted."""
+    """Return the parameters that are exactly zero and may be dropped from the equations, except those in `varied`."""
     zero = {s: sp.Integer(0) for s, v in scene.values.items() if v == 0 and s.name not in varied}
     kept = dict(zero)
     for symbol in zero:

@@ -1,4 +1,4 @@
-"""The excitation of a scene: whether its equations depend on time, with what frequencies, and when that repeats."""
+"""The excitation of a scene: its frequencies and its period."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,11 +15,10 @@ from symfric.model.constant_parameters import vanishing
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
-# Numbers that differ by rounding differ by _EQUAL at most (relative); two frequencies count as p : q only if p q is at
-# most _MOST. Among all fractions so simple, a ratio of two independent numbers is that near to one by chance in about
-# six cases of a million, however far apart the two are.
+# Relative difference up to which numbers count as equal, and largest product p q for which two frequencies count as
+# p : q. The ratio of two independent numbers is that close to such a fraction by chance in about 6 cases of a million.
 _EQUAL, _MOST = 1e-11, 1_000_000
-_ALIKE = 1e-9  # relative: derivatives of frequencies that keep their ratio
+_ALIKE = 1e-9  # relative difference up to which changes of two frequencies count as keeping their ratio
 _SAMPLED = "a sampled input has no period; write the excitation with sin or cos of sf.TIME"
 
 
@@ -32,7 +31,7 @@ class Excitation:
     rates : tuple of Expr
         Angular frequencies of the sines and cosines of time; none if nothing depends on time.
     note : str
-        Why it has no period, whatever the values; "" if it may have one.
+        Why it has no period for any values; "" if it may have one.
     """
 
     rates: tuple[sp.Expr, ...] = field(default=())
@@ -53,17 +52,17 @@ class Excitation:
         Raises
         ------
         SceneError
-            If one is no finite number.
+            If one is not a finite real number.
         """
         with np.errstate(all="ignore"):
             found = np.array([complex(e) for e in self._numbers(*(values[s.name] for s in self._symbols))])
         for rate, number in zip(self.rates, found, strict=True):
             if not np.isfinite(number) or number.imag:
-                raise SceneError(f"the frequency {rate} of the excitation is {number:g}, no finite real number")
+                raise SceneError(f"the frequency {rate} of the excitation is {number:g}; it must be finite and real")
         return found.real
 
     def period(self, values: Mapping[str, float]) -> float:
-        """Return the time after which all repeats for parameter values by name; perhaps a multiple of the least one.
+        """Return the period of the excitation for parameter values by name; perhaps a multiple of the least one.
 
         Raises
         ------
@@ -116,7 +115,7 @@ class Excitation:
 
     @alone(SYMBOLIC)
     def _slopes(self, parameters: tuple[str, ...]) -> Callable:
-        """Return the derivatives of the rates by parameters as a function of what changes the rates."""
+        """Return a function of the parameters that gives the derivatives of the frequencies by them."""
         if parameters not in self._kept:
             of = {s.name: s for s in self._symbols}
             table = [[sp.diff(rate, of[n]) if n in of else sp.S.Zero for n in parameters] for rate in self.rates]
@@ -184,7 +183,7 @@ def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
 
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
-    """Yield the expressions of a scene that depend on time, as they are written and without what is zero."""
+    """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
     contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile))
     found = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
     zero = vanishing(scene, varied) if found else {}
@@ -195,7 +194,7 @@ def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp
 
 
 def frequency_of(wave: sp.Expr, moving: set[sp.Symbol]) -> tuple[sp.Expr, list[sp.Expr]]:
-    """Return the frequency of a sine or cosine, and the parts of its argument that are not linear in time.
+    """Return the frequency of a sine or cosine, and the terms of its argument that are not linear in time.
 
     Parameters
     ----------
@@ -211,7 +210,7 @@ def frequency_of(wave: sp.Expr, moving: set[sp.Symbol]) -> tuple[sp.Expr, list[s
 
 
 def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield the frequencies in an expression."""
+    """Yield the frequencies of the sines and cosines in an expression."""
     if TIME not in e.free_symbols:
         return
     if e == TIME:
@@ -246,7 +245,7 @@ def common_rate(rates: Iterable[float]) -> float | None:
 
 
 def _simple(ratio: float) -> Fraction | None:
-    """Return the simple fraction that a ratio of at least 1 is up to rounding; None if it is none."""
+    """Return the fraction of small integers that equals a ratio >= 1 up to rounding; None if there is none."""
     if ratio > _MOST * (1 + _EQUAL):
         return None
     found = Fraction(ratio).limit_denominator(max(1, math.isqrt(int(_MOST / ratio))))
@@ -255,7 +254,7 @@ def _simple(ratio: float) -> Fraction | None:
 
 @alone(SYMBOLIC)
 def later(scene: Scene, time: float) -> Scene:
-    """Return the scene whose excitation at t = 0 is that of the given one at a time."""
+    """Shift the excitation in time: at t = 0 it is that of the given scene at the given time."""
     shift = {TIME: TIME + time}
     moved = replace(
         scene.system,

@@ -1,6 +1,6 @@
-"""Forces from energies with kinks: derivatives without jumps, written so that nothing in them jumps either.
+"""Forces from energies with kinks: continuous derivatives, written without `sign`.
 
-SymPy's derivative of ``Abs(x)**3`` is ``3 x**2 sign(x)``, which is continuous although it holds a jump; here it becomes
+SymPy's derivative of ``Abs(x)**3`` is ``3 x**2 sign(x)``, continuous although one factor jumps; here it becomes
 ``3 x Abs(x)``. Where the force itself jumps it is refused.
 """
 
@@ -42,7 +42,7 @@ def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
 
 
 def with_magnitudes(energy: sp.Expr) -> tuple[sp.Expr, dict]:
-    """Write Max and Min of two as half their sum and difference, of more as a Piecewise; return what undoes them."""
+    """Rewrite Max and Min with Abs (two arguments) or Piecewise (more); return also the inverse substitution."""
     extremes = {}
 
     def rewritten(func, way: int):
@@ -63,7 +63,7 @@ def with_magnitudes(energy: sp.Expr) -> tuple[sp.Expr, dict]:
 
 
 def without_signs(expr: sp.Expr, what: str, cure: str) -> sp.Expr:
-    """Return an expression without `sign`, where a factor that vanishes with its argument makes it continuous."""
+    """Remove each `sign` of an expression whose cofactor vanishes with its argument."""
     if isinstance(expr, sp.Piecewise):
         return sp.Piecewise(*((without_signs(e, what, cure), condition) for e, condition in expr.args))
     signs = sorted(expr.atoms(sp.sign), key=lambda e: (-e.count_ops(), str(e)))
@@ -91,7 +91,7 @@ def _without_sign(expr: sp.Expr, a: sp.Expr, what: str, cure: str) -> sp.Expr:
 
 
 def _vanishes_with(divisor: sp.Expr, a: sp.Expr) -> bool:
-    """Whether a divisor is zero where `a` is; with certainty where `a` is linear in one of its symbols."""
+    """Whether an expression is zero wherever `a` is; decided exactly where `a` is linear in one of its symbols."""
     if divisor.is_number:
         return bool(divisor.is_zero)
     for s in sorted(a.free_symbols, key=str):
@@ -101,7 +101,7 @@ def _vanishes_with(divisor: sp.Expr, a: sp.Expr) -> bool:
 
 
 def simplified(expr: sp.Expr) -> sp.Expr:
-    """Simplify around the kinks: SymPy would write them as signs and as conditions over Eq."""
+    """Simplify an expression without rewriting its kinks, which SymPy would turn into signs and conditions with Eq."""
     kinks = {e: sp.Dummy(real=True) for e in expr.atoms(sp.Abs, sp.Max, sp.Min, sp.Piecewise)}
     outermost = dict(sorted(kinks.items(), key=lambda pair: -pair[0].count_ops()))
     masked = expr

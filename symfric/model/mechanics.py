@@ -1,4 +1,4 @@
-"""Equations of motion from energies, through SymPy's Lagrange's method."""
+"""Equations of motion from energies by Lagrange's method of SymPy."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -67,7 +67,7 @@ def lagrange(
 
 
 def _states(q: list, u: Sequence | None) -> tuple[list[sp.Symbol], list[sp.Symbol], Callable]:
-    """Return coordinates and velocities as symbols, and what writes an expression in real symbols of their names."""
+    """Return coordinates and velocities as symbols, and a function that rewrites an expression in these."""
     if u is None:
         if any(not c.args for c in q):
             raise SceneError("give the velocities u of the coordinates, or coordinates that are functions of time")
@@ -90,7 +90,7 @@ def _states(q: list, u: Sequence | None) -> tuple[list[sp.Symbol], list[sp.Symbo
 
 
 def _inertia(kinetic: sp.Expr, q: list[sp.Symbol], u: list[sp.Symbol]) -> tuple[sp.Matrix, list[sp.Expr]]:
-    """Return the mass matrix and the forces that stem from the kinetic energy, by SymPy's Lagrange's method."""
+    """Return the mass matrix and the inertial forces of a kinetic energy, by Lagrange's method of SymPy."""
     plain, extremes = with_magnitudes(kinetic)
     moving = [sp.Function(c.name, real=True)(TIME) for c in q]
     rates = [c.diff(TIME) for c in moving]

@@ -1,12 +1,12 @@
-"""How a result looks in a notebook: one small table of what its `to_dict` says."""
+"""Tables of results for notebooks, made from `to_dict`."""
 
 from collections.abc import Mapping
 
-MOST = 12  # numbers shown of a list; longer ones, and lists of results, are counted
+MOST = 12  # longest list whose numbers are shown; of longer ones, and of lists of results, only the length
 
 
 def html_table(name: str, values: Mapping[str, object]) -> str:
-    """Return a table of a result's values; nested ones are indented by their name.
+    """Return an HTML table of a result's values; nested values carry the names of their parents.
 
     Parameters
     ----------
@@ -15,13 +15,13 @@ def html_table(name: str, values: Mapping[str, object]) -> str:
     values : mapping
         Plain data, as `to_dict` returns it.
     """
-    from symfric.templates import render  # takes as long to load as a run, and only notebooks need it
+    from symfric.templates import render  # slow to import, and only notebooks need it
 
     return render("result.html", name=name, rows=list(_rows(values)))
 
 
 def _rows(values: Mapping[str, object], above: str = ""):
-    """Yield a name and words for each value."""
+    """Yield the name and the text of each value."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             yield from _rows(value, f"{above}{name}: ")

@@ -1,4 +1,4 @@
-"""SymPy expressions as NumPy functions; nodes of definite integrals are an array axis, not copies of the integrand."""
+"""SymPy expressions as NumPy functions; the quadrature nodes of a definite integral are an array axis."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,10 +10,10 @@ import sympy as sp
 
 from symfric.locks import SYMBOLIC, alone
 
-NODES = 48  # of the quadrature; exact to rounding for the clustered integrands of `effective`
-LARGEST = 1 << 20  # numbers held at once in nested quadrature
+NODES = 48  # quadrature nodes; exact to rounding for the integrands of an averaged law
+LARGEST = 1 << 20  # most array entries at once in nested quadrature
 Rule = tuple[np.ndarray, np.ndarray]
-Floats: TypeAlias = Sequence[float] | np.ndarray  # a row of numbers as a user may give it
+Floats: TypeAlias = Sequence[float] | np.ndarray  # one-dimensional numbers as a user may give them
 _IN_NUMPY = (
     *(sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs),
     *(sp.Max, sp.Min, sp.Piecewise, sp.sign),
@@ -56,7 +56,7 @@ def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, rule: Rule | i
 
 @lru_cache(maxsize=256)
 def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable:
-    """Return ``f(rule, *arrays)``, so that another rule is no other function."""
+    """Return ``f(rule, *arrays)``; one compiled function serves all quadrature rules."""
     integrals: dict[sp.Integral, sp.Symbol] = {}
     for e in entries:
         _collect(e, integrals)
@@ -86,13 +86,13 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> C
 
 
 def _shape(arguments: Sequence[np.ndarray]) -> tuple[int, ...]:
-    """Return the common shape; NumPy's function for it takes as long as many an expression."""
+    """Return the common shape of some arrays; faster than `numpy.broadcast_shapes`."""
     shapes = {a.shape for a in arguments}
     return shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def _at_the_edge(inverse: Callable) -> Callable:
-    """Return asin or acos that takes an argument which rounding has pushed beyond 1 for 1."""
+    """Return asin or acos with its argument clipped to [-1, 1], which rounding may exceed."""
 
     def evaluate(x):
         return inverse(np.where(np.abs(x) < 1 + 1e-12, np.clip(x, -1.0, 1.0), x))
@@ -104,7 +104,7 @@ _EDGES = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
 
 
 def _collect(expr: sp.Expr, found: dict) -> None:
-    """Collect the outermost integrals of an expression, each with a symbol to stand for it."""
+    """Replace the outermost integrals of an expression by symbols, and collect them."""
     if isinstance(expr, sp.Integral):
         found.setdefault(expr, sp.Dummy(f"integral_{len(found)}"))
     elif expr.has(sp.Integral):

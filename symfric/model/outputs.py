@@ -1,7 +1,7 @@
-"""What a scene may ask for; only what is asked for is computed and kept.
+"""Outputs of a scene: only those listed are computed and stored.
 
-An output of an expression says which row a solver has to follow and what it takes of it. `reduce` does so for numbers
-and for their derivatives alike, so a new output is one class here, listed among the public names.
+An output of an expression defines the observable that a solver accumulates (`Row`) and how the output follows from it.
+`reduce` does the latter for values and for derivatives, so that a new output is one class here and one public name.
 """
 
 from collections.abc import Sequence
@@ -15,45 +15,45 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.symbols import expression, finite
 
-# kinds of rows: smallest and largest value, integral over time, values at given times; then, for derivatives, the least
-# value where a row turns upward, and the derivative of a RANGE or TURN
+# kinds of observables: smallest and largest value, integral over time, values at given times; for derivatives also the
+# least local minimum, and the derivative of a RANGE or TURN
 RANGE, INTEGRAL, VALUES, TURN, FOLLOW = range(5)
 
 
 class Row(NamedTuple):
-    """An expression to be followed along a run, and what of it is wanted."""
+    """An observable: an expression accumulated along a run, and the kind of accumulation."""
 
     kind: int
     expr: sp.Expr
-    times: tuple[float, ...] = ()  # of VALUES, increasing
-    magnitude: bool = False  # the range of |expr|: that of expr says it, without a kink wherever it is zero
-    follows: int = -1  # of FOLLOW, the row whose derivative this is
+    times: tuple[float, ...] = ()  # sampling times of kind VALUES, increasing
+    magnitude: bool = False  # range of |expr|, derived from that of expr, which has no kinks at zeros
+    follows: int = -1  # for kind FOLLOW, the index of the observable whose derivative this is
 
 
 @dataclass(frozen=True)
 class Output:
-    """Anything that can stand in ``Scene.outputs``."""
+    """Base of all outputs, the values of ``Scene.outputs``."""
 
-    word: ClassVar[str] = ""  # what scene files call it
+    word: ClassVar[str] = ""  # its name in scene files
     keeps_path: ClassVar[bool] = False
     keeps_events: ClassVar[bool] = False
 
     def size(self, n_x: int) -> int | None:
-        """Return how many numbers it is in a scene of n_x states; None if it is no number."""
+        """Return how many numbers the output has in a scene of n_x states; None if it is not numeric."""
         return None
 
     def value(self, run: Any, name: str) -> Any:
-        """Return it from what a `symfric.solve.run.Run` has kept under its name."""
+        """Return the output from a `symfric.solve.run.Run` that stored it under `name`."""
         raise NotImplementedError
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return its derivatives from a `symfric.solve.sensitivities.Derivatives`, one column for each direction."""
+        """Return the output's derivatives, one column per direction of a `symfric.solve.sensitivities.Derivatives`."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class OutputOfExpression(Output):
-    """An output that follows one expression of states, time and parameters along the run."""
+    """Base of outputs that reduce one expression of states, time and parameters along the run."""
 
     expr: sp.Expr
 
@@ -61,11 +61,11 @@ class OutputOfExpression(Output):
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
 
     def row(self, horizon: float) -> Row:
-        """Return what has to be followed in a run up to the horizon."""
+        """Return the observable to accumulate in a run up to the horizon."""
         raise NotImplementedError
 
     def reduce(self, found: Any) -> Any:
-        """Return the output from what was found of its row, or its derivatives from theirs.
+        """Return the output from the accumulated observable, or its derivatives from those of the observable.
 
         That is a pair of smallest and largest value, an integral, or an array of values with the times first.
         """
@@ -76,20 +76,20 @@ class OutputOfExpression(Output):
         return 1
 
     def value(self, run: Any, name: str) -> Any:
-        """Return what `reduce` makes of the row."""
+        """Return the observable, reduced."""
         return self.reduce(run.raw.rows[name])
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return what `reduce` makes of the derivatives of the row."""
+        """Return the derivatives of the observable, reduced."""
         return self.reduce(derivatives.of_row(name))
 
 
 @dataclass(frozen=True)
 class OutputOfRange(OutputOfExpression):
-    """An output that is made of the smallest and the largest value of an expression."""
+    """Base of outputs made of the smallest and the largest value of an expression."""
 
     def row(self, horizon: float) -> Row:
-        """Return the range of the expression, or of what it is the magnitude of."""
+        """Return the observable of the range of the expression; of |e|, the range of e."""
         magnitude = isinstance(self.expr, sp.Abs)
         return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude)
 
@@ -120,7 +120,7 @@ class Max(OutputOfRange):
     word: ClassVar[str] = "max"
 
     def reduce(self, found: Any) -> Any:
-        """Take the largest."""
+        """Return the largest value."""
         return found[1]
 
 
@@ -131,7 +131,7 @@ class Min(OutputOfRange):
     word: ClassVar[str] = "min"
 
     def reduce(self, found: Any) -> Any:
-        """Take the smallest."""
+        """Return the smallest value."""
         return found[0]
 
 
@@ -142,7 +142,7 @@ class HalfRange(OutputOfRange):
     word: ClassVar[str] = "half_range"
 
     def reduce(self, found: Any) -> Any:
-        """Take half the difference."""
+        """Return half the difference."""
         return 0.5 * (found[1] - found[0])
 
 
@@ -153,17 +153,17 @@ class Integral(OutputOfExpression):
     word: ClassVar[str] = "integral"
 
     def row(self, horizon: float) -> Row:
-        """Return the integral."""
+        """Return the observable of the integral."""
         return Row(INTEGRAL, self.expr)
 
     def reduce(self, found: Any) -> Any:
-        """Take it as it is."""
+        """Return the integral."""
         return found
 
 
 @dataclass(frozen=True)
 class At(OutputOfExpression):
-    """Value of an expression at a time; at the end of the run unless given, and at the latest then."""
+    """Value of an expression at a time; at the end of the run if no time, or a later one, is given."""
 
     word: ClassVar[str] = "at"
     time: float | None = None
@@ -176,17 +176,17 @@ class At(OutputOfExpression):
                 raise SceneError(f"the time of At is {self.time:g}; it must not be negative")
 
     def row(self, horizon: float) -> Row:
-        """Return the value at the time."""
+        """Return the observable of one value."""
         return Row(VALUES, self.expr, (horizon if self.time is None else min(self.time, horizon),))
 
     def reduce(self, found: Any) -> Any:
-        """Take the only one."""
+        """Return the value."""
         return found[0]
 
 
 @dataclass(frozen=True)
 class Samples(OutputOfExpression):
-    """Values of an expression at many times, shape (n_t,), as a sensor takes them.
+    """Values of an expression at given times, shape (n_t,), like the samples of a sensor.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ class Samples(OutputOfExpression):
         try:
             times = tuple(finite(t, "a time of Samples") for t in np.atleast_1d(np.array(self.times, dtype=float)))
         except (TypeError, ValueError) as error:
-            raise SceneError(f"the times of Samples are no row of numbers: {error}") from None
+            raise SceneError(f"the times of Samples are not a sequence of numbers: {error}") from None
         if not times:
             raise SceneError("the times of Samples are empty; give at least one")
         if times[0] < 0 or any(b <= a for a, b in pairwise(times)):
@@ -226,11 +226,11 @@ class Samples(OutputOfExpression):
         object.__setattr__(self, "times", times)
 
     def row(self, horizon: float) -> Row:
-        """Return the values at the times."""
+        """Return the observable of the values at the times."""
         return Row(VALUES, self.expr, self.times)
 
     def reduce(self, found: Any) -> Any:
-        """Take all of them."""
+        """Return all values."""
         return found
 
     def size(self, n_x: int) -> int | None:
@@ -240,7 +240,7 @@ class Samples(OutputOfExpression):
 
 @dataclass(frozen=True)
 class StopTime(Output):
-    """Time at which the system comes to rest for good (within the horizon); NaN if it does not."""
+    """Time after which the system stays at rest until the horizon; NaN if it moves at the end."""
 
     word: ClassVar[str] = "stop_time"
 
@@ -249,41 +249,41 @@ class StopTime(Output):
         return 1
 
     def value(self, run: Any, name: str) -> float:
-        """Return the time."""
+        """Return the time of rest."""
         return run.raw.rest
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return its derivatives."""
+        """Return the derivatives of the time of rest."""
         return derivatives.of_rest()
 
 
 @dataclass(frozen=True)
 class Trajectory(Output):
-    """The whole motion with its modes, events and dense output."""
+    """The trajectory: states, modes, events and dense output."""
 
     word: ClassVar[str] = "trajectory"
     keeps_path: ClassVar[bool] = True
     keeps_events: ClassVar[bool] = True
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the pieces of the motion."""
+        """Return the trajectory as piecewise polynomials."""
         return run.raw.path
 
 
 @dataclass(frozen=True)
 class Events(Output):
-    """The list of events, without the motion between them."""
+    """The list of events, without the trajectory between them."""
 
     word: ClassVar[str] = "events"
     keeps_events: ClassVar[bool] = True
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the events."""
+        """Return the list of events."""
         return run.events
 
 
 def words(of: type[Output] = Output) -> dict[str, type[Output]]:
-    """Return the outputs of a kind by what scene files call them."""
+    """Return the output classes by their names in scene files."""
     found: dict[str, type[Output]] = {}
     kinds: Sequence[type[Output]] = of.__subclasses__()
     for kind in kinds:

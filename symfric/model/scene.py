@@ -1,4 +1,4 @@
-"""A scene: a system, its contacts, numbers, a start, a horizon, and what is wanted of the motion."""
+"""A scene: system, contacts, parameter values, initial state, horizon and outputs of one simulation."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ _NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False, init=False)
 class Scene:
-    """A problem stated once: what moves, from where, for how long, and what is wanted. It never says how to solve it.
+    """A simulation problem: system, contacts, values, initial state, horizon and outputs; independent of the solver.
 
     Parameters
     ----------
@@ -35,15 +35,15 @@ class Scene:
     horizon : float
         Length of the run, in units of time; it starts at t = 0.
     outputs : mapping of name to Output, optional
-        What is wanted; ``{"path": Trajectory()}`` unless given.
+        Results to compute; ``{"path": Trajectory()}`` unless given.
     inputs : mapping of symbol to Signal
         Sampled inputs.
 
     Attributes
     ----------
     system, contacts, values, initial, horizon, outputs, inputs
-        What was given, normalised: the contacts are a tuple, numbers are floats, and the keys of values, initial and
-        inputs are the symbols of the expressions. None as outputs has become the trajectory.
+        The arguments, normalised: contacts as a tuple, numbers as floats, and values, initial and inputs keyed by the
+        symbols of the expressions.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class Scene:
         outputs: Mapping[str, Output] | None = None,
         inputs: Mapping[Key, Signal] = _NO_INPUTS,
     ):
-        """Check and normalise: the attributes are keyed by the symbols of the expressions, the numbers are floats."""
+        """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
             raise SceneError(f"system is {system!r}; give a sf.System")
         self._set("system", system)
@@ -91,7 +91,7 @@ class Scene:
             self._check_numbers()
 
     def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)  # the class is frozen for everybody else
+        object.__setattr__(self, name, value)  # assignment in a frozen class
 
     def _read_values(self, values: Mapping[Key, float | None], initial: Mapping, inputs: Mapping[Key, Signal]) -> None:
         given = _by_name(values)
@@ -123,7 +123,7 @@ class Scene:
     def _still_used(
         self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping[str, Output]
     ) -> dict[sp.Symbol, float | None]:
-        """Return the values that the scene would still use with other parts; the rest goes with what it belonged to."""
+        """Return the values that the scene still uses after some of its parts were replaced."""
         used = _symbols(self.system, contacts, initial, outputs)
         return {s: v for s, v in self.values.items() if s in used}
 
@@ -160,7 +160,7 @@ class Scene:
                     if s.name.startswith(("friction_force(", "slip(")) and s.name not in known:
                         contacts = [c.name for c in self.contacts]
                         bare = s.name.split("(", 1)[1][:-1]
-                        raise SceneError(f"output {name!r} asks for contact {bare!r}{nearest(bare, contacts)}")
+                        raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
 
     def _check_numbers(self) -> None:
         numbers = self.numbers()
@@ -213,7 +213,7 @@ class Scene:
         return replace(self, values={**self.values, **changed})
 
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
-        """Return the scene with another start of some of its states."""
+        """Return the scene with other initial values of some of its states."""
         start = _by_name(self.initial) | _by_name(initial)
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
@@ -285,7 +285,7 @@ def _read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
         raise SceneError(f"outputs is {outputs!r}; give a mapping of names to sf.End(), sf.Max(x), ...")
     for name, output in outputs.items():
         if not isinstance(name, str):
-            raise SceneError(f"{name!r} is no name of an output; use a string")
+            raise SceneError(f"{name!r} is not the name of an output; use a string")
         if not isinstance(output, Output):
             raise SceneError(f"output {name!r} is {output!r}; use sf.End(), sf.Max(x), ... with its brackets")
     return dict(outputs)

@@ -1,4 +1,4 @@
-"""The reserved symbols, names as keys, and numbers as values."""
+"""Reserved symbols, and checks of names and numbers."""
 
 import difflib
 import math
@@ -18,7 +18,7 @@ Key: TypeAlias = sp.Symbol | str
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the hint '; did you mean ...?' for a misspelled name, or the list of what there is."""
+    """Return the hint '; did you mean ...?' for a misspelled name, or the list of known names."""
     known = sorted(set(known))
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if close:
@@ -38,7 +38,7 @@ def name_of(key: Key) -> str:
 
 
 def finite(value, what: str, name: str = "") -> float:
-    """Return `value` as a finite float, or say what is wrong with it: with `what`, followed by `name`."""
+    """Return `value` as a finite float; the error message begins with `what` and `name`."""
     if isinstance(value, float) and math.isfinite(value):
         return float(value)
     what += name
@@ -62,7 +62,7 @@ def finite(value, what: str, name: str = "") -> float:
 
 @alone(SYMBOLIC)
 def expression(value, what: str) -> sp.Expr:
-    """Return `value` as a SymPy expression; a string is refused, because parsing is the scene file's business."""
+    """Return `value` as a SymPy expression; a string is an error, since only scene files are parsed."""
     if isinstance(value, str):
         raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
     try:

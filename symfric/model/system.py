@@ -16,14 +16,14 @@ JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.
 
 
 def refuse_jumps(expr: sp.Expr, what: str) -> None:
-    """Raise if the expression jumps; friction has one door, the `Contact`."""
+    """Raise if the expression has a jump; friction enters only through `Contact`."""
     found = [e for e in expr.atoms(sp.Function, sp.Mod) if isinstance(e, JUMPS)] or _hidden_signs(expr)
     if found:
         raise SceneError(f"{what} contains {found[0]}, which jumps; dry friction enters as a Contact with a law")
 
 
 def _hidden_signs(expr: sp.Expr) -> list[sp.Expr]:
-    """Return the quotients in `expr` that are signs: a/Abs(a), Abs(a)/a, a/sqrt(a**2)."""
+    """Return the quotients in `expr` that equal a sign: a/Abs(a), Abs(a)/a, a/sqrt(a**2)."""
     if not any(isinstance(e, sp.Abs) or abs(e.exp) == sp.Rational(1, 2) for e in expr.atoms(sp.Abs, sp.Pow)):
         return []
     real = {s: sp.Symbol(s.name, real=True) for s in expr.free_symbols if s.is_extended_real is None}
@@ -47,7 +47,7 @@ class System:
     mass : matrix of Expr, shape (n, n)
         Symmetric and positive definite; may depend on q and parameters.
     force : sequence of Expr, length n
-        Everything on the right-hand side but the contacts; may have kinks (Abs, Max, Min, a continuous Piecewise).
+        Right-hand side without the contact forces; may have kinks (Abs, Max, Min, a continuous Piecewise).
     z, z_rate : sequences, same length
         First-order states and their rates: controllers, dynamic friction.
     """
@@ -65,7 +65,7 @@ class System:
             states = tuple(getattr(self, name))
             for s in states:
                 if not isinstance(s, sp.Symbol):
-                    raise SceneError(f"{s!r} in {name} is no symbol; states are SymPy symbols")
+                    raise SceneError(f"{s!r} in {name} is not a symbol; states are SymPy symbols")
             object.__setattr__(self, name, states)
         n = len(self.q)
         if not n:
@@ -156,7 +156,7 @@ class Contact:
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:
-        """Every symbol of the contact, the law's speed apart."""
+        """Every symbol of the contact except the speed in its law."""
         return self.slip.free_symbols | self.normal.free_symbols | self.profile.free_symbols | self.law.free_symbols
 
 
@@ -173,7 +173,7 @@ class Signal:
     t0 : float
         Time of the first sample.
     unit : str or None
-        For reading only.
+        For display only.
     """
 
     samples: np.ndarray
@@ -185,7 +185,7 @@ class Signal:
     def __post_init__(self):
         samples = np.array(self.samples, dtype=float)
         if samples.ndim != 1 or samples.size < 2:
-            raise SceneError(f"a signal has shape {samples.shape}; give a row of at least two samples")
+            raise SceneError(f"a signal has shape {samples.shape}; give an array of two or more samples")
         if not np.all(np.isfinite(samples)):
             raise SceneError(f"sample {int(np.flatnonzero(~np.isfinite(samples))[0])} of a signal is not finite")
         samples.setflags(write=False)

@@ -1,4 +1,4 @@
-"""Checks of a scene's input that need more than one of its parts, or numbers."""
+"""Checks of a scene that need several of its parts or its numbers."""
 
 import numpy as np
 import sympy as sp
@@ -33,7 +33,7 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
 
 
 def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parameters: set[str]) -> None:
-    """Raise on a symbol that nobody gives a value, on a reserved one, and on two that share a name."""
+    """Raise on a symbol without a value, on a reserved symbol, and on two symbols with one name."""
     seen: dict[str, sp.Symbol] = {}
     for symbol in sorted(symbols, key=str):
         name = symbol.name
@@ -57,10 +57,10 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
 
 
 def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str) -> None:
-    """Raise if a Piecewise in `expr` jumps where its condition changes.
+    """Raise if a Piecewise in `expr` is discontinuous where its condition changes.
 
     Each condition's boundary is solved for a symbol in which it is linear or quadratic, and the two neighbouring
-    branches are compared there for three random values of the others. Other boundaries are not looked at.
+    branches are compared there for three random values of the others. Other boundaries are not checked.
     """
     for piecewise in expr.atoms(sp.Piecewise):
         relations = sorted({r for _, c in piecewise.args for r in c.atoms(sp.core.relational.Relational)}, key=str)
@@ -73,10 +73,9 @@ def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str) 
 
 
 def made_of_cells(profile: sp.Expr) -> bool:
-    """Return whether a friction profile is a number in each of several intervals of one coordinate.
+    """Whether a friction profile is piecewise constant over one coordinate.
 
-    It may jump then: a body passes an edge of such a cell with a velocity, and the jump of its friction is that of a
-    floor patched from different pieces.
+    Such a profile may jump: the body passes the edge of a cell with a velocity, as on a floor of different materials.
     """
     if not isinstance(profile, sp.Piecewise):
         return False
@@ -108,7 +107,7 @@ def _compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symb
 
 
 def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:
-    """Evaluate in floating point (exactly, cosh(exp(1e9)) has more digits than memory); None if symbols remain."""
+    """Evaluate in floats, since an exact number such as cosh(exp(1e9)) exceeds the memory; None if symbols remain."""
     symbols = tuple(sorted(expr.free_symbols, key=str))
     if not set(symbols) <= set(numbers):
         return None
@@ -116,7 +115,7 @@ def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:
 
 
 def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
-    """Return what terms that cancel may leave of zero."""
+    """Return a bound of the rounding error of a sum, from the sizes of its terms."""
     terms = [_number(term, numbers) for term in sp.Add.make_args(sp.expand(expr))]
     return 1e-14 * sum(abs(term) for term in terms if term is not None) if len(terms) > 1 else 0.0
 

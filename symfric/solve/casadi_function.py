@@ -17,7 +17,7 @@ from symfric.solve.status import Status
 
 
 class SceneFunction(ca.Callback):
-    """From parameters and starting values to outputs; made by `as_function`."""
+    """CasADi callback from parameters and initial values to outputs; made by `as_function`."""
 
     def __init__(self, scene: Scene, inputs: tuple[str, ...], outputs: tuple[str, ...], tolerance: float):
         ca.Callback.__init__(self)
@@ -38,11 +38,11 @@ class SceneFunction(ca.Callback):
         return len(self.outputs)
 
     def get_name_in(self, i):
-        """Return the name of an input as CasADi allows it."""
+        """Return the name of an input in the characters that CasADi allows."""
         return _plain(self.inputs[i])
 
     def get_name_out(self, i):
-        """Return the name of an output as CasADi allows it."""
+        """Return the name of an output in the characters that CasADi allows."""
         return _plain(self.outputs[i])
 
     def get_sparsity_out(self, i):
@@ -51,7 +51,7 @@ class SceneFunction(ca.Callback):
 
     def at(self, point: tuple[float, ...]) -> Run:
         """Return the run at the values of the inputs; the last one is kept."""
-        last = self._last  # another thread may replace it
+        last = self._last  # local copy: another thread may replace it
         if last is None or last[0] != point:
             given = dict(zip(self.inputs, point, strict=True))
             initial = {n: v for n, v in given.items() if n in self._states}
@@ -82,7 +82,7 @@ class SceneFunction(ca.Callback):
         return found
 
     def has_jacobian(self):
-        """Derivatives are exact."""
+        """Whether exact derivatives are available: always."""
         return True
 
     def get_jacobian(self, name, inames, onames, opts):
@@ -130,18 +130,18 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     ----------
     scene : Scene
     inputs : sequence of symbol or name
-        Parameters, or states whose starting values are meant; each becomes a scalar input of that name.
+        Parameters, or states (for their initial values); each becomes a scalar input of that name.
     outputs : sequence of str
         Names of outputs of the scene: `End`, a vector (n_x,), or scalars.
     tolerance : float
-        Of the run; tighter than elsewhere, since optimisers compare values.
+        Tolerance of the run; tighter than elsewhere, since optimisers compare values.
 
     Returns
     -------
     casadi.Function
         With exact first derivatives, forward and reverse, in ``nlpsol``, ``rootfinder`` or a larger MX graph; second
         derivatives are differences of these. Values are NaN where the run ends early, derivatives where they do not
-        exist. Keep a reference to it as long as anything that was built with it is used.
+        exist. Keep a reference to it as long as a graph that contains it is used.
 
     Raises
     ------
@@ -161,11 +161,11 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     missing = [n for n in names if n not in {s.name for s in (*kept.parameters, *kept.system.states)}]
     if missing:
         scene.parameter(missing[0])  # raises, if it is unknown
-        raise SceneError(f"no equation and no output that is asked for depends on {missing[0]}")
+        raise SceneError(f"no equation and none of the chosen outputs depends on {missing[0]}")
     return SceneFunction(kept, names, tuple(outputs), tolerance)
 
 
 def _plain(name: str) -> str:
-    """Return a name of letters, digits and single underscores that begins with a letter."""
+    """Return a valid CasADi name: letters, digits and single underscores, beginning with a letter."""
     found = re.sub(r"_+", "_", re.sub(r"\W", "_", name)).strip("_")
     return found if found[:1].isalpha() else f"i{found}"

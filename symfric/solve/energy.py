@@ -1,4 +1,4 @@
-"""The balance of energy along a computed motion: a check that does not use the solver's own error estimate."""
+"""Energy balance along a computed motion: a check independent of the solver's error estimate."""
 
 from collections.abc import Mapping
 
@@ -12,11 +12,11 @@ from symfric.model.outputs import Trajectory
 from symfric.solve.input_segments import segments
 from symfric.solve.lowered import LoweredScene
 
-_NODES = 16  # of the quadrature in every step; a step spans a fraction of the radius of convergence
+_NODES = 16  # quadrature nodes in every step; a step spans a fraction of the radius of convergence
 
 
 def energy_residual(run) -> float:
-    r"""Return the largest imbalance of energy along a run, relative to the largest energy that was moved.
+    r"""Return the largest imbalance of energy along a run, relative to the largest energy converted.
 
     .. math:: T(t) - T(0) - \int_0^t \left(u^T f + \tfrac12 u^T \dot M u + \lambda^T J u\right) dt
 
@@ -32,7 +32,7 @@ def energy_residual(run) -> float:
     Returns
     -------
     float
-        Dimensionless; about the tolerance for a sound run.
+        Dimensionless; about the tolerance for a correct run.
     """
     if run.raw.path is None:
         run = run.settings.build(LoweredScene(run.scene.wanting({"path": Trajectory()})), run.tolerance).run()
@@ -65,7 +65,7 @@ def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp
     applied, contact = (
         np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes)
     )
-    contact[np.isnan(contact)] = 0.0  # a root of a speed that rounding brought below zero: no speed, no power
+    contact[np.isnan(contact)] = 0.0  # square root of a speed that rounding made negative: zero speed, zero power
     share = path.h[:, None] * weights
     work = np.cumsum((share * (applied + contact)).sum(axis=1))
     moved = np.cumsum((share * applied).sum(axis=1))

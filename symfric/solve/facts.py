@@ -1,4 +1,4 @@
-"""What the routes look at when they decide whether they take a scene."""
+"""Properties of a scene on which route selection depends."""
 
 import logging
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Facts:
         Contacts whose slip is a combination of those of the contacts before them: when all stick, their forces are not
         determined, and hold as long as any within the bounds do.
     path, events, scalars : bool
-        Whether a trajectory, the events, or scalar outputs are wanted.
+        Whether a trajectory, the events, or scalar outputs are among the outputs.
     """
 
     contacts: int
@@ -51,7 +51,7 @@ class Facts:
 
 
 def facts_of(lowered: LoweredScene) -> Facts:
-    """Look at the equations of a scene."""
+    """Determine the properties of a scene."""
     scene, automaton = lowered.scene, lowered.automaton
     wanted = list(scene.outputs.values())
     return Facts(
@@ -90,7 +90,7 @@ def redundant(scene: Scene) -> tuple[str, ...]:
 
 @cache
 def warn_of_redundance(names: tuple[str, ...]) -> None:
-    """Say once, through `logging`, that contacts share what none of them carries alone."""
+    """Log once that the forces of redundant contacts are not determined separately."""
     logging.getLogger("symfric").warning(
         "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces while they "
         "stick are not: parallel ones share them in proportion to their bounds, any other carries nothing until "

@@ -1,4 +1,4 @@
-"""Sampled inputs as straight pieces."""
+"""Sampled inputs as piecewise linear functions."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from symfric.model.system import Signal
 
 
 def segments(signals: Sequence[Signal], horizon: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times at which an input changes its slope, and what the inputs are from there on.
+    """Return the times at which an input changes its slope, and value and slope of the inputs from each on.
 
     Returns
     -------

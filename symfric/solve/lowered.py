@@ -1,4 +1,4 @@
-"""A scene together with its equations in CasADi, which are written once however many routes look at them."""
+"""A scene with its equations in CasADi, shared by all routes."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class LoweredScene:
-    """The equations of a scene, each form of them made at its first use.
+    """The equations of a scene; each form is derived at its first use.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class LoweredScene:
 
     @property
     def dynamics(self) -> ContactDynamics:
-        """The equations of motion, to which the caller may add."""
+        """The equations of motion, a copy that the caller may extend."""
         return self._dynamics.copy()
 
     @cached_property
@@ -43,16 +43,16 @@ class LoweredScene:
 
     @cached_property
     def automaton(self) -> Automaton:
-        """The hybrid automaton with the observables as rows."""
+        """The hybrid automaton with the observables."""
         return automaton_of(self.dynamics, [r.expr for r in self.wanted.rows])
 
     def once(self, form: Callable[["LoweredScene"], T]) -> T:
-        """Return what a function makes of this object, computed at its first use."""
+        """Return the value of a function of this object, cached after its first call."""
         if form not in self._forms:
             self._forms[form] = form(self)
         return self._forms[form]
 
     @cached_property
     def built_in(self) -> dict[str, float]:
-        """The parameters that the equations contain as numbers."""
+        """The parameters that are built into the equations as numbers."""
         return {s.name: float(v) for s, v in constants(self.scene, self.varied).items()}

@@ -1,4 +1,4 @@
-"""What of a motion is wanted, as the rows that an event loop follows."""
+"""The observables of a scene, which an event loop accumulates."""
 
 from dataclasses import dataclass
 
@@ -8,16 +8,16 @@ from symfric.model.scene import Scene
 
 @dataclass(frozen=True)
 class Wanted:
-    """What of a motion is wanted.
+    """Observables of a scene, and whether its trajectory and events are stored.
 
     Attributes
     ----------
     rows : tuple of Row
         Each once.
     row : dict of str to int
-        The row of every output of an expression.
+        Index of the observable of every output of an expression.
     path, events : bool
-        Whether the trajectory, or the list of events, is kept.
+        Whether the trajectory, or the list of events, is stored.
     """
 
     rows: tuple[Row, ...]
@@ -27,7 +27,7 @@ class Wanted:
 
 
 def wanted_of(scene: Scene) -> Wanted:
-    """Read the outputs of a scene."""
+    """Return the observables of the outputs of a scene."""
     outputs = scene.outputs
     row = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
     rows = tuple(dict.fromkeys(row.values()))

@@ -1,4 +1,4 @@
-"""Pictures of a run; nothing is computed here but samples of what is there."""
+"""Plots of a run."""
 
 import numpy as np
 

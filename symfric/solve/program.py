@@ -1,4 +1,4 @@
-"""What the compiled routes share: the numbers of a run, and programs that run again with others."""
+"""Common parts of the compiled routes: the numbers of a run, and programs that run again with other numbers."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ FINEST, COARSEST = 1e-16, 0.1  # tolerances
 
 
 def check_tolerance(tolerance: float) -> float:
-    """Return the tolerance as a float within what double precision can do, or say what is wrong with it."""
+    """Return the tolerance as a float; raise unless double precision can reach it."""
     tolerance = finite(tolerance, "tolerance")
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; it must lie between {FINEST:g} and {COARSEST:g}")
@@ -31,7 +31,7 @@ def check_tolerance(tolerance: float) -> float:
 
 
 class Numbers:
-    """Start and parameters of a scene as arrays, and what changes of a run make of them."""
+    """Initial state and parameters of a scene as arrays, with the changes of a run applied."""
 
     def __init__(self, scene: Scene, parameters: tuple[sp.Symbol, ...], built_in: dict[str, float]):
         numbers = scene.numbers()
@@ -46,7 +46,7 @@ class Numbers:
         self._starters = {s.name for s in scene.parameters if s not in equations}
 
     def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Return start and parameters with the changes; the scene's own checks of names and numbers apply."""
+        """Return initial state and parameters with the changes of a run, which are checked as in the scene."""
         y, p = (a.copy() for a in self.start)
         for key, value in values.items():
             name = name_of(key)
@@ -54,7 +54,7 @@ class Numbers:
             if name in self._place:
                 p[self._place[name]] = number
             elif name not in self._built_in:
-                self._scene.parameter(key)  # raises, with the nearest known name
+                self._scene.parameter(key)  # raises with a hint if the name is unknown
         if values and self._start_of:
             y = self._moved(self._start_of, {name_of(k): v for k, v in values.items()})
         for key, value in initial.items():
@@ -65,7 +65,7 @@ class Numbers:
         return y, p
 
     def _moved(self, start_of: Callable, values: dict[str, float]) -> np.ndarray:
-        """Return the start for other values; the scene checks those that its equations contain."""
+        """Return the initial state for other parameter values."""
         if not values.keys() <= self._starters:
             self._scene.where(values)
         numbers = self._starts(start_of, {n: np.array([v], dtype=float) for n, v in values.items()})
@@ -102,7 +102,7 @@ class Numbers:
 
 
 class Compiled:
-    """What the compiled routes share: a prepared scene that `run` repeats with other numbers, from any thread.
+    """Base of the compiled programs: a prepared scene that `run` repeats with other numbers, from any thread.
 
     A route sets the attributes declared here, and `varied`, `wider` and `remade`, which `widened` uses. The entries
     of `_extra` are added to the counts of a run.
@@ -130,7 +130,7 @@ class Compiled:
             Changes to the scene's own. The first change of a parameter that was zero, or that a law's mean over fast
             vibration contains, compiles again, for all values of it.
         progress : callable, optional
-            Called with the fraction done, about once for every million steps.
+            Called with the completed fraction of the horizon, about once per million steps.
 
         Returns
         -------

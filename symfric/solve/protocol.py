@@ -1,4 +1,4 @@
-"""What a route and a prepared program offer."""
+"""Interfaces of a route and of a prepared program."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from symfric.solve.run import Run
 
 @dataclass(frozen=True)
 class Answer:
-    """Whether a route takes a scene.
+    """Answer of a route: whether it takes a scene, and why.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Answer:
     preferred : bool
         Whether no other route that takes the scene is faster by itself; of several, the first in the list is chosen.
     words : str
-        Why.
+        The reason.
     """
 
     takes: bool
@@ -30,7 +30,7 @@ class Answer:
 
 
 class Program(Protocol):
-    """A scene compiled once, to be run many times, from any thread."""
+    """A compiled scene that can be run many times, from any thread."""
 
     scene: Scene
     tolerance: float
@@ -58,14 +58,14 @@ class Program(Protocol):
 
 
 class Route(Protocol):
-    """The settings of a way to solve scenes, which know how to prepare one."""
+    """Settings of one solver, with the methods that check and compile a scene for it."""
 
     @property
     def name(self) -> str:
-        """What users call it."""
+        """Name of the route in `prepare` and scene files."""
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Say whether this route takes a scene."""
+        """Return whether this route takes a scene, and why."""
 
     def build(self, scene: LoweredScene, tolerance: float) -> Program:
-        """Compile a scene; raise `NoRoute` if it is none for this route."""
+        """Compile a scene; raise `NoRoute` if this route cannot take it."""

@@ -1,4 +1,4 @@
-"""The door of the solvers: which route takes a scene, why the others decline, and what is left out."""
+"""Route selection: which solver takes a scene, and why the others do not."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -28,16 +28,16 @@ ROUTES: dict[str, Settings] = {
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why a scene is solved as it is.
+    """The route selected for a scene, with reasons.
 
     Attributes
     ----------
     route : str
         The route that takes the scene.
     answers : dict of str to str
-        What each route says: why it takes the scene or declines.
+        The reason of each route for taking or declining the scene.
     skipped : tuple of str
-        What the scene does not need and is therefore not computed.
+        Parts of a simulation that the scene does not need and that are not computed.
     facts : Facts
     """
 
@@ -69,7 +69,7 @@ class Explanation:
 
 @alone(SYMBOLIC)
 def explain(scene: Scene) -> Explanation:
-    """Say which route solves a scene, why the others decline, and what is skipped.
+    """Explain the route selection of a scene: the route, why the others decline, and what is not computed.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def prepare(
     sensitivities: Sequence[Key] = (),
     order: int = 1,
 ) -> Program:
-    """Compile a scene once, to run it many times.
+    """Compile a scene, to run it many times with other values.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def prepare(
         'exact', 'taylor', 'integrators', or the settings of one of them (`sf.Exact`, `sf.Taylor`, `sf.Integrators`);
         the cheapest one that takes the scene unless given.
     sensitivities : sequence of symbol or name
-        Parameters to differentiate by, and states whose starting values are meant; only the route 'taylor' does that.
+        Parameters to differentiate by, and states whose initial values to differentiate by; only by the route 'taylor'.
     order : {1, 2}
         Of the derivatives; second ones exist for motions without events.
 
@@ -143,10 +143,10 @@ def prepare(
     SceneError
         If the scene or a setting is wrong.
     NoRoute
-        If the route asked for declines the scene; the message says why.
+        If the given route declines the scene; the message says why.
     """
     if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene")
+        raise SceneError(f"{scene!r} is not a sf.Scene")
     scene.numbers()
     if names := redundant(scene):
         warn_of_redundance(names)
@@ -160,7 +160,7 @@ def prepare(
     settings = _settings(route)
     answer = settings.answer(lowered)
     if not answer.takes:
-        raise NoRoute(f"the route {settings.name!r} declines: {answer.words}; leave route=None to have one chosen")
+        raise NoRoute(f"the route {settings.name!r} declines: {answer.words}; leave route=None for automatic selection")
     return settings.build(lowered, tolerance)
 
 
@@ -189,22 +189,22 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     order: int = 1,
 ) -> Run:
-    """Compute the motion of a scene: `prepare` and one run.
+    """Simulate a scene: `prepare` and one run.
 
     Parameters
     ----------
     scene, tolerance, route
         See `prepare`.
     sensitivities : sequence of symbol or name
-        Parameters to differentiate by, and states whose starting values are meant: ``run.sensitivities``.
+        Parameters, and states for their initial values, to differentiate by; see ``run.sensitivities``.
     progress : callable, optional
-        Called now and then with the fraction of the horizon that is done.
+        Called repeatedly with the fraction of the horizon that is done.
     order : {1, 2}
-        Of the derivatives: ``run.second_sensitivities`` too.
+        Order of the derivatives; with 2 also ``run.second_sensitivities``.
 
     Returns
     -------
     Run
-        Look at ``run.status``, or call ``run.checked()``.
+        Check ``run.status``, or call ``run.checked()``.
     """
     return prepare(scene, tolerance, route, sensitivities, order).run(progress=progress)

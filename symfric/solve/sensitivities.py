@@ -1,4 +1,4 @@
-"""Derivatives of a run, as its loop left them, and by name when they are asked for."""
+"""Derivatives of a run by parameters and initial values."""
 
 import math
 from collections.abc import Mapping
@@ -14,12 +14,12 @@ from symfric.solve.observables import Wanted
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What the numbers of a loop with derivatives mean.
+    """Meaning of the columns of derivatives that a loop returns.
 
     Attributes
     ----------
     directions : tuple of str
-        Parameters, or states whose start is meant.
+        Parameters, or states (for their initial values).
     pairs : tuple of (int, int)
         Directions of second derivatives.
     n_x : int
@@ -39,7 +39,7 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """Derivatives of a run, by the name of the parameter or of the state whose start is meant.
+    """Derivatives of a run, by the name of a parameter, or of a state for its initial value.
 
     Attributes
     ----------
@@ -47,16 +47,16 @@ class Derivatives:
     state : ndarray
         Derivatives of the final state, direction by direction, then the second ones, pair by pair.
     total : ndarray, shape (rows, 4)
-        Smallest and largest value and integral of every wanted row, then of its derivatives.
+        Smallest and largest value and integral of every observable, then of its derivatives.
     seen, first : ndarray
-        The values of rows at the times at which they are wanted, row after row, and where those of each row begin.
+        Sampled values, observable after observable, and the index at which those of each begin.
     rest : ndarray
         Derivatives of the time since which the system rests.
     known : bool
-        Whether there are derivatives at the end of the run; else those of the final state and of integrals are NaN, and
-        those of extremes and values taken after the event at which there are none.
+        Whether derivatives exist at the end of the run; else those of the final state and of integrals are NaN, and
+        those of extremes and values taken after the event at which they cease to exist.
     rests, smooth : bool
-        Whether the system rests at the end, and whether nothing happened before it.
+        Whether the system rests at the end, and whether no event occurred before the end.
     """
 
     columns: Columns
@@ -75,19 +75,19 @@ class Derivatives:
 
     @cached_property
     def _tables(self) -> np.ndarray:
-        """Of every row and column its four numbers."""
+        """The four numbers of every observable and column."""
         n_e = len(self.columns.wanted.rows)
         return self.total[n_e:].reshape(n_e, len(self._ends), 4)
 
     @cached_property
     def final(self) -> dict[str, np.ndarray]:
-        """Of the final state, shape (n_x,)."""
+        """Derivatives of the final state, shape (n_x,)."""
         names = self.columns.directions
         return dict(zip(names, self._ends[: len(names)], strict=True))
 
     @cached_property
     def outputs(self) -> dict[str, dict[str, Any]]:
-        """Of every output that has some, by its name: numbers, or arrays of the shape of the output."""
+        """Derivatives of the outputs that have any, by name: numbers, or arrays of the shape of the output."""
         names, found = self.columns.directions, {}
         for name, output in self.columns.outputs.items():
             if isinstance(output, OutputOfExpression | StopTime):
@@ -97,16 +97,16 @@ class Derivatives:
         return found
 
     def of_end(self) -> np.ndarray:
-        """Return those of the final state, (n_x, n_s)."""
+        """Return the derivatives of the final state, (n_x, n_s)."""
         return self._ends[: len(self.columns.directions)].T
 
     def of_rest(self) -> np.ndarray:
-        """Return those of the time since which the system rests, (n_s,)."""
+        """Return the derivatives of the time since which the system rests, (n_s,)."""
         factor = 1.0 if self.known and self.rests else math.nan
         return factor * self.rest[: len(self.columns.directions)]
 
     def of_row(self, name: str) -> Any:
-        """Return those of the row of an output: a pair, (n_s,) or (n_t, n_s)."""
+        """Return the derivatives of the observable of an output: a pair, (n_s,) or (n_t, n_s)."""
         k, n_s = self.columns.wanted.row[name], len(self.columns.directions)
         row = self.columns.wanted.rows[k]
         if row.kind == VALUES:
@@ -118,7 +118,7 @@ class Derivatives:
 
     @cached_property
     def void(self) -> tuple[str, ...]:
-        """Outputs without a derivative in some direction."""
+        """Outputs whose derivative does not exist in some direction."""
         return tuple(
             name for name, row in self.outputs.items() if not all(np.all(np.isfinite(e)) for e in row.values())
         )
@@ -130,7 +130,7 @@ class Derivatives:
 
     @cached_property
     def second(self) -> dict[tuple[str, str], np.ndarray]:
-        """Second derivatives of the final state, if they were wanted; NaN if an event occurred."""
+        """Second derivatives of the final state if ``order=2``; NaN if an event occurred."""
         factor = 1.0 if self.smooth else math.nan
         return dict(zip(self._pairs, factor * self._ends[len(self.columns.directions) :], strict=True))
 
@@ -148,13 +148,13 @@ class Derivatives:
         return found
 
     def _values(self, k: int) -> np.ndarray:
-        """Return those of a row at its times, second ones behind the first, (n_t, columns)."""
+        """Return the derivatives of an observable at its times, the second after the first ones, (n_t, columns)."""
         n_e, n_columns = len(self.columns.wanted.rows), len(self._ends)
         rows = range(n_e + k * n_columns, n_e + (k + 1) * n_columns)
         return np.column_stack([self.seen[self.first[r] : self.first[r + 1]] for r in rows])
 
     def _of_range(self, k: int, row: Row, d_low: np.ndarray, d_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return those of the smallest and the largest value of a row, from those of the expression followed."""
+        """Return the derivatives of the smallest and the largest value of an observable."""
         if not row.magnitude:
             return d_low, d_high
         low, high = self.total[k, :2]

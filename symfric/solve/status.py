@@ -1,8 +1,8 @@
-"""How a run ended, as data."""
+"""Status codes of a run, with advice."""
 
 from enum import IntEnum
 
-PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # what a loop returns to be called again: with more memory where it is full
+PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # returned by a loop that has to be called again
 
 
 class Status(IntEnum):
@@ -23,20 +23,20 @@ class Status(IntEnum):
 ADVICE = {
     Status.OK: "",
     Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
-    Status.STEP_BUDGET: "more steps than the budget, or than a trajectory has room for; shorten the horizon, want "
+    Status.STEP_BUDGET: "more steps than the budget, or than a trajectory can store; shorten the horizon, use "
     "scalar outputs instead of a trajectory, or raise max_steps",
-    Status.STEP_COLLAPSE: "the steps became so short that the run would never end: the motion is singular here, or "
+    Status.STEP_COLLAPSE: "the steps became too short to reach the horizon: the motion is singular here, or "
     "stiff beyond this route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
     "that static friction is not smaller than kinetic friction",
-    Status.NOT_FINITE: "the motion or a force left the finite numbers; look at the final state, and at divisions and "
+    Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, and at divisions and "
     "roots in the forces",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
-    "is smaller than the kinetic one at rest, or contacts on the same body work against each other",
-    Status.INTEGRATOR: "the integrator gave up, or contacts slip so nearly alike that its error decides which one "
-    "sticks; loosen the tolerance or use route='taylor'",
-    Status.NO_DERIVATIVE: "the motion is right to the end, but has no derivative: it grazes, two events come at one "
+    "is smaller than the kinetic one at rest, or contacts on the same body exclude each other",
+    Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
+    "one sticks; loosen the tolerance or use route='taylor'",
+    Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "
     "time, or it starts on the edge of sticking; move the parameter or the start, or compare runs on both sides",
 }

@@ -1,4 +1,4 @@
-"""A program whose parameters were built in as numbers, for other values of these."""
+"""Recompile a program for other values of parameters that were built in as numbers."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -10,7 +10,7 @@ Program = TypeVar("Program", bound=Any)
 
 
 def widened(program: Program, values: Mapping[Key, float]) -> Program | None:
-    """Return the program in which the parameters named in `values` may be anything, or None if this one serves.
+    """Return a program in which the parameters named in `values` are free, or None if they are free in this one.
 
     It is prepared once and kept in ``program.wider``, one for every set of names that were built in, so that a run does
     not depend on the runs before it.

@@ -1,4 +1,4 @@
-"""HTML, through Jinja2: whatever enters a page is escaped there, unless it is `Markup` already."""
+"""HTML templates (Jinja2); values are escaped unless they are `Markup`."""
 
 from functools import cache
 
@@ -23,5 +23,5 @@ def template(name: str) -> Template:
 
 
 def render(name: str, /, **values) -> str:
-    """Return a page from a template of this folder and the values that it names."""
+    """Render a template of this folder with the given values."""
     return template(name).render(values)

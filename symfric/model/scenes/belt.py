@@ -13,7 +13,7 @@ _X, _U = sp.symbols("x u", real=True)
 
 
 def _open(law: Law) -> dict:
-    """Symbols of a law become values to be given later."""
+    """Return the symbols of a law as scene values without a number, to be given later with `where`."""
     return dict.fromkeys(sorted(law.free_symbols, key=str))
 
 

@@ -13,7 +13,7 @@ from symfric.model.symbols import finite
 from symfric.model.system import Contact, System
 
 _X, _U = sp.symbols("x u", real=True)
-_UNBRAKED = 50.0  # cycles to look at where nothing stops the rod
+_UNBRAKED = 50.0  # horizon in cycles if no friction stops the rod
 
 
 @alone(SYMBOLIC)
@@ -35,7 +35,7 @@ def contact_damper(
     x0, v0 : float
         Start, m and m/s.
     g, v_c : float
-        Gravity, m/s^2; speed over which friction falls by a factor e, m/s. The source has 1 m/s, tacitly.
+        Gravity, m/s^2; speed over which friction falls by a factor e, m/s. The source uses 1 m/s without saying so.
     literal : bool
         Take friction as printed, ``mu_m exp(-x'/v_c)`` with the sign of x' in the exponent: it grows while the rod
         moves backward. For comparison with the source only.
@@ -76,14 +76,14 @@ def contact_damper(
 
 
 def _disk(load: sp.Expr, mu_m: sp.Symbol, v_c: sp.Symbol, literal: bool) -> Contact:
-    """Return what the rod rubs on."""
+    """Return the contact between rod and disk."""
     if literal:
         return Contact("disk", slip=_U, normal=load * sp.exp(-_U / v_c), law=laws.coulomb(mu_m))
     return Contact("disk", slip=_U, normal=load, law=laws.exponential(mu_m, v_c))
 
 
 def _check(positive: dict, not_negative: dict, any_sign: dict) -> None:
-    """Raise on a number that is none or out of range."""
+    """Raise if a number is missing, not finite or out of range."""
     for name, value in (positive | not_negative | any_sign).items():
         number = finite(value, name)
         if (name in positive and number <= 0) or (name in not_negative and number < 0):
@@ -93,7 +93,7 @@ def _check(positive: dict, not_negative: dict, any_sign: dict) -> None:
 
 
 def _longest(f_n: float, friction: float, zeta: float, start: float, v_c: float) -> float:
-    """Return a time by which the rod has stopped, with cycles to spare.
+    """Return an upper bound of the time at which the rod stops, plus some cycles.
 
     The averaged amplitude falls at least by ``(2/pi)(mu_m r g/omega)/(1 + a)^2`` with a = A omega/v_c, and at least by
     ``zeta omega A``, the latter down to the amplitude at which the rod sticks.

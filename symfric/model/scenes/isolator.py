@@ -16,7 +16,7 @@ from symfric.model.system import Contact, Signal, System
 
 _U, _W = sp.symbols("u w", real=True)
 _STRETCH = sp.Symbol("stretch", positive=True)
-_RUN_OUT = 20.0  # s after the record, in which the mass comes to rest
+_RUN_OUT = 20.0  # horizon beyond the end of the record in s, in which the mass comes to rest
 
 
 @alone(SYMBOLIC)
@@ -106,12 +106,12 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
 
 
 def _stretched(profile: sp.Expr) -> tuple[sp.Expr, dict]:
-    """Return a profile and the value of its stretch, which one without edges or with one at u = 0 does not have."""
+    """Return a profile and the value of its stretch parameter, which one without edges or with one at u = 0 lacks."""
     return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
 
 
 def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.ndarray, np.ndarray]:
-    """Return edges and coefficients of n equal cells about u = 0, drawn at random and then given their mean exactly.
+    """Return edges and random coefficients of n equal cells about u = 0, with exactly the given mean and deviation.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
     drawn = np.random.default_rng(seed).beta(shape, shape, n)
     values = mean + deviation * (drawn - drawn.mean()) / drawn.std()
     if np.any(values < 0):
-        raise SceneError(f"a coefficient comes out as {values.min():.3g}; take a smaller deviation or spread")
+        raise SceneError(f"a coefficient is {values.min():.3g}; take a smaller deviation or spread")
     return length * np.linspace(-0.5, 0.5, n + 1), values
 
 

@@ -26,7 +26,7 @@ def coulomb_oscillator(delta, *, delta_s=None, x0=1.0, omega_n=1.0, horizon=None
     omega_n : float
         Natural frequency.
     horizon : float, optional
-        Two half cycles beyond the stop by default.
+        By default two half cycles beyond the stop.
 
     Notes
     -----

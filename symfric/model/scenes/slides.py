@@ -1,4 +1,4 @@
-"""Slides drawn by a drive: one that sticks and slips, one that overruns when the drive stops, and two in friction."""
+"""Slides moved by a drive: stick-slip of one slide, overrun after the drive stops, and two slides in contact."""
 
 import sympy as sp
 
@@ -18,7 +18,7 @@ PLACES = ("ground", "support")
 
 @alone(SYMBOLIC)
 def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=None, horizon=None) -> Scene:
-    r"""Slide drawn over a way by a spring whose end moves steadily: :math:`x'' + f(1 + x') + x = 0`.
+    r"""Slide on a guideway, pulled by a spring whose end moves at constant speed: :math:`x'' + f(1 + x') + x = 0`.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
     if damper not in PLACES:
-        raise SceneError(f"damper is {damper!r}; it goes to 'ground' or sits on the 'support'")
+        raise SceneError(f"damper is {damper!r}; give 'ground' or 'support'")
     fc = _kinetic(fc, mu1)
     p_, epsilon_, fc_, sigma_ = sp.symbols("p_star epsilon fc sigma", real=True)
     more = {} if sigma is None else {sigma_: sigma}
@@ -68,7 +68,7 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
 
 @alone(SYMBOLIC)
 def drive_stop(*, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, horizon=None) -> Scene:
-    r"""Slide whose drive has stopped, pushed on by the spring it left: :math:`x'' + f(x') + x = 0`.
+    r"""Slide after its drive has stopped, still loaded by the spring: :math:`x'' + f(x') + x = 0`.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _kinetic(fc, mu1: float) -> float:
 
 @alone(SYMBOLIC)
 def two_slides(*, r, zeta, s1, s2, fc1, fs1, damping="omega1", horizon=200.0) -> Scene:
-    r"""Two slides in friction, the first drawn by a drive: :math:`\eta_1'' + 2 s_1\eta_1' + \eta_1 + F = 0`.
+    r"""Two slides in contact, the first pulled by a drive: :math:`\eta_1'' + 2 s_1\eta_1' + \eta_1 + F = 0`.
 
     Parameters
     ----------
