@@ -1,1 +1,1 @@
-"""Periodic motions and where they change their kind."""
+"""Periodic orbits and their bifurcations."""

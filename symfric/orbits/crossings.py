@@ -1,8 +1,7 @@
-"""Where a motion crosses a surface: sign changes of a function of the state along the polynomials of a run.
+"""Crossings of a surface by a trajectory: sign changes of a function of the state along its polynomials.
 
-A step is halved until the function either keeps away from zero on a part or rises or falls on all of it, by bounds from
-its Chebyshev coefficients. So no crossing is missed between two samples, however near the next one is. Each is located
-by bisection on the step's own polynomial.
+A step is halved until the function has no zero or is monotone on each part, by bounds from its Chebyshev coefficients,
+so that no pair of close crossings is missed. Each crossing is located by bisection on the step's own polynomial.
 """
 
 from collections.abc import Callable
@@ -13,16 +12,16 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.solve.run import Path
 
-_DEGREE = 24  # of the Chebyshev polynomials; a part on which they do not resolve the function is halved
-_RESOLVED = 1e-12  # of the largest value: the last coefficients
-_ROUNDING = 64 * np.finfo(float).eps  # of the largest value: what counts as zero
-_CALM = 1e-12  # of what the states change of it: a function that moves less rests on the surface to rounding
-_SHIFT = 1e-6  # of the sizes of the states: by which they are moved to see what they change
-_HALVINGS = 50  # of a step
-_BLOCK = 4096  # steps at once, for the sake of memory
-_MOST = 64 * _BLOCK  # parts at once: a function that is noise is taken as it is
+_DEGREE = 24  # degree of the Chebyshev polynomials; a part on which they do not resolve the function is halved
+_RESOLVED = 1e-12  # size of the last coefficients, relative to the largest value, of a resolved function
+_ROUNDING = 64 * np.finfo(float).eps  # value that counts as zero, relative to the largest value
+_CALM = 1e-12  # variation, relative to that by the states, below which the function is zero up to rounding
+_SHIFT = 1e-6  # finite-difference step relative to the sizes of the states
+_HALVINGS = 50  # most halvings of a step
+_BLOCK = 4096  # steps processed at once, which bounds the memory
+_MOST = 64 * _BLOCK  # most parts at once; a noisy function is not split further
 
-_PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)  # of [0, 1]
+_PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)  # Chebyshev nodes on [0, 1]
 _COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _PLACES - 1, _DEGREE))
 _SLOPES = np.polynomial.chebyshev.chebder(np.eye(_DEGREE + 1))
 
@@ -30,7 +29,7 @@ Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Parts(NamedTuple):
-    """Parts of the steps of a path: index of the step, begin and width as fractions of it; each (n,)."""
+    """Parts of the steps of a path: index of the step, start and width as fractions of it; each (n,)."""
 
     step: np.ndarray
     begin: np.ndarray
@@ -40,7 +39,7 @@ class Parts(NamedTuple):
 def crossings(
     path: Path, function: Function, direction: int, after: float, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return when a motion crosses a surface, and its states there.
+    """Return the times and states at which a trajectory crosses a surface.
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ def crossings(
     after : float
         Earlier crossings are left out.
     sizes : ndarray, shape (n_x,)
-        How large the states are.
+        Sizes of the states.
 
     Returns
     -------
@@ -74,7 +73,7 @@ def crossings(
     blocks = [np.arange(k, min(k + _BLOCK, path.t.size)) for k in range(first, path.t.size, _BLOCK)]
     scale = max(_largest(path, function, block) for block in blocks)
     if not np.isfinite(scale):
-        raise SceneError("the section is not finite somewhere on the motion; look at its roots and divisions")
+        raise SceneError("the section is not finite somewhere on the motion; check its roots and divisions")
     if scale <= _CALM * _moved(path, function, slice(first, None), sizes):
         return np.zeros(0), np.zeros((path.coefficients.shape[1], 0))
     blur = _ROUNDING * scale
@@ -107,12 +106,12 @@ def _values(path: Path, function: Function, step: np.ndarray, place: np.ndarray)
 
 
 def _largest(path: Path, function: Function, step: np.ndarray) -> float:
-    """Return the largest magnitude of the function on some steps, about."""
+    """Return about the largest magnitude of the function on some steps, from samples."""
     return float(np.max(np.abs(_values(path, function, step, np.tile(_PLACES[::4], (step.size, 1))))))
 
 
 def _moved(path: Path, function: Function, steps: slice, sizes: np.ndarray) -> float:
-    """Return how much of the function its states change, each by its size: what its rounding is a part of."""
+    """Return how much the function changes when each state changes by its size: the scale of its rounding error."""
     x, t = path.coefficients[steps, :, 0].T, path.t[steps]
     here = function(x, t)
     ways = _SHIFT * np.diag(sizes)
@@ -120,9 +119,9 @@ def _moved(path: Path, function: Function, steps: slice, sizes: np.ndarray) -> f
 
 
 def _split(path: Path, function: Function, blur: float, step: np.ndarray) -> tuple[Parts, np.ndarray]:
-    """Split steps into parts on which the function has no zero or is monotone; return them and its values there.
+    """Split steps into parts on which the function has no zero or is monotone; return the parts and its initial values.
 
-    The values, (n,), are those at the begin of the parts, which are in the order of time.
+    The values, (n,), are those at the start of the parts, which are in the order of time.
     """
     waiting, done = Parts(step, np.zeros(step.size), np.ones(step.size)), []
     for halving in range(_HALVINGS + 1):
@@ -141,7 +140,7 @@ def _split(path: Path, function: Function, blur: float, step: np.ndarray) -> tup
 
 
 def _decided(g: np.ndarray, blur: float) -> np.ndarray:
-    """Whether the function has no zero or is monotone on each part, or is zero; `g` holds its values at `_PLACES`."""
+    """Whether the function has no zero, is monotone or is zero on each part; `g` holds its values at `_PLACES`."""
     c = np.abs(g @ _COEFFICIENTS.T)
     slope = np.abs(g @ (_SLOPES @ _COEFFICIENTS).T)
     size = np.max(np.abs(g), axis=1)
@@ -152,7 +151,7 @@ def _decided(g: np.ndarray, blur: float) -> np.ndarray:
 
 
 def _located(path: Path, function: Function, parts: Parts, sign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return step and place, a fraction of it, where the function loses the sign with which each part begins."""
+    """Return the step, and the fraction of it, at which the function changes its sign on each part."""
     low, high = parts.begin.copy(), parts.begin + parts.width
     for _ in range(_HALVINGS + 5):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""Limit cycles, stable and unstable, through stick and slip: where they are and whether they last."""
+"""Limit cycles of stick-slip motion, stable and unstable, and their Floquet multipliers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -16,29 +16,29 @@ from symfric.orbits.shooting import Point, System, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
 
-_VANISHED = 1e-6  # of the ranges of the guess: a cycle that Newton's method shrank to a point
-_SAME = 1e-8  # of the ranges of the states: motions that count as one
-_ZERO = 1e-11  # of the largest multiplier: what a contact that sticks leaves of a direction
-_NEUTRAL = 1e-10  # what rounding makes of a multiplier of 1
-_CARRIED = 1e-3  # of the rate of a motion: by how much the map over a period may change it
-_PATIENCE = (1, 4, 16, 64)  # horizons of the scene that its motion is given to settle; beside a fold it takes long
+_VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
+_SAME = 1e-8  # difference relative to the ranges of the states up to which motions count as one
+_ZERO = 1e-11  # relative to the largest: a multiplier below it is zero, its direction lost by sticking
+_NEUTRAL = 1e-10  # largest rounding error of a multiplier of 1
+_CARRIED = 1e-3  # largest relative change of the rate of the motion under the map over a period
+_PATIENCE = (1, 4, 16, 64)  # horizons of the scene for settling, tried in turn; near a fold settling is slow
 
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """A periodic motion.
+    """A periodic orbit (limit cycle) of a scene.
 
     Attributes
     ----------
     period : float
     start : ndarray, shape (n_x,)
-        A state on it; of a forced scene the one at t = 0.
+        A state on the orbit; of a forced scene the one at t = 0.
     half_range, x_max, x_min : ndarray, shape (n_x,)
-        Of every state, in the order of `names`.
+        Half range and extremes of every state, in the order of `names`.
     stick_time : float
         Time in one period during which at least one contact sticks.
     stick_fraction : float
-        The same over the period.
+        `stick_time` over `period`.
     multipliers : ndarray, shape (n_x,)
         Floquet multipliers, the trivial one of an autonomous scene first, the others by falling magnitude; a complex
         array if any is. Those that sticking makes zero are exactly zero.
@@ -77,7 +77,7 @@ class Orbit:
 
     @cached_property
     def run(self) -> Run:
-        """The motion over one period, with its trajectory."""
+        """The run over one period, with its trajectory."""
         return prepare(self.scene.wanting({"path": Trajectory()}), 1e-12).run()
 
     def to_dict(self) -> dict[str, object]:
@@ -99,7 +99,7 @@ class Orbit:
         return self.run.to_xarray()
 
     def plot(self, ax=None):
-        """Draw the first coordinate's phase plane; return the Axes."""
+        """Draw the phase plane of the first coordinate; return the Axes."""
         from symfric.orbits.plotting import plot_orbit
 
         return plot_orbit(self, ax)
@@ -118,7 +118,7 @@ class Orbit:
 def limit_cycle(
     scene: Scene, guess: Orbit | tuple[Sequence[float] | np.ndarray, float] | None = None, tolerance: float = 1e-13
 ) -> Orbit:
-    """Find a periodic motion of a scene by Newton's method on the map over a period.
+    """Find a periodic orbit of a scene by Newton's method on the map over a period (shooting).
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def limit_cycle(
         Autonomous, or excited by sines and cosines of time with a common period. Its start and horizon matter only
         without a guess: then its motion is followed until it repeats itself.
     guess : Orbit, or (state, period), optional
-        Something near the cycle, which may be unstable. Of forced scenes the state is that at t = 0, and the period is
+        An approximation of the cycle, which may be unstable. If forced, the state is that at t = 0, and the period is
         rounded to a multiple of that of the excitation.
     tolerance : float
         Of the motion.
@@ -161,7 +161,7 @@ def limit_cycle(
         except NotFound as failure:
             reason = str(failure)
     if settling:
-        raise Fades("the motion still shrinks and settles to no cycle")
+        raise Fades("the motion is still shrinking after the longest wait and shows no cycle")
     raise NotFound(reason)
 
 
@@ -171,7 +171,7 @@ def values_of(scene: Scene) -> dict[str, float]:
 
 
 def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
-    """Return what the user gave as state, period, and multiple of the excitation's period."""
+    """Return a user's guess as state, period, and multiple of the excitation's period."""
     if isinstance(guess, Orbit):
         state, period = guess.start, guess.period
     else:
@@ -199,7 +199,7 @@ def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> O
 
 
 def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
-    """Return the orbit over its least period."""
+    """Return the orbit with its least period."""
     start, period, values = system.unpack(point.z)
     for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
         part = system.flow.run(start, values, period / parts)
@@ -210,7 +210,7 @@ def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
 
 
 def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:
-    """Read the properties of a closed orbit."""
+    """Compute the properties of a periodic orbit from a solution of its equations."""
     flow, passage = system.flow, point.passage
     start, period, values = system.unpack(point.z)
     multipliers, trivial = multipliers_of(passage, system.free)
@@ -236,12 +236,13 @@ def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:
 
 
 def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None]:
-    """Return the eigenvalues of the monodromy matrix in order, and where the trivial one stands."""
+    """Return the ordered eigenvalues of the monodromy matrix, and the index of the trivial one."""
     found = np.linalg.eigvals(passage.by_start)
     found = np.where(np.abs(found) <= _ZERO * max(1.0, np.max(np.abs(found))), 0.0, found)
     found = found[np.argsort(-np.abs(found), kind="stable")]
     if free:
-        shift = passage.by_start @ passage.rate - passage.rate  # zero: the motion itself is carried along
+        # zero on an exact orbit: the flow maps the rate onto itself
+        shift = passage.by_start @ passage.rate - passage.rate
         k = int(np.argmin(np.abs(found - 1.0)))
         shift, rate = shift / passage.ranges, passage.rate / passage.ranges
         if np.linalg.norm(shift) <= _CARRIED * np.linalg.norm(rate):

@@ -1,4 +1,4 @@
-"""The flow of a scene over a time that varies from call to call, with its derivatives: what every orbit is made of."""
+"""Flow map of a scene: the state after a given time, with derivatives by the start, the parameters and the time."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -28,15 +28,16 @@ from symfric.solve.status import Status
 from symfric.solve.taylor.route import Taylor
 from symfric.solve.taylor.sensitive_route import sensitive_model
 
-BUDGETS = Taylor(max_steps=50_000, max_events=5_000)  # of one period; a motion that misses its orbit may go anywhere
-_PEAK = 1e-9  # of the static coefficient: what it exceeds the kinetic one by, if it does
-_ROUGH = 1e-8  # tolerance of a motion that serves as a guess
-_MOST_FLOWS, _MOST_MOTIONS = 16, 8  # programs kept
-_FLOWS: dict[tuple, "Flow"] = {}  # compiled flows by their equations
+# budgets of one period; a motion off its orbit may need very many steps
+BUDGETS = Taylor(max_steps=50_000, max_events=5_000)
+_PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
+_ROUGH = 1e-8  # tolerance of a run that serves as a guess
+_MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
+_FLOWS: dict[tuple, "Flow"] = {}  # compiled flow maps by their equations
 
 
 class Passage(NamedTuple):
-    """One passage of the flow.
+    """One evaluation of the flow map, with derivatives.
 
     Attributes
     ----------
@@ -44,7 +45,7 @@ class Passage(NamedTuple):
     by_start : ndarray, shape (n_x, n_x)
         Derivatives of the end by the start: the monodromy matrix if the passage is a period.
     by_value : ndarray, shape (n_x, n_p)
-        By the parameters of the flow.
+        Derivatives of the end by the parameters of the flow map.
     rate : ndarray, shape (n_x,)
         State derivative at the end.
     events : tuple of (float, int, int, int)
@@ -52,7 +53,7 @@ class Passage(NamedTuple):
     modes : tuple of int
         Of the contacts at the end.
     gaps : ndarray, shape (3 n_c,)
-        Least value of each guard where it turns, infinite if it does not: the slip, what is left to either bound.
+        Least local minimum of each guard (slip, reserve to either static bound); infinite if it has none.
     gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
     low, high : ndarray, shape (n_x,)
         Extremes of the states.
@@ -78,13 +79,13 @@ class Passage(NamedTuple):
 
 
 class Guard(NamedTuple):
-    """A guard at one moment, and its first and second derivative in time, in units of `size`.
+    """Value of a guard at one time, and its first and second time derivatives.
 
     Attributes
     ----------
     left, rate, bend : float
     size : float
-        Of what is left to a bound, that to both bounds; of a slip 1.
+        Unit of the guard: for a reserve of static friction, twice the bound; for a slip 1.
     """
 
     left: float
@@ -94,14 +95,14 @@ class Guard(NamedTuple):
 
 
 class Flow:
-    """The compiled flow of a scene; may be followed from any thread.
+    """The compiled flow map of a scene; may be evaluated from any thread.
 
     Parameters
     ----------
     scene : Scene
-        Without sampled inputs; its horizon, start and outputs play no part.
+        Without sampled inputs; its horizon, start and outputs are not used.
     parameters : sequence of str
-        By which derivatives are wanted.
+        Parameters to differentiate by.
     tolerance : float
 
     Attributes
@@ -109,7 +110,7 @@ class Flow:
     period : callable or None
         From parameter values by name to the period of the excitation; None if nothing depends on time.
     period_by : callable or None
-        The same for its derivatives by the parameters of the flow, (n_p,).
+        The same for its derivatives by the parameters of the flow map, (n_p,).
     """
 
     @alone(SYMBOLIC)
@@ -139,7 +140,7 @@ class Flow:
             self.period, self.period_by = excitation.period, partial(excitation.period_by, parameters=self.parameters)
 
     def motion(self, scene: Scene, horizon: float) -> Run:
-        """Return the motion of a scene with the equations of this flow, roughly, with its trajectory."""
+        """Simulate a scene that has the equations of this flow map, at a coarse tolerance, with its trajectory."""
         with SYMBOLIC:
             if horizon not in self._motions:
                 if len(self._motions) == _MOST_MOTIONS:
@@ -179,13 +180,13 @@ class Flow:
         return stick - rest > _PEAK * abs(stick)
 
     def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
-        """Follow the flow from state y for a time.
+        """Evaluate the flow map from state y over a time.
 
         Parameters
         ----------
         y : ndarray, shape (n_x,)
         values : dict
-            Changes of the scene's values.
+            Parameter values that differ from the scene's.
         time : float
         lift : ndarray, shape (2 n_c,), optional
             Added to the guards of every contact while it slips and while it sticks; see `symfric.lower.relaxed_guards`.
@@ -193,14 +194,14 @@ class Flow:
         Raises
         ------
         NotFound
-            If the motion ends before; with the advice of its status.
+            If the run ends early.
         """
         return self._follow(y, values, time, lift)[0]
 
     def _follow(
         self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None
     ) -> tuple[Passage, np.ndarray, np.ndarray]:
-        """Return the passage, and at its end the parameters and the mode as the automaton takes them."""
+        """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
         raised = np.zeros(LIFTS * len(self.contacts)) if lift is None else lift
         workspace = self._model.workspace()
@@ -216,7 +217,7 @@ class Flow:
         return found
 
     def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
-        """Copy what a run has left in its arrays."""
+        """Copy the results of a run from its arrays."""
         n_x, n_p = len(self.states), len(self.parameters)
         n_g, n_s = slip_gap(len(self.contacts)), n_x + n_p
         n_e = n_x + n_g
@@ -256,9 +257,9 @@ def _guard_rates(automaton: Automaton) -> ca.Function:
 
 @alone(SYMBOLIC)
 def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:
-    """Return the compiled flow of a scene; that of the same equations with other numbers is kept in memory.
+    """Return the compiled flow map of a scene, from a cache if one with the same equations exists.
 
-    Its own numbers may be those of another scene: give all values to `Flow.run`.
+    A cached one may hold the numbers of another scene: give all values to `Flow.run`.
     """
     dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
     integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)

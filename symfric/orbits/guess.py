@@ -1,4 +1,4 @@
-"""A first guess of a limit cycle: what the motion settles to."""
+"""First guess of a limit cycle, from the motion after settling."""
 
 from typing import NamedTuple
 
@@ -11,11 +11,12 @@ from symfric.orbits.recurrence import nearest_return, passages
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
-_MOST = 16  # periods of the excitation, or turns of the motion, in one of the cycle
-_QUIET, _STILL = 1e-3, 1e-6  # parts of the largest range: a motion with less settles to rest if it still shrinks, or is
-# as good as there; one that keeps so little is a small cycle
-_SHRINKING = 0.98  # of the range in the third quarter: what a motion that still shrinks has less in the last
-_SETTLE = 60  # periods of the excitation that a forced motion is given at least
+_MOST = 16  # most periods of the excitation, or oscillations of the motion, in one period of the cycle
+# ranges relative to the largest one: below _QUIET a motion that still shrinks counts as settling to rest, below _STILL
+# any motion counts as at rest
+_QUIET, _STILL = 1e-3, 1e-6
+_SHRINKING = 0.98  # ratio of the ranges in the last and third quarter below which a motion still shrinks
+_SETTLE = 60  # least settling time of a forced motion, in periods of the excitation
 
 
 class Fades(NotFound):
@@ -30,9 +31,9 @@ class Guess(NamedTuple):
     start : ndarray, shape (n_x,)
     period : float
     multiple : int
-        Of forced scenes, how many periods of the excitation it takes; 0 of others.
+        Period in periods of the excitation; 0 without excitation.
     turns : int
-        How often the motion seemed to turn; the cycle may repeat itself sooner.
+        Number of oscillations found in the period; the least period may be shorter.
     shrinking : bool
         Whether the motion was still becoming smaller.
     """
@@ -45,7 +46,7 @@ class Guess(NamedTuple):
 
 
 def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> Guess:
-    """Follow the motion of a scene and return what it settles to.
+    """Simulate a scene until it settles, and return state and period of the motion then.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> G
     forcing : float or None
         Period of the excitation.
     patience : int
-        How many horizons of the scene to wait.
+        Settling time in horizons of the scene.
 
     Raises
     ------
@@ -66,11 +67,12 @@ def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> G
     if forcing is None:
         return guess_of(_motion(scene, flow, patience * scene.horizon), None)
     periods = max(_SETTLE, int(np.ceil(scene.horizon / forcing))) * patience
-    return guess_of(_motion(scene, flow, (periods + 0.5) * forcing), forcing)  # so that no return is the end
+    # half a period more, so that no return falls on the end
+    return guess_of(_motion(scene, flow, (periods + 0.5) * forcing), forcing)
 
 
 def guess_of(run: Run, forcing: float | None) -> Guess:
-    """Return what the last turns of a run come back to, or come back nearest to.
+    """Return the state to which the last oscillations of a run return, exactly or most nearly, and the period.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     Fades
         If the run settles to rest or to steady sliding.
     NotFound
-        If it hardly turns.
+        If it hardly oscillates.
     """
     if forcing is None:
         return _of_free(run)
@@ -104,7 +106,7 @@ def _motion(scene: Scene, flow: Flow, horizon: float) -> Run:
 
 
 def _of_free(run: Run) -> Guess:
-    """Return the last turn of a free motion, from the middle of its longest stretch without sticking."""
+    """Return the last oscillation of a free motion, from the middle of its longest stretch without sticking."""
     x, t = run.x, run.t
     late = t > 0.75 * run.t_final
     if not np.any(late):
@@ -118,7 +120,7 @@ def _of_free(run: Run) -> Guess:
     times = passages(run, k, 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
-        raise NotFound("the motion turns fewer than three times within the horizon; lengthen it")
+        raise NotFound("the motion completes fewer than three oscillations within the horizon; lengthen it")
     turns = nearest_return(run(times), np.maximum(size, 1e-300))
     begin, end = times[-1 - turns], times[-1]
     return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns, shrinking)

@@ -1,4 +1,4 @@
-"""Lyapunov exponents of a motion, from its derivatives by the start with the exact jumps at events."""
+"""Lyapunov exponents of a motion, from its derivatives by the start with exact saltation at events."""
 
 from dataclasses import dataclass
 
@@ -11,16 +11,17 @@ from symfric.orbits.cycle import values_of
 from symfric.orbits.flow_map import Flow, flow_of
 from symfric.orbits.sizes import over_time
 
-LOST = 1e-11  # of the largest growth in a piece: what rounding leaves of a direction that sticking takes away
-_BATCHES = 20  # of the pieces, for the spread
-_PIECES = 400  # of the horizon of a scene without excitation
-_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # a step round a circle whose multiples keep away from each other
-_GROWTH = np.log(1e3)  # least growth that chaos shows: any bounded change of length looks like growth in a short window
+LOST = 1e-11  # growth relative to the largest in a piece below which sticking has removed the direction
+_BATCHES = 20  # batches of pieces whose means give the spread
+_PIECES = 400  # number of pieces of the horizon of a scene without excitation
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # golden ratio step, whose multiples are evenly spread modulo 1
+# least logarithmic growth that counts as chaos; bounded oscillations of the length can look like less
+_GROWTH = np.log(1e3)
 
 
 @dataclass(frozen=True, eq=False)
 class Lyapunov:
-    """Mean rates at which neighbouring motions part, per unit of time.
+    """Lyapunov exponents: mean exponential rates of divergence of neighbouring motions, per unit of time.
 
     Attributes
     ----------
@@ -95,7 +96,7 @@ def lyapunov(
     piece: float | None = None,
     tolerance: float = 1e-10,
 ) -> Lyapunov:
-    """Compute the Lyapunov exponents of the motion of a scene.
+    """Compute the Lyapunov exponents of a scene.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def lyapunov(
         Time between two renormalisations. For a forced scene it is rounded to whole periods of the excitation, one
         unless given; otherwise it varies about 1/400 of the horizon unless given.
     tolerance : float
-        Of the motion and its derivatives.
+        Tolerance of the motion and its derivatives.
 
     Returns
     -------
@@ -161,7 +162,7 @@ def lyapunov(
 
 
 def _varied(length: float, n: int) -> np.ndarray:
-    """Return n lengths between a half and three halves of one, with its mean, whose sums meet all phases alike."""
+    """Return n lengths between 0.5 and 1.5 times the given one, with that mean and with sums spread over all phases."""
     parts = 0.5 + (np.arange(n) * _GOLDEN) % 1.0
     return n * length * parts / max(np.sum(parts), 0.5)
 
@@ -176,7 +177,7 @@ def _positive(value: float, what: str) -> float:
 def _grow(
     flow: Flow, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the growth of every direction in every piece that counts (n, n_x), the last state, and doubtful pieces."""
+    """Return the growth of every direction in every piece after the transient (n, n_x), last state, doubtful ones."""
     slopes, low, high, doubtful = np.empty((lengths.size, y.size, y.size)), y, y, 0
     for k, length in enumerate(lengths.tolist(), -skipped):
         try:
@@ -197,7 +198,7 @@ def _grow(
 
 
 def _growth_of(slopes: np.ndarray) -> np.ndarray:
-    """Return the growth of every direction under maps one after the other, (n, n_x, n_x)."""
+    """Return the growth of every direction under a sequence of maps, (n, n_x, n_x), by QR factorisation."""
     basis, growth = np.eye(slopes.shape[1]), np.empty(slopes.shape[:2])
     for k, slope in enumerate(slopes):
         basis, R = np.linalg.qr(slope @ basis)
@@ -208,7 +209,7 @@ def _growth_of(slopes: np.ndarray) -> np.ndarray:
 
 
 def _summed(growth: np.ndarray, times: np.ndarray, end: np.ndarray, doubtful: int) -> Lyapunov:
-    """Return means, convergence and spread of the growth per piece, (n, n_x), which end at `times`."""
+    """Return means, convergence and spread of the growth rates, from the growth per piece (n, n_x)."""
     exponents = np.sum(growth, axis=0) / times[-1]
     largest = growth[:, int(np.argmax(exponents))]
     total = np.cumsum(largest)
@@ -218,7 +219,7 @@ def _summed(growth: np.ndarray, times: np.ndarray, end: np.ndarray, doubtful: in
 
 
 def _spread(total: np.ndarray, times: np.ndarray) -> float:
-    """Return the uncertainty of the mean rate of a growth whose logarithm is known at some times, (n,)."""
+    """Return the uncertainty of a mean growth rate, from the logarithm of the growth at some times, (n,)."""
     if times.size < 2:
         return np.inf
     edges = np.linspace(0, times.size, min(times.size, _BATCHES) + 1).round().astype(int)

@@ -1,4 +1,4 @@
-"""Pictures of orbits, branches and sections."""
+"""Plots of orbits, branches and sections."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from symfric.axes import new_axes
 from symfric.locks import DRAWING, alone
 
 _MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
-_POINTS = 600  # of an orbit
+_POINTS = 600  # points drawn of an orbit
 
 
 @alone(DRAWING)
@@ -78,7 +78,7 @@ def plot_lyapunov(found, ax=None):
 
 
 def _with_neighbours(mask: np.ndarray) -> np.ndarray:
-    """Return the mask widened by one point, so that parts of a line meet."""
+    """Return the mask widened by one point, so that the parts of a line touch."""
     wide = mask.copy()
     wide[1:] |= mask[:-1]
     return wide

@@ -18,12 +18,12 @@ from symfric.orbits.sizes import over_time
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 
-_LATE = 1e-12  # part of a period by which the end of a run may miss the last one
+_LATE = 1e-12  # fraction of a period by which a run may end before the last section and still include it
 
 
 @dataclass(frozen=True, eq=False)
 class PoincareSection:
-    """The points of a motion on a surface.
+    """A Poincare section: the points of a trajectory on a surface.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class PoincareSection:
     names : tuple of str
         Of the states.
     about : str
-        The surface in words.
+        Description of the surface.
     drawn : (str, str)
         The first coordinate and the first velocity.
     """
@@ -73,7 +73,7 @@ class PoincareSection:
 
 @dataclass(frozen=True)
 class Cut:
-    """Where motions of a scene are cut; made by `cut_of`.
+    """Definition of a section: a surface in the state space, or a phase of the excitation; made by `cut_of`.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Cut:
     period : callable or None
         From parameter values by name to the period of the excitation.
     phase : float
-        Part of the period.
+        Phase of the excitation as a fraction of its period.
     function : callable or None
         Of the states, time, and the parameters, in the order of the scene.
     direction : int
@@ -119,7 +119,7 @@ def cut_of(
     phase: float,
     varied: frozenset[str] = frozenset(),
 ) -> Cut:
-    """Read what the user says of a section; `varied` are parameters that will not stay zero. See `poincare`."""
+    """Check the arguments of `poincare` and return its section; `varied` are parameters that will not stay zero."""
     level, phase = finite(level, "level"), finite(phase, "phase")
     if direction not in (-1, 0, 1):
         raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
@@ -129,7 +129,7 @@ def cut_of(
             u = scene.system.u[0]
             raise SceneError(f"nothing depends on time; give a section, such as section={u.name!r} for turning points")
         if not 0 <= phase < 1:
-            raise SceneError(f"phase is {phase:g}; give a part of the period, at least 0 and below 1")
+            raise SceneError(f"phase is {phase:g}; give a fraction of the period, at least 0 and below 1")
         return Cut(f"phase {phase:g} of the period of the excitation", excitation.period, phase, None, 0)
     surface = _read(scene, section)
     ways = {1: "rising", -1: "falling", 0: "either way"}
@@ -167,21 +167,21 @@ def poincare(
     after: float = 0.0,
     tolerance: float = 1e-9,
 ) -> PoincareSection:
-    """Return the points of a motion on a surface.
+    """Compute a Poincare section: the points of a trajectory on a surface or at a phase of the excitation.
 
     Parameters
     ----------
     motion : Run or Scene
         A run with its trajectory; a scene is run.
     section : expression or name of a state, optional
-        Where it passes `level`; it may hold states, time, parameters and ``sf.slip("contact")``. A velocity passes zero
+        Where it passes `level`; it may hold states, time, parameters and ``sf.slip("contact")``. A velocity is zero
         where its coordinate turns. Without it the motion is looked at once in every period of the excitation.
     level : float
         In units of the section.
     direction : int
         1 where the section rises, -1 where it falls, 0 for both.
     phase : float
-        Of the excitation, as a part of its period; without a section only.
+        Phase of the excitation as a fraction of its period; without a section only.
     after : float
         Time that is left out, such as a transient.
     tolerance : float

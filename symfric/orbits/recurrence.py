@@ -1,4 +1,4 @@
-"""Whether a motion repeats itself, and after what time: read off its states, not off its equations."""
+"""Detect periodicity of a motion from its states."""
 
 from typing import NamedTuple
 
@@ -7,19 +7,20 @@ import numpy as np
 from symfric.orbits.sizes import filled
 from symfric.solve.run import Run
 
-MOST = 8  # periods of the excitation, or passages of a coordinate through its middle, in one period of the motion
-LEAST = 4  # periods over which a motion has to repeat itself
-SAME = 1e-3  # of the ranges: states that count as one, and what a settled motion may still change by
-_QUIET = 1e-7  # of the ranges: changes that may be rounding
-_PARTS = 6  # of a period of the excitation that the motion may take instead
+MOST = 8  # largest period sought, in periods of the excitation or passages of a coordinate through its middle
+LEAST = 4  # number of periods over which a motion has to repeat itself
+SAME = 1e-3  # difference relative to the ranges up to which states count as one and a motion as settled
+_QUIET = 1e-7  # changes relative to the ranges that may be rounding
+_PARTS = 6  # the period of the motion may be the period of the excitation over 2 to 6
 FEW = "it does not repeat itself within the few turns of the window"
 _NOT = "it does not repeat itself, or not yet"
-_CORRECTIONS, _ROUNDING = 60, 1e-15  # of the time of a passage at most; of a step: a correction that is none
-_PLACES = 200  # at which whole periods are compared
+# most corrections of the time of a passage; correction relative to a step that ends them
+_CORRECTIONS, _ROUNDING = 60, 1e-15
+_PLACES = 200  # sampling points at which whole periods are compared
 
 
 class Recurrence(NamedTuple):
-    """What was found: the period, NaN if there is none, and in words why not."""
+    """The period of a motion, NaN with a reason if there is none."""
 
     period: float
     note: str = ""
@@ -34,19 +35,19 @@ def period_of(run: Run, forcing: float, times: np.ndarray) -> Recurrence:
     forcing : float
         Period of the excitation; 0.0 without one.
     times : ndarray, shape (n,)
-        Without excitation: when a coordinate passes its middle; see `passages`.
+        Without excitation: times at which a coordinate passes its middle; see `passages`.
     """
     return _of_excited(run, run.t_final, forcing) if forcing else _of_free(run, run.t_final, times)
 
 
 def passages(run: Run, row: int, level: float, most: int = 0) -> np.ndarray:
-    """Return the last times, at most so many if given, at which a state rises through a level from step to step."""
+    """Return the times at which a state rises through a level; with a count, only the last ones."""
     path = run.path
     before = np.append(path.coefficients[:, row, 0], run.final[row]) - level
     steps = np.flatnonzero((before[:-1] < 0) & (before[1:] >= 0))[-most:]
     c, low, high = path.coefficients[steps, row], np.zeros(steps.size), path.h[steps].copy()
     s = high * before[steps] / (before[steps] - before[steps + 1])
-    for _ in range(_CORRECTIONS):  # Newton's method, halving where that leads out of what is known
+    for _ in range(_CORRECTIONS):  # Newton's method, with bisection where it leaves the bracket
         value, slope = c[:, -1], np.zeros(steps.size)
         for j in range(c.shape[1] - 2, -1, -1):
             value, slope = value * s + c[:, j], slope * s + value
@@ -60,9 +61,9 @@ def passages(run: Run, row: int, level: float, most: int = 0) -> np.ndarray:
 
 
 def nearest_return(states: np.ndarray, size: np.ndarray) -> int:
-    """Return after how many columns the last one comes back: the first that is near, or else the nearest.
+    """Return after how many columns the last one recurs: the first close one, or else the closest.
 
-    Enough for a first guess; whether a motion repeats itself says `period_of`.
+    Sufficient as a first guess; `period_of` decides whether a motion is periodic.
     """
     gaps = np.max(np.abs(states[:, -1:] - states[:, -2::-1]) / size[:, None], axis=0)
     near = np.flatnonzero(gaps < SAME)
@@ -70,7 +71,7 @@ def nearest_return(states: np.ndarray, size: np.ndarray) -> int:
 
 
 def _of_excited(run: Run, end: float, forcing: float) -> Recurrence:
-    """Look at the states once in every period of the excitation."""
+    """Return the period of a forced motion, from the states once in every period of the excitation."""
     count = int(np.floor(end / forcing + 1e-9))
     states = run(np.minimum(forcing * np.arange(count + 1), end))
     size = _ranges(run, end)
@@ -78,7 +79,7 @@ def _of_excited(run: Run, end: float, forcing: float) -> Recurrence:
     k = next(back, None)
     if k is None:
         return Recurrence(np.nan, _NOT)
-    if k == 1:  # or a part of the period, if the excitation is even in its harmonics or hardly acts
+    if k == 1:  # or a fraction of the period, if the excitation has only even harmonics or hardly acts
         for part in range(_PARTS, 1, -1):
             found = _checked(run, end, forcing / part, size)
             if not found.note:
@@ -104,9 +105,9 @@ def _ranges(run: Run, end: float) -> np.ndarray:
 
 
 def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:
-    """Whether every k-th of some states, (n_x, n), counted from the last one, is the same, and will be.
+    """Whether every k-th of some states, (n_x, n), counted from the last one, has converged.
 
-    What they change by in the first half and in the second makes a geometric series: its rest is what is to come.
+    The changes in the first and second half define a geometric series, whose remainder is the change to come.
     """
     states = states[:, ::-1][:, ::k][:, ::-1] / size[:, None]
     away = np.max(np.abs(states - states[:, -1:]))
@@ -120,7 +121,7 @@ def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:
 
 
 def _checked(run: Run, end: float, period: float, size: np.ndarray) -> Recurrence:
-    """Return a period if the whole motion of the last ones repeats itself."""
+    """Return a period if the trajectory repeats itself over all of the last periods."""
     t = np.linspace(max(0.0, end - 3 * period), end - period, _PLACES)
     apart = np.max(np.abs(run(t + period) - run(t)) / size[:, None])
     return Recurrence(float(period)) if apart <= SAME else Recurrence(np.nan, _NOT)

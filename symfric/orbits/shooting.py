@@ -1,4 +1,4 @@
-"""Closed orbits as the zeros of a system of equations: Newton's method on the map over a period.
+"""Shooting: periodic orbits as zeros of the map over a period, by Newton's method.
 
 Unknowns are the start y, the period T of an autonomous scene, and parameters that are free to move. The equations are
 
@@ -21,16 +21,16 @@ from symfric.errors import NotFound
 from symfric.orbits.flow_map import Flow, Passage
 
 MOST_STEPS = 25
-CLOSED = 1e-12  # of the range of a state: gap between end and start of a closed orbit
-_HALVINGS = 6  # of a step that makes things worse
-_STEP = 1e-6  # of the sizes of the unknowns: differences
-_ROUNDING = 1e-15  # of a step, and of the sizes of the unknowns: what rounding leaves of none
-_NARROW = 1e-6  # of the width of its span: the least size of a parameter
+CLOSED = 1e-12  # largest gap between end and start of a periodic orbit, relative to the range of a state
+_HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
+_STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
+_ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
+_NARROW = 1e-6  # least size of a parameter, relative to its span
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
 
 class Point(NamedTuple):
-    """A solution, or a trial: the unknowns, the passage over the period, equations and their derivatives.
+    """A trial or a solution of the shooting equations: unknowns, passage over the period, residuals and derivatives.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Point(NamedTuple):
     rest : ndarray, shape (n_e,)
     slopes : ndarray, shape (n_e, n_z)
     phase : ndarray, shape (n_x,)
-        To which the start is kept at right angles; its product with a state is in units of the ranges.
+        Normal of the phase condition; its product with a state is in units of the ranges.
     """
 
     z: np.ndarray
@@ -52,7 +52,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True)
 class Test:
-    """One more equation.
+    """A test function: an additional equation.
 
     Attributes
     ----------
@@ -68,21 +68,21 @@ class Test:
 
 @dataclass(frozen=True)
 class System:
-    """The equations of closed orbits of one scene.
+    """The equations of periodic orbits of one scene.
 
     Attributes
     ----------
     flow : Flow
-        With derivatives by the parameters that are free.
+        With derivatives by the free parameters.
     values : dict
-        Of all parameters, by name.
+        Values of all parameters, by name.
     multiple : int
         Periods of the excitation in one of the orbit; 0 if the scene is autonomous.
     test : Test or None
     lift : ndarray or None
         See `Flow.run`.
     widths : tuple of float
-        How far the parameters that are free may move: what a change of one that is zero is a part of.
+        Widths of the spans of the free parameters, which scale changes of a parameter near zero.
     """
 
     flow: Flow
@@ -94,7 +94,7 @@ class System:
 
     @property
     def free(self) -> bool:
-        """Whether the period is unknown."""
+        """Whether the period is an unknown."""
         return self.multiple == 0
 
     def pack(self, start: np.ndarray, period: float, values: dict[str, float]) -> np.ndarray:
@@ -112,21 +112,21 @@ class System:
         return z[:n], self.multiple * self.flow.period(values), values
 
     def sizes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
-        """Return what changes of the unknowns are parts of: ranges of the states, period, parameters; (n_z,)."""
+        """Return the sizes of the unknowns (ranges of the states, period, parameters), (n_z,)."""
         size = np.append(passage.ranges, np.abs(z[passage.end.size :]))
         if self.widths:
             size[-len(self.widths) :] = np.maximum(size[-len(self.widths) :], _NARROW * np.array(self.widths))
         return size
 
     def follow(self, z: np.ndarray) -> Passage:
-        """Return the passage over the period."""
+        """Evaluate the flow map over the period."""
         start, period, values = self.unpack(z)
         if not period > 0:
             raise NotFound(_STUCK)
         return self.flow.run(start, values, period, self.lift)
 
     def at(self, z: np.ndarray, phase: np.ndarray | None, reference: np.ndarray) -> Point:
-        """Return equations and derivatives; the start is kept at right angles to `phase`, the motion's own if None."""
+        """Return residuals and derivatives, with phase condition `phase`, by default from the motion itself."""
         passage = self.follow(z)
         if phase is None:
             size = passage.ranges
@@ -163,18 +163,18 @@ def solve(
     most: int = MOST_STEPS,
     through: np.ndarray | None = None,
 ) -> Point:
-    """Find the solution near a guess.
+    """Solve the shooting equations by Newton's method from a guess.
 
     Parameters
     ----------
     system : System
     z : ndarray, shape (n_z,)
     normal : ndarray, shape (n_z,), optional
-        If there is one unknown more than equations, the solution is sought at right angles to this.
+        Direction along the solution curve if there is one unknown more than equations; steps are orthogonal to it.
     most : int
         Steps of Newton's method.
     through : ndarray, shape (n_z,), optional
-        Where the plane at right angles to `normal` lies; through the guess unless given.
+        A point of the plane orthogonal to `normal` that contains the solution; the guess unless given.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def solve(
 
 
 def _improved(system: System, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
-    """Take one step of Newton's method, shorter if it makes things worse."""
+    """Take one step of Newton's method, shortened until the residual falls."""
     n = len(system.flow.states)
     away = 0.0 if normal is None else -float(normal @ (now.z - plane))
     step = step_of(system, now, -now.rest, normal, away)
@@ -213,7 +213,7 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
 def step_of(
     system: System, point: Point, change: np.ndarray, normal: np.ndarray | None = None, along: float = 0.0
 ) -> np.ndarray:
-    """Return the change of the unknowns that changes the equations by so much, (n_z,).
+    """Return the change of the unknowns that changes the residuals by given amounts, (n_z,).
 
     If the equations do not determine it, it is the shortest one in units of `System.sizes`; with `normal` one that has
     the product `along` with that.
@@ -229,23 +229,23 @@ def step_of(
     except np.linalg.LinAlgError:  # singular, or fewer equations than unknowns
         step = np.linalg.lstsq(A, rest, rcond=None)[0]
     rounding = np.abs(step) <= _ROUNDING * max(1.0, np.max(np.abs(step)))
-    return size * np.where(rounding, 0.0, step)  # a body at rest stays so
+    return size * np.where(rounding, 0.0, step)  # changes below rounding are zero, so that a body at rest stays at rest
 
 
 def null_of(system: System, point: Point) -> np.ndarray:
-    """Return a direction in which the equations do not change, (n_z,)."""
+    """Return a null direction of the equations, (n_z,)."""
     size = system.sizes(point.z, point.passage)
     return size * np.linalg.svd(point.slopes * size / _scale(point)[:, None])[2][-1]
 
 
 def _scale(point: Point) -> np.ndarray:
-    """Return what the equations are parts of: the ranges of the states, and 1 for the others, (n_e,)."""
+    """Return the scales of the equations: the ranges of the states, and 1 for the others, (n_e,)."""
     scale = np.ones(point.rest.size)
     scale[: point.passage.ranges.size] = point.passage.ranges
     return scale
 
 
 def misfit(point: Point) -> float:
-    """Return by how much the equations are violated, relative to the ranges of the states; what is not finite, much."""
+    """Return the largest residual relative to the ranges of the states; a large number if one is not finite."""
     worst = float(np.max(np.abs(point.rest) / _scale(point)))
     return worst if np.isfinite(worst) else np.inf

@@ -1,20 +1,20 @@
-"""Sizes of states: what differences between motions are parts of, in whatever units the scene is written."""
+"""Sizes of states, which make differences of states relative and independent of units."""
 
 import numpy as np
 
-LEAST = 1e-9  # of the largest of its kind: the size of a state that hardly moves
-_NONE = 1e-140  # where nothing moves at all; the square of a part of it is still a number
+LEAST = 1e-9  # least size of a state, relative to the largest of its kind
+_NONE = 1e-140  # size where nothing moves; its square does not underflow
 
 
 def kinds(n_q: int, n_x: int) -> tuple[slice, slice, slice]:
-    """Return where coordinates, velocities and further states stand in ``[q; u; z]``."""
+    """Return the slices of coordinates, velocities and further states in ``[q; u; z]``."""
     return slice(0, n_q), slice(n_q, 2 * n_q), slice(2 * n_q, n_x)
 
 
 def filled(size: np.ndarray, n_q: int) -> np.ndarray:
-    """Return sizes of the states, none of them zero: at least a little of the largest of their kind.
+    """Return sizes of the states, none of them zero: at least `LEAST` times the largest of their kind.
 
-    Coordinates are compared with coordinates and velocities with velocities: one has other units than the other.
+    Coordinates and velocities have different units, so each is compared only with its own kind.
     """
     found = np.array(size, dtype=float)
     for kind in kinds(n_q, found.size):
@@ -23,10 +23,10 @@ def filled(size: np.ndarray, n_q: int) -> np.ndarray:
 
 
 def over_time(size: np.ndarray, n_q: int, time: float) -> np.ndarray:
-    """Return sizes of the states of a motion that lasts for a time.
+    """Return sizes of the states of a motion over a time.
 
-    A velocity that would carry its coordinate less than its size within that time is as good as none; so is any other
-    where no coordinate moves.
+    A velocity that moves its coordinate by less than its size within that time counts as zero, and so does every
+    velocity where no coordinate moves.
     """
     found = np.array(size, dtype=float)
     q, u, z = kinds(n_q, found.size)

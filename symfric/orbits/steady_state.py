@@ -1,4 +1,4 @@
-"""Steady states: let a motion settle, measure it over a window, and say whether it had settled."""
+"""Steady states: simulate until a motion has settled, measure it over a window, and check that it had settled."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -16,20 +16,20 @@ from symfric.solve.routes import Settings, prepare
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
-END, PATH = "end of the window", "path of the window"  # outputs of our own, by names that no scene is likely to use
-SAMPLES = 4000  # of a window
-LEAST = 32  # periods of an excitation in the window: enough for a motion that takes several of them to repeat itself
-LONGER = 12  # windows, where the motion turns a few times only in one
-LONGEST = 40.0  # horizons: how long the window may become for that
-# Of the range of the whole motion, and of that before: what is left of one that comes to rest.
+END, PATH = "end of the window", "path of the window"  # names of additional outputs, unlikely to occur in a scene
+SAMPLES = 4000  # samples of a window
+LEAST = 32  # least periods of the excitation in a window, so that subharmonic motions repeat in it
+LONGER = 12  # factor by which a window with few oscillations is lengthened
+LONGEST = 40.0  # longest such window, in horizons
+# A motion comes to rest if its range is below RESTS of that of the whole motion and SHRINKS of the one before.
 RESTS, SHRINKS = 1e-4, 0.9
-STILL = 1e-7  # of the largest value, or of the range: what rounding leaves of a motion
-SETTLE, WINDOW = 20.0, 1.0  # waiting and measuring time in horizons, unless said otherwise
+STILL = 1e-7  # range relative to the largest value, or the whole range, below which a motion is rounding
+SETTLE, WINDOW = 20.0, 1.0  # default settling and measuring times, in horizons
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """How long to wait and to measure.
+    """Settling time and measuring window.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Schedule:
 def schedule(
     scene: Scene, settle: float | None = None, window: float | None = None, varied: frozenset[str] = frozenset()
 ) -> Schedule:
-    """Return the times to wait and to measure; the window holds enough periods of an excitation to see one repeat.
+    """Return settling time and window; the window holds enough periods of an excitation to detect a periodic motion.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ def schedule(
 
 
 def settling(scene: Scene, times: Schedule, outputs: Mapping[str, Output] | None = None) -> Scene:
-    """Return the scene that waits: its final state, under `END`, is where a motion has settled to."""
+    """Return the scene of the settling run; its output `END` is the settled state."""
     return scene.wanting({END: End(), **(outputs or {})}).until(times.settle)
 
 
 def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], state: np.ndarray | None = None) -> Scene:
-    """Return the scene of one window, with the excitation at the phase that it has after settling.
+    """Return the scene of one window, with the phase that the excitation has after settling.
 
     Values that only the start of the scene used are gone.
 
@@ -101,7 +101,7 @@ def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], stat
 
 
 class Settling:
-    """A scene prepared for settling and measuring, for any values and starts and from any thread.
+    """Programs for settling and measuring a scene, for any values and starts and from any thread.
 
     Parameters
     ----------
@@ -133,9 +133,9 @@ class Settling:
     def windows(
         self, values: Mapping[Key, float] | None = None, initial: Mapping[Key, float] | None = None
     ) -> Iterator[Run]:
-        """Yield the runs over one window after the other, the first after settling.
+        """Yield the runs over consecutive windows after settling.
 
-        A run that fails is the last, be it the one that settles. Without a period of the excitation there is one only.
+        A run that fails, also the settling run, is the last one. Without a period of the excitation there is only one.
         """
         given, start = dict(values or {}), initial
         if self._first is not None:
@@ -153,7 +153,7 @@ class Settling:
             start = self.start(run.final)
 
     def measured(self, values: Mapping[Key, float] | None = None, initial: Mapping[Key, float] | None = None) -> Run:
-        """Return the run over the first window.
+        """Return the run over the first window after settling.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class Settling:
         return next(self.windows(values, initial)).checked()
 
     def start(self, state: np.ndarray) -> dict[Key, float]:
-        """Return a state (n_x,) by name."""
+        """Return a state (n_x,) as a dict by name."""
         return dict(zip(self.states, state.tolist(), strict=True))
 
 
@@ -178,11 +178,11 @@ class Vibration:
     mean : float
         Over the window, in whole periods of an excitation.
     period : float
-        Time in which the motion repeats itself; NaN if it does not vibrate, or not with a period.
+        Period of the motion; NaN if it does not vibrate or is not periodic.
     stick_fraction : float
-        Part of the window, in whole periods, in which a contact sticks.
+        Fraction of the window, in whole periods, in which a contact sticks.
     note : str
-        Why this is no steady vibration, "" if it is one: the other numbers are those of the motion so far.
+        Why this is not a steady vibration, "" if it is; the other numbers are those of the motion so far.
     """
 
     largest: float
@@ -204,7 +204,7 @@ class Vibration:
 
 
 def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tolerance: float = 1e-9) -> Vibration:
-    """Return the vibration of a coordinate after settling, with its period and its share of sticking.
+    """Measure the vibration of a coordinate after settling: extremes, period and stick fraction.
 
     A period is one of the motion that was computed: its states come back, several times and everywhere in between.
     """
@@ -228,7 +228,7 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
 
 
 def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float) -> Recurrence:
-    """Return how a motion repeats itself; without period and without note if it has come to rest."""
+    """Return the period of a motion; neither period nor note if it has come to rest."""
     values = run(t)[row]
     halves = [np.ptp(part) for part in np.array_split(values, 2)]
     if np.ptp(values) <= STILL * max(np.max(np.abs(values)), 1e-300):
@@ -246,12 +246,12 @@ def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float
 
 
 def still_changes(ranges: tuple[float, float], then: tuple[float, float], reach: float = 0.0) -> bool:
-    """Return whether a motion had not settled.
+    """Whether a motion had not settled.
 
     Parameters
     ----------
     ranges, then : (float, float)
-        Its largest and smallest value in one window and in the next.
+        Largest and smallest value in one window and in the next.
     reach : float
         Range of the whole motion: one that has shrunk to nearly nothing of it, and still shrinks, comes to rest.
     """
@@ -274,7 +274,7 @@ def stick_intervals(run: Run) -> dict[str, tuple[tuple[float, float], ...]]:
 
 
 def stick_fraction(run: Run, after: float = 0.0) -> float:
-    """Return the part of a run, from a time on, during which at least one contact sticks."""
+    """Return the fraction of a run, from a time on, during which at least one contact sticks."""
     stuck = np.any(run.mode == 0, axis=0)
     lengths = np.diff(np.clip(run.t, after, run.t_final), append=run.t_final)
     return float(np.sum(lengths[stuck]) / (run.t_final - after))

@@ -1,4 +1,4 @@
-"""Steps along a curve of solutions, measured in units that make its unknowns comparable (Keller's pseudo-arclength)."""
+"""Steps of Keller's pseudo-arclength continuation, with unknowns scaled to comparable size."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from symfric.errors import NotFound
 from symfric.orbits.shooting import Point, System, solve, step_of
 
 CORRECTIONS = 8
-REST = 1e-6  # of the ranges of an orbit: a motion that has come to rest
-_SHARE = 0.02  # of the largest range of a state so far: what counts where the orbit is smaller
+REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
+_SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
 
 
 def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray) -> np.ndarray:
@@ -43,9 +43,9 @@ def cosine(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> float:
 def step_along(
     system: System, point: Point, way: np.ndarray, step: float, size: np.ndarray, limits: np.ndarray
 ) -> tuple[Point | None, bool]:
-    """Return the solution a step further, or where a parameter reaches its limit; and whether that was the case.
+    """Return the next solution, or the one where a parameter reaches its limit, and whether it reached it.
 
-    None stands for a solution that was not found near.
+    The solution is None if none was found nearby.
     """
     guess, normal = point.z + step * way, way / size**2
     here, there = point.z[-len(limits) :], guess[-len(limits) :]

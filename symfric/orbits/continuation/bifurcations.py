@@ -1,4 +1,4 @@
-"""Where a branch of closed orbits changes its kind: the equations that hold there."""
+"""Equations that define the special points of a branch of periodic orbits."""
 
 import itertools
 from collections.abc import Callable
@@ -13,37 +13,37 @@ from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow_map import Flow, Guard, Passage
 from symfric.orbits.shooting import Point, System, Test, solve, step_of
 
-LIFTED = 1e3  # sizes of a guard: no motion gets so far below one that is lifted
-EDGE = 3e-6  # of the size of a guard: how far from an edge an orbit is from which the one on it is extrapolated
-WINDOW = 0.1  # of the period: how far behind an event the motion that ignores it is followed
-_NEAR = 1e-8  # of the ranges: steps of differences that stay on one side of the edge
-_BISECTIONS, _CLOSE = 60, 1e-13  # of the sizes of the unknowns: where a bisection ends
-TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard is touched
+LIFTED = 1e3  # shift of a relaxed guard in units of its size; no motion reaches it
+EDGE = 3e-6  # distance from a grazing, relative to the guard's size, from which the grazing orbit is extrapolated
+WINDOW = 0.1  # fraction of the period for which a motion that ignores an event is followed beyond it
+_NEAR = 1e-8  # finite-difference step relative to the ranges, so small that it stays on one side of the grazing
+_BISECTIONS, _CLOSE = 60, 1e-13  # limits of a bisection: steps, and width relative to the unknowns
+TOUCHES = ("stick-onset", "grazing")  # kinds at which a guard touches zero
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What holds at a special point.
+    """The defining condition of a special point.
 
     Attributes
     ----------
     kind : str
         "fold", "flip", "neimark-sacker", "stick-onset", "grazing", or "half-range": that of the first state is `level`.
     guard : int
-        Of `Passage.gaps`, the one that is touched, if one is; else -1.
+        Index in `Passage.gaps` of the guard that touches zero; -1 if none does.
     landing : bool
-        Whether the touch is where the first event of the orbit ends, so that there is no orbit without it; otherwise
-        the orbit is followed as if it ignored the touch.
+        Whether the touch is the first event of the orbit itself, which cannot be ignored; otherwise the orbit is
+        continued with that guard relaxed.
     turn : (int, int) or None
-        A contact, and which of the ends of its slips in one period just fails to be a stick: the force that holds it
-        there is all that static friction can bear.
+        A contact, and the index among the ends of its slips in one period of the one at the limit between stick and
+        reversal: the constraint force there equals the largest static friction.
     side : int
-        Where static friction exceeds kinetic friction, the orbits on both sides differ, and the edge is approached from
-        one of them. Of a turn, 1 by orbits that stick there, -1 by orbits that slip back; of a guard, 1 by orbits that
-        do not touch it. Otherwise 0.
+        Where static friction exceeds kinetic friction, the orbits on both sides differ, and the condition is approached
+        from one of them: for a turn, 1 for orbits that stick there, -1 for orbits that slip back; for a guard, 1 for
+        orbits that do not touch it. Otherwise 0.
     event : int
-        Of the orbit, one whose guard just touches zero, by its place among the events in a period; else -1. Such orbits
-        are the less differentiable the nearer they are to the edge, so they keep a distance of `deep`.
+        Index among the events of a period of the one whose guard just touches zero; else -1. Derivatives of such orbits
+        grow without bound near the grazing, so the orbit keeps a distance of `deep` from it.
     deep : float
     level : float
     """
@@ -59,11 +59,11 @@ class Condition:
 
     @property
     def depth(self) -> float:
-        """What the solutions of `system` lack of the edge itself, in sizes of the guard."""
+        """Distance of the solutions of `system` from the grazing itself, in units of the guard's size."""
         return self.deep if self.event >= 0 else EDGE if self.landing else -self.side * EDGE
 
     def system(self, system: System, size: float) -> System:
-        """Return the equations of closed orbits with this condition; `size` is that of the guard."""
+        """Return the equations of periodic orbits with this condition; `size` is that of the guard."""
         if self.kind == "half-range":
             return replace(system, test=Test(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
         if self.turn:
@@ -81,24 +81,24 @@ class Condition:
 
 
 def signature(passage: Passage) -> tuple[tuple[int, int, int], ...]:
-    """Return the changes of mode in their cyclic order, beginning with the least."""
+    """Return the changes of mode in cyclic order, rotated so that the result does not depend on the start."""
     changes = [(i, a, b) for _, i, a, b in passage.events]
     turns = [tuple(changes[k:] + changes[:k]) for k in range(len(changes))]
     return min(turns, default=())
 
 
 def flip(passage: Passage, free: bool) -> float:
-    """Return what vanishes where a nontrivial multiplier is -1."""
+    """Return the test function of a flip: zero where a nontrivial multiplier is -1."""
     return float(np.prod(1.0 + _others(passage, free)).real)
 
 
 def fold(passage: Passage, free: bool) -> float:
-    """Return what vanishes where a nontrivial multiplier is 1."""
+    """Return the test function of a fold: zero where a nontrivial multiplier is 1."""
     return float(np.prod(1.0 - _others(passage, free)).real)
 
 
 def torus(passage: Passage, free: bool) -> float:
-    """Return what vanishes where two nontrivial multipliers have the product 1: a pair on the unit circle."""
+    """Return the test function of a Neimark-Sacker point: zero where two nontrivial multipliers have the product 1."""
     pairs = itertools.combinations(_others(passage, free), 2)
     return float(np.prod([1.0 - a * b for a, b in pairs]).real)
 
@@ -107,7 +107,7 @@ SMOOTH: dict[str, Callable[[Passage, bool], float]] = {"fold": fold, "flip": fli
 
 
 def is_pair(passage: Passage, free: bool) -> bool:
-    """Whether the pair of multipliers whose product is nearest to 1 is complex; a real one is a neutral saddle."""
+    """Whether the two multipliers with the product nearest to 1 are complex; real ones belong to a neutral saddle."""
     pairs = list(itertools.combinations(_others(passage, free), 2))
     nearest = min(pairs, key=lambda pair: abs(1.0 - pair[0] * pair[1]))
     return abs(np.imag(nearest[0])) > 0
@@ -119,7 +119,7 @@ def _others(passage: Passage, free: bool) -> np.ndarray:
 
 
 def _touch(condition: Condition, size: float) -> Test:
-    """Return the equation that a guard just touches zero, or is as far from it as the condition says."""
+    """Return the test function of a touch: least value of a guard, less the distance that the condition keeps."""
     k = condition.guard
 
     def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
@@ -131,7 +131,7 @@ def _touch(condition: Condition, size: float) -> Test:
 
 
 def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
-    """Return the equation that the first event of the orbit lies where guard k only just touches zero."""
+    """Return the test function of a touch at the first event of the orbit, where guard k has zero rate."""
     flow = system.flow
 
     def beyond_it(z: np.ndarray, passage: Passage) -> Passage:
@@ -150,13 +150,13 @@ def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
 
 
 def has_others(passage: Passage, k: int) -> bool:
-    """Whether guard k ends a mode somewhere on the orbit: a lift would do away with that as well."""
+    """Whether guard k causes another event on the orbit, which relaxing it would remove too."""
     begins = [before == 0 for _, i, before, _ in passage.events if i == contact_of_gap(k)]
     return not all(begins) if is_slip_gap(k) else any(begins)
 
 
 def at_the_edge(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
-    """Return what leads from an orbit with a condition to the edge itself, (n_z,).
+    """Return the change of the unknowns from an orbit with a condition to the grazing itself, (n_z,).
 
     At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
     """
@@ -166,7 +166,7 @@ def at_the_edge(system: System, point: Point, condition: Condition, normal: np.n
 
 
 def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
-    """Return what static friction has left to hold a contact at one of the ends of its slips.
+    """Return the reserve of static friction at one of the ends of a contact's slips.
 
     Raises
     ------
@@ -175,34 +175,33 @@ def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, wh
     """
     ends = slip_ends(passage, contact)
     if which >= len(ends):
-        raise NotFound("the contact no longer turns there")
+        raise NotFound("the contact no longer ends a slip there")
     start, _, values = system.unpack(z)
     return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
 
 
 def _turn(system: System, z: np.ndarray, passage: Passage, condition: Condition) -> float:
-    """Return what is left of the static bound where a slip ends, relative to it, from the depth of the condition."""
+    """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
     assert condition.turn is not None
     return holding_at(system, z, passage, *condition.turn).left + condition.depth
 
 
 def _graze(system: System, condition: Condition) -> Test:
-    """Return the equation that the guard of an event only just touches zero.
+    """Return the test function of a grazing event: its guard just reaches zero.
 
-    The motion that ignores the event would be deepest below zero by ``g'^2/(2 g'')``, to the leading order, after
-    ``-g'/g''``. A contact that begins to slip with less friction than held it makes the orbits depend on this time, the
-    root of the depth.
+    With the event ignored, the guard would reach ``-g'^2/(2 g'')``, to leading order, after the time ``-g'/g''``. If
+    friction drops when a contact begins to slip, the orbits depend on this time, the square root of the depth.
     """
 
     def value(z: np.ndarray, passage: Passage) -> float:
         if condition.event >= len(passage.events):
-            raise NotFound("the event is missed")
+            raise NotFound("the event does not occur on this orbit")
         start, _, values = system.unpack(z)
         time, contact, before, after = passage.events[condition.event]
         guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
         size = 1.0 if before == 0 else guard_size(system, z, passage, slip_gap(contact))
         if not guard.bend > 0:
-            raise NotFound("the event is no graze")
+            raise NotFound("the guard crosses zero at the event instead of grazing it")
         depth = 0.5 * guard.rate**2 / (guard.bend * size)
         return condition.depth - (np.sqrt(depth) if before == 0 and system.flow.peaked(contact, values) else depth)
 
@@ -217,21 +216,21 @@ def _graze(system: System, condition: Condition) -> Test:
 
 
 def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
-    """Return when the slips of a contact end, and their directions."""
+    """Return the times at which slips of a contact end, and their directions."""
     return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
 
 
 def ignoring(flow: Flow, k: int, size: float) -> np.ndarray:
-    """Return the lift that makes a motion ignore guard k of `Passage.gaps`."""
+    """Return the guard shifts with which a motion ignores guard k of `Passage.gaps`."""
     lift = np.zeros(LIFTS * len(flow.contacts))
     lift[lift_of(contact_of_gap(k), slips=is_slip_gap(k))] = LIFTED * size
     return lift
 
 
 def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float:
-    """Return a size of guard k: for a slip the range of the velocities, for a bound what is left to both together.
+    """Return a size of guard k: of a slip, the range of the velocities; of a static bound, twice the bound.
 
-    That is twice the largest static friction, the largest of those at the start and where the contact begins to stick.
+    The bound is the largest static friction at the start and where the contact begins to stick.
     """
     flow, contact = system.flow, contact_of_gap(k)
     if is_slip_gap(k):
@@ -244,9 +243,9 @@ def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float
 
 
 def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
-    """Bisect along the branch for the place where a property of the orbits changes; return the orbits on both sides.
+    """Bisect along the branch for a change of a property of the orbits; return the orbits on both sides.
 
-    Where the orbits jump there may be none at a trial; then the first of the two ends before it.
+    Where the branch ends at a jump, a trial may have no orbit; it then counts as the other side.
     """
     start, chord = one.z, other.z - one.z
     low, high, mark = 0.0, 1.0, where(one.passage)

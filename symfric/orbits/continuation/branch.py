@@ -20,7 +20,7 @@ from symfric.theory.hopf import HopfPoint
 
 @dataclass(frozen=True, eq=False)
 class Special:
-    """A point of a branch where the orbits change their kind.
+    """A special point (bifurcation) of a branch of limit cycles.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Special:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Limit cycles in the order of the branch.
+    """A branch of limit cycles, in order along it.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ def continue_cycle(
     most: int = 1000,
     tolerance: float = 1e-13,
 ) -> Branch:
-    """Follow a limit cycle as a parameter changes, in both directions, to the ends of a span.
+    """Continue a limit cycle in a parameter, in both directions, to the ends of a span.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def _parameter_alone(system: System) -> np.ndarray:
 
 def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, tolerance: float) -> Branch:
     if start.parameter != name:
-        raise SceneError(f"the Hopf point is one of {start.parameter}, the branch is to follow {name}")
+        raise SceneError(f"the Hopf point is one in {start.parameter}; find one in {name} for this branch")
     system = _system(scene, name, span, None, tolerance)
     first, grows = birth(scene, system, start)
     walk = Walk(scene, system, span, most)
@@ -202,7 +202,7 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
 
 
 def _joined(scene: Scene, system: System, first: Point, back: Found, there: Found) -> Branch:
-    """Return the branch of two walks from one orbit, backward and forward."""
+    """Join two walks from one orbit, backward and forward, to a branch."""
     orbits = [*reversed(back.orbits), Placed(system, first), *there.orbits]
     special = [*reversed(back.special), *there.special]
     return Branch(

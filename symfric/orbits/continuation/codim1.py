@@ -1,4 +1,4 @@
-"""Curves of special points in two parameters: where in a plane a fold, a touch or a torus begins."""
+"""Curves of special points (fold, flip, Neimark-Sacker, stick onset, grazing) in the plane of two parameters."""
 
 from dataclasses import dataclass, field
 
@@ -16,9 +16,10 @@ from symfric.orbits.cycle import Orbit, orbit_of, read_guess
 from symfric.orbits.flow_map import flow_of
 from symfric.orbits.shooting import Point, System, null_of, solve
 
-_FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03  # of a step, in units of the spans, the period and the ranges of the states
-_NEARLY = 1e-3  # of the size of a guard
-_TURN = 0.9  # least cosine between the directions of two steps
+# step lengths in units of the spans, the period and the ranges of the states
+_FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03
+_NEARLY = 1e-3  # distance from grazing, relative to the guard's size, at which the curve ends
+_TURN = 0.9  # least cosine of the angle between consecutive steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +49,11 @@ class Curve:
     _base: Scene = field(repr=False)
 
     def orbit(self, k: int) -> Orbit:
-        """Return the orbit at point k."""
+        """Return the periodic orbit at point k of the curve."""
         return orbit_of(self._base, self._system, self._points[k])
 
     def at(self, value: float) -> np.ndarray:
-        """Return the values of the second parameter where the first one has a value, to the precision of the orbits.
+        """Return the values of the second parameter at a value of the first, with the precision of the orbits.
 
         Shape (number of passages,), in the order of the curve.
         """
@@ -107,7 +108,7 @@ def continue_special(
     most: int = 1000,
     tolerance: float = 1e-13,
 ) -> Curve:
-    """Follow a special point of a branch of limit cycles as two parameters change.
+    """Continue a special point of a branch of limit cycles in two parameters.
 
     Parameters
     ----------
@@ -167,7 +168,7 @@ def continue_special(
 
 
 def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
-    """Return the equations of the special point; of a touch with the guard in units of its size on the orbit."""
+    """Return the equations of the special point; for a touch, the guard is in units of its size on the orbit."""
     if condition.kind in TOUCHES and condition.guard < 0 and not condition.turn:
         raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
     if condition.guard < 0:
@@ -177,19 +178,19 @@ def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
 
 
 def _unit(system: System, place: int) -> np.ndarray:
-    """Return the direction of one unknown."""
+    """Return the unit vector of one unknown."""
     direction = np.zeros(len(system.flow.states) + system.free + 2)
     direction[place] = 1.0
     return direction
 
 
 def _exact(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
-    """Return the unknowns at the edge itself; see `at_the_edge`."""
+    """Return the unknowns at the grazing itself; see `at_the_edge`."""
     return point.z + at_the_edge(system, point, condition, normal)
 
 
 def _grazes(system: System, point: Point) -> bool:
-    """Whether a guard is nearly touched, so that the orbits beyond have other events."""
+    """Whether another guard is about to graze, beyond which the orbits have other events."""
     gaps = [k for k, gap in enumerate(point.passage.gaps) if abs(gap) < FAR]
     return any(abs(point.passage.gaps[k]) < _NEARLY * guard_size(system, point.z, point.passage, k) for k in gaps)
 

@@ -1,4 +1,4 @@
-"""Corners of a branch: orbits that touch a guard, beyond which it goes on with another sequence of events, or ends."""
+"""Discontinuity-induced bifurcations (corners): grazing points where a branch changes its events, or ends."""
 
 from collections import Counter
 from dataclasses import replace
@@ -23,16 +23,16 @@ from symfric.orbits.continuation.bifurcations import (
 from symfric.orbits.flow_map import Passage
 from symfric.orbits.shooting import Point, System, solve
 
-_BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # of the span: how far from a corner its other side is looked for
-_CLOSE = 0.3  # of the ranges of the states, the period and the span: corners farther away are others
-_HALT = 1e-3  # the same where the orbits end, and a walk stopped just before
-_GRAZES = 0.01  # of the size of a guard, or its root: how deep the motion would be below an event it all but misses
-_BEHIND = 1e-5  # of a step's unit: how far behind the walk a corner ahead of it may be found, by rounding
-_REACH = 3.0  # lengths of a step: how far from its ends the corner on it may be
+_BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # distances from a corner, relative to the span, at which its other side is sought
+_CLOSE = 0.3  # largest distance of a corner on this step, relative to the ranges, the period and the span
+_HALT = 1e-3  # the same where a walk stopped just before the end of a branch
+_GRAZES = 0.01  # depth of a grazing event relative to the guard's size (or its square root) that counts as near zero
+_BEHIND = 1e-5  # distance behind the walk, in step units, at which rounding may place a corner ahead of it
+_REACH = 3.0  # largest distance of a corner from the ends of its step, in step lengths
 
 
 class Corner(NamedTuple):
-    """An orbit where the events of a branch change, what holds there, and an orbit of the other side, if there is one.
+    """An orbit at which the events of a branch change, its condition, and an orbit of the other side, if there is one.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class Corner(NamedTuple):
     system : System
         Of the branch.
     point : Point
-        On the edge, or as near to it as the condition says.
+        At the grazing, or at the distance from it that the condition keeps.
     beyond : Point or None
     jump : bool
-        Whether the orbits of the other side are not near: static friction above kinetic friction makes a contact that
-        sticks at all stick for a while.
+        Whether the orbits of the other side are distant: with static friction above kinetic friction, sticking lasts a
+        finite time from its onset.
     """
 
     condition: Condition
@@ -55,12 +55,12 @@ class Corner(NamedTuple):
 
     @property
     def edge(self) -> np.ndarray:
-        """The unknowns on the edge, (n_z,)."""
+        """The unknowns at the grazing, (n_z,)."""
         return self.point.z + at_the_edge(self.system, self.point, self.condition)
 
     @property
     def value(self) -> float:
-        """Of the parameter there."""
+        """Value of the parameter at the grazing."""
         return float(self.edge[-1])
 
 
@@ -72,7 +72,7 @@ def corner_between(system: System, one: Point, other: Point, size: np.ndarray, s
     reach = _REACH * np.linalg.norm((other.z - one.z) / size)
 
     def lies_there(corner: Corner | None) -> TypeGuard[Corner]:
-        """Whether it is one on this step."""
+        """Whether a corner lies on this step."""
         if corner is None or not span[0] <= corner.value <= span[1]:
             return False
         return bool(max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach)
@@ -94,7 +94,7 @@ def corner_between(system: System, one: Point, other: Point, size: np.ndarray, s
 def corner_ahead(
     system: System, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
 ) -> Corner | None:
-    """Find the corner at which a walk came to a halt, and an orbit beyond it if there is one near.
+    """Find the corner at which a walk stopped, and an orbit beyond it if there is one nearby.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def corner_ahead(
     """
 
     def near(corner: Corner, most: float) -> bool:
-        """Whether a corner is ahead, and not far."""
+        """Whether a corner is ahead of the walk and close."""
         away = (corner.edge - point.z) / size
         return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
 
@@ -139,7 +139,7 @@ def corner_ahead(
 
 
 def _edges(system: System, point: Point, contact: int) -> list[Corner]:
-    """Return the orbits near one at which its family comes to an edge, whether or not the contact has other events."""
+    """Return the grazing orbits near a given one, whether or not the contact has other events."""
     n = len(slip_ends(point.passage, contact))
     found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
@@ -150,7 +150,7 @@ def _edges(system: System, point: Point, contact: int) -> list[Corner]:
 
 
 def _turned(system: System, near: Point, contact: int, which: int, kind: str) -> Corner | None:
-    """Return the orbit near one on which the end of a slip is on the edge between a stick and a reversal."""
+    """Return the nearby orbit on which the end of a slip is at the limit between a stick and a reversal."""
     values = system.unpack(near.z)[2]
     ends = [after for _, i, before, after in near.passage.events if i == contact and before]
     peaked = system.flow.peaked(contact, values)
@@ -166,9 +166,9 @@ def _turned(system: System, near: Point, contact: int, which: int, kind: str) ->
 
 
 def _touch(system: System, untouched: Point, condition: Condition) -> Corner | None:
-    """Return the orbit that touches a guard near one that does not, None if it is not found.
+    """Return the nearby orbit that touches a guard, None if it is not found.
 
-    Unless it is approached from its side, it is one that ignores the touch, so the contact must have no other events of
+    Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
     this kind.
     """
     if not condition.side and has_others(untouched.passage, condition.guard):
@@ -183,7 +183,7 @@ def _touch(system: System, untouched: Point, condition: Condition) -> Corner | N
 
 
 def _landing(system: System, point: Point) -> Corner | None:
-    """Return the orbit whose first event lies where its guard only just touches zero: beyond, it would be missed."""
+    """Return the nearby orbit whose first event is a grazing of its guard, beyond which the event is missed."""
     if not point.passage.events:
         return None
     _, contact, before, _ = point.passage.events[0]
@@ -198,7 +198,7 @@ def _landing(system: System, point: Point) -> Corner | None:
 
 
 def _grazes(system: System, point: Point) -> list[Corner]:
-    """Return the same of every other event, to the leading order, from the orbit itself."""
+    """Return the nearby orbits on which one of the other events is a grazing, to leading order."""
     found = []
     for k in range(1, len(point.passage.events)):
         condition = Condition("grazing", event=k)
@@ -216,7 +216,7 @@ def _grazes(system: System, point: Point) -> list[Corner]:
 
 
 def _without_sticking(system: System, point: Point, contact: int) -> Point | None:
-    """Return the orbit near one in which a contact sticks that ignores its zero slip."""
+    """Return the nearby orbit that ignores the zero slip at which a contact of the given orbit sticks."""
     if all(i != contact for _, i, _, _ in point.passage.events):
         return None
     k = slip_gap(contact)
@@ -228,7 +228,7 @@ def _without_sticking(system: System, point: Point, contact: int) -> Point | Non
 
 
 def _other_side(system: System, point: Point, corner: Point, size: np.ndarray) -> Point | None:
-    """Return an orbit near a corner whose events are not those of the side from which it was reached."""
+    """Return an orbit on the other side of a corner, with other events."""
     normal, mark = _parameter_alone(point), signature(point.passage)
     for distance in _BEYOND:
         for way in (1, -1):
@@ -247,7 +247,7 @@ def _parameter_alone(point: Point) -> np.ndarray:
 
 
 def _in_order(one: Point, other: Point) -> tuple[Point, Point]:
-    """Return the orbit with fewer events first: it does not touch."""
+    """Return the two orbits, the one with fewer events, which does not touch, first."""
     return (one, other) if len(one.passage.events) <= len(other.passage.events) else (other, one)
 
 
@@ -271,7 +271,7 @@ def _kind(untouched: Passage, touched: Passage) -> str:
 
 
 def _guards(point: Point, contact: int, system: System) -> list[int]:
-    """Return the guards of a contact that turn somewhere on the orbit, the nearest to zero first."""
+    """Return the guards of a contact that have a local minimum on the orbit, the nearest to zero first."""
     near = np.abs(point.passage.gaps)
     rows = [k for k in gaps(contact) if near[k] < FAR]
     return sorted(rows, key=lambda k: near[k] / guard_size(system, point.z, point.passage, k))

@@ -1,4 +1,4 @@
-"""Where a branch of limit cycles shrinks to steady sliding, and how it grows from there."""
+"""Ends of a branch of limit cycles at Hopf points, and branches that start there."""
 
 import numpy as np
 
@@ -9,15 +9,15 @@ from symfric.orbits.sizes import filled
 from symfric.theory import equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
 
-_SHARE = 0.02  # of the slips at the equilibrium that the first cycle uses up
-_GENTLE = 1e-3  # of the amplitude at which the growth that the cubic terms bring would be as fast as the vibration
-_REACH = 3.0  # half width of the bracket of a Hopf point, in distances to it
+_SHARE = 0.02  # slip amplitude of the first cycle, relative to the slips at the equilibrium
+_GENTLE = 1e-3  # first amplitude, relative to the one at which cubic terms give a growth rate equal to the frequency
+_REACH = 3.0  # half width of the bracket of a Hopf point, in units of its extrapolated distance
 
 
 def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarray]:
     """Return a small cycle near a Hopf point, and the direction in which the cycles grow, (n_z,).
 
-    The eigenvector comes from the flow over a quarter of the period: there its multiplier is i.
+    The eigenvector belongs to the multiplier i of the flow map over a quarter of the period.
     """
     if not system.free:
         raise SceneError("a scene whose forces depend on time has no Hopf point; start from one of its orbits")
@@ -26,7 +26,7 @@ def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarra
     values = {**system.values, at.parameter: at.value}
     multipliers, vectors = np.linalg.eig(flow.run(x, values, 0.25 * period).by_start)
     mode = vectors[:, int(np.argmin(np.abs(multipliers - 1j)))]
-    mode = mode / mode[0]  # `hopf` has seen that the first coordinate takes part
+    mode = mode / mode[0]  # `hopf` has checked that this entry is not zero
     slips = flow.slips(x, values)
     swing = np.max([np.abs(flow.slips(x + way, values) - slips) for way in (mode.real, mode.imag)], axis=0)
     size = np.min(_SHARE * np.abs(slips)[swing > 0] / swing[swing > 0], initial=np.inf)
@@ -41,14 +41,14 @@ def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarra
 
 
 def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.ndarray) -> HopfPoint | None:
-    """Return the Hopf point at which a branch ends, or None if it does not end at one.
+    """Return the Hopf point at the end of a branch, None if there is none.
 
     Parameters
     ----------
     scene : Scene
     parameter : str
     values, sizes : ndarray, shape (2,)
-        Of the last two cycles; the square of the size is nearly linear in the parameter.
+        Parameter and size of the last two cycles; the square of the size is nearly linear in the parameter.
     """
     squares = sizes**2
     guess = values[1] - squares[1] * (values[1] - values[0]) / (squares[1] - squares[0])

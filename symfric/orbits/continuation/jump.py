@@ -1,4 +1,4 @@
-"""Where a branch goes on after its orbits end: what the motion settles to beyond a jump."""
+"""Continuation beyond a jump: the orbit to which the motion settles after a branch ends."""
 
 from dataclasses import replace
 
@@ -11,13 +11,13 @@ from symfric.orbits.continuation.bifurcations import signature
 from symfric.orbits.cycle import limit_cycle, read_guess
 from symfric.orbits.shooting import Point, System, solve
 
-_BEYOND = (1e-6, 1e-4)  # of the span: how far behind the end
+_BEYOND = (1e-6, 1e-4)  # distances beyond the end, relative to the span
 
 
 def settled_beyond(
     scene: Scene, system: System, end: Point, value: float, way: float, span: tuple[float, float]
 ) -> tuple[System, Point] | None:
-    """Return the orbit to which the last orbit of a family settles a little beyond its end; None if to none.
+    """Return the orbit to which the motion settles just beyond the last orbit of a branch; None if to none.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One walk along a branch of closed orbits: predictor, corrector, step control, and what is met on the way."""
+"""One walk along a branch of periodic orbits: predictor, corrector, step control, and detection of special points."""
 
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -14,24 +14,26 @@ from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
 from symfric.orbits.shooting import Point, System, solve
 
-_FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03  # of a step, in units of the span, the period and the ranges of the states
-_TURN = 0.95  # least cosine between the directions of two steps on one smooth piece
-_SMALL, _SMALLEST = 0.2, 0.03  # of the largest half range: where an end is looked for, and where the walk stops
-_RECENT = 3  # orbits that are near the new one because the walk was just there
-_SAME = 1e-7  # of the ranges of the states: orbits that are one
-_ENDS = ("lost", "jump", "grazing")  # of a walk that found no further orbit
-_NEAR_START = 0.02  # part of the period: events so near to the start of the orbit make it move
+# step lengths in units of the span, the period and the ranges of the states
+_FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
+_TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
+# sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
+_SMALL, _SMALLEST = 0.2, 0.03
+_RECENT = 3  # number of last orbits not compared with the new one when detecting a closed branch
+_SAME = 1e-7  # difference relative to the ranges of the states up to which two orbits count as one
+_ENDS = ("lost", "jump", "grazing")  # reasons for ending without a further orbit
+_NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if an event is so close to it
 
 
 class Placed(NamedTuple):
-    """An orbit with the equations that it solves: beyond a jump it may take another number of excitations."""
+    """An orbit with its equations; beyond a jump it may take another number of excitation periods."""
 
     system: System
     point: Point
 
 
 class Met(NamedTuple):
-    """A special point: what holds there, the orbit, the value of the parameter, and whether the orbits jump."""
+    """A special point: its condition, orbit and parameter value, and whether the orbits jump there."""
 
     condition: Condition
     orbit: Placed
@@ -41,7 +43,7 @@ class Met(NamedTuple):
 
 @dataclass
 class Found:
-    """What a walk met, in order; why it ended."""
+    """Result of a walk: orbits and special points in order, and why it ended."""
 
     orbits: list[Placed] = field(default_factory=list)
     special: list[Met] = field(default_factory=list)
@@ -49,7 +51,7 @@ class Found:
 
 
 class Walk:
-    """Walks along a branch.
+    """Walks along one branch of periodic orbits.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ class Walk:
         self._largest = np.zeros(len(system.flow.states))
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
-        """Walk from an orbit in a direction of its unknowns, (n_z,), to the end of the branch or of the span."""
+        """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
         found, point, step, hopf = Found(), start, _FIRST, None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
         while len(found.orbits) < self._most and not found.end:
@@ -99,7 +101,7 @@ class Walk:
         return units(self._system, point, self._limits, self._largest)
 
     def _advance(self, found: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
-        """Return the next orbit, the direction there, and the next step; note what lies between."""
+        """Return the next orbit, the direction there, and the next step length; record special points in between."""
         size, span = self._units(point), tuple(self._limits[0])
         while True:
             new, ends = step_along(self._system, point, way, step, size, self._limits)
@@ -127,7 +129,7 @@ class Walk:
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _beyond(self, found: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
-        """Go on behind a corner at which the walk came to a halt: near it, or where the motion settles."""
+        """Continue beyond a corner at which the walk stopped, on a nearby orbit or the one the motion settles to."""
         if corner.beyond is not None:
             self._note_corner(found, corner, point)
             return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.point.z), _FIRST
@@ -150,7 +152,7 @@ class Walk:
             found.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
 
     def _note_smooth(self, found: Found, one: Point, other: Point, way: np.ndarray, ahead: np.ndarray) -> None:
-        """Note folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
+        """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
             signs = (way[-1], ahead[-1]) if kind == "fold" else (test(p.passage, free) for p in (one, other))
@@ -171,7 +173,7 @@ class Walk:
         return between(self._system, one, other, lambda passage: SMOOTH[kind](passage, free) > 0)[0]
 
     def _hopf_ahead(self, before: Point, point: Point):
-        """Return the Hopf point at which shrinking orbits will end, or None."""
+        """Return the Hopf point towards which the orbits shrink, or None."""
         sizes = np.array([p.passage.ranges[0] for p in (before, point)])
         if not self._system.free or sizes[1] >= sizes[0] or sizes[1] > _SMALL * self._largest[0]:
             return None
@@ -179,9 +181,9 @@ class Walk:
         return vanishing_point(self._scene, name, np.array([before.z[-1], point.z[-1]]), sizes)
 
     def _passed_again(self, trail: list[Placed], new: Point) -> int | None:
-        """Return the first orbit of the walk behind which it passes a second time, None if there is none.
+        """Return the index of the orbit that a closed branch has passed again, None if it has not.
 
-        A branch does so if it is closed, and at its start then.
+        A closed branch passes its start first.
         """
         marks = np.array([_marks(old) for old in trail])
         mark = _marks(Placed(self._system, new))
@@ -197,7 +199,7 @@ class Walk:
         return None
 
     def _is_same(self, old: Placed, new: Point) -> bool:
-        """Whether the orbit near an old one, with the parameter of a new one, is that."""
+        """Whether the orbit near an old one, at the parameter of a new one, equals the new one."""
         alone = np.append(np.zeros(new.z.size - 1), 1.0)
         try:
             there = solve(old.system, np.append(old.point.z[:-1], new.z[-1]), alone, most=8)
@@ -208,7 +210,7 @@ class Walk:
         return bool(np.all(apart[: size.size] <= _SAME * size))
 
     def _moved(self, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray]:
-        """Return the same orbit with its start in the middle of its longest stretch without events, if one is near."""
+        """Move the start of an orbit that is close to an event to the middle of the longest stretch without events."""
         system, n = self._system, len(self._system.flow.states)
         start, period, values = system.unpack(point.z)
         times = np.array([e[0] for e in point.passage.events])
@@ -224,7 +226,7 @@ class Walk:
 
 
 def _marks(orbit: Placed) -> np.ndarray:
-    """Return what tells orbits apart: extremes, the parameter, and the period or, of forced ones, the start."""
+    """Return numbers that identify an orbit: extremes, parameter, and the period or, if forced, the start."""
     passage, z = orbit.point.passage, orbit.point.z
     n = passage.low.size
     return np.concatenate([passage.low, passage.high, z[n:] if orbit.system.free else z])
