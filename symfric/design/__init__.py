@@ -1,4 +1,4 @@
-"""Optimal design of excitation and dampers; every result is checked on the full event-driven model."""
+"""Optimal design of excitations, dampers, isolators and controls, each verified on the event-driven model."""
 
 from symfric.design.absorber.classic import absorber
 from symfric.design.contact_damper import contact_damper

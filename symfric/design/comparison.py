@@ -1,21 +1,21 @@
-"""What a design promises beside what the event-driven model does."""
+"""Comparison of predicted quantities of a design with the event-driven model."""
 
 from dataclasses import asdict, dataclass
 
 
 @dataclass(frozen=True)
 class Compared:
-    """One quantity at an optimum.
+    """A predicted and a computed value of one quantity at an optimum.
 
     Attributes
     ----------
     quantity : str
     predicted, computed : float
-        Of the design's own model; of the event-driven one.
+        Value of the design's own model; value of the event-driven model.
     tolerance : float
         Largest difference that counts as agreement, relative to the predicted value, or to `size` if that is larger.
     size : float
-        What counts as a large value of the quantity, in its unit.
+        Scale of the quantity, in its unit.
     """
 
     quantity: str
@@ -26,20 +26,20 @@ class Compared:
 
     @property
     def agrees(self) -> bool:
-        """Whether they are the same within the tolerance; NaN agrees with nothing."""
+        """Whether both values agree within the tolerance; False if one is NaN."""
         if self.predicted == self.computed:
             return True
         return bool(abs(self.computed - self.predicted) <= self.tolerance * max(self.size, abs(self.predicted)))
 
     @property
     def words(self) -> str:
-        """The comparison in one line."""
+        """The comparison as one line of text."""
         return f"{self.quantity}: predicted {self.predicted:.8g}, computed {self.computed:.8g}"
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What the event-driven model does at an optimum.
+    """Verification of an optimum: several quantities compared with the event-driven model.
 
     Attributes
     ----------
@@ -50,16 +50,16 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Whether every row does."""
+        """Whether all quantities agree."""
         return all(row.agrees for row in self.rows)
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """The rows that do not, in words."""
+        """The quantities that do not agree, as lines of text."""
         return tuple(row.words for row in self.rows if not row.agrees)
 
     def __getitem__(self, quantity: str) -> Compared:
-        """Return the row of a quantity."""
+        """Return the comparison of one quantity."""
         return {row.quantity: row for row in self.rows}[quantity]
 
     def to_dict(self) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Shortest decay of a rod that a contact brings to rest: friction, stiffness and damping within bounds.
+"""Shortest decay time of a rod braked by a contact: optimal friction, stiffness and damping within bounds.
 
 The rod stops at a turning point, so the decay time jumps wherever a turning point just reaches the stick limit. Between
 the jumps it is smooth: the time of the N-th turning point, where the N-th one sticks. Each piece is a smooth problem of
@@ -24,28 +24,28 @@ from symfric.solve.routes import Program, prepare, simulate
 from symfric.theory.decay import damper_numbers, decisions
 
 VARIED = ("f_n", "mu_m", "zeta", "r", "v_c")
-POINTS = {1: 1001, 2: 45, 3: 13, 4: 7, 5: 5}  # of the survey, along each parameter, by their number
+POINTS = {1: 1001, 2: 45, 3: 13, 4: 7, 5: 5}  # survey points along each parameter, by the number of parameters
 TOLERANCE = 1e-12
-STARTS = 3  # places of the survey from which a piece is optimised
-WORTH = 1.6  # times the shortest time of the survey: pieces that begin above it are left out
-TURNS = 6  # of polls around the best place, and of optimising its piece again
-STEP = 1e-6  # of differences, over the width of the bounds
-SAFE = 1e-10  # of the stick limit: so far within it the last turning point lies at least, for other solvers' rounding
-BESIDE = (1e-6, 1e-4, 1e-2)  # of the bounds: designs beside an optimum
-JUST = 1e-9  # of the stick limit: a turning point this near it is at the jump
+STARTS = 3  # points of the survey from which a piece is optimised
+WORTH = 1.6  # time relative to the shortest of the survey above which a piece is not searched
+TURNS = 6  # most rounds of polling around the best point and optimising its piece again
+STEP = 1e-6  # finite-difference step relative to the width of the bounds
+SAFE = 1e-10  # least distance of the last turning point within the stick limit, relative to it, against rounding
+BESIDE = (1e-6, 1e-4, 1e-2)  # distances of the neighbouring designs, relative to the bounds
+JUST = 1e-9  # distance of a turning point from the stick limit, relative to it, that counts as at the jump
 
 
 @dataclass(frozen=True)
 class Decay:
-    """One motion until it rests.
+    """A motion until rest, by its turning points.
 
     Attributes
     ----------
     t, margin : tuple of float
-        Times of the turning points up to the one that sticks, the start first if it is at rest; how far each lies
-        beyond the stick limit, over it: it sticks where that is 0 or negative.
+        Times of the turning points up to the one that sticks, beginning with the start if it is at rest; distance of
+        each beyond the stick limit, relative to it: the rod sticks where that is 0 or negative.
     x : float
-        Where the rod stays.
+        Final position of the rod.
     """
 
     t: tuple[float, ...]
@@ -59,7 +59,7 @@ class Decay:
 
     @property
     def turns(self) -> int:
-        """Number of turning points, the start apart if the rod starts at rest."""
+        """Number of turning points, not counting a start at rest."""
         return len(self.t) - (self.t[:1] == (0.0,))
 
 
@@ -77,7 +77,7 @@ class Damper:
     seen: dict = field(default_factory=dict)
 
     def values(self, p: np.ndarray) -> dict[str, float]:
-        """Return the parameters."""
+        """Return the parameters at a point of the unit cube."""
         inner = self.low + np.clip(p, 0.0, 1.0) * (self.high - self.low)
         return dict(zip(self.names, np.clip(inner, self.low, self.high).tolist(), strict=True))
 
@@ -87,7 +87,7 @@ class Damper:
         return n["mu_m"] * n["r"] * n["g"] / (2 * np.pi * n["f_n"]) ** 2
 
     def __call__(self, p: np.ndarray) -> Decay:
-        """Run."""
+        """Simulate the motion at a point of the unit cube."""
         key = tuple(np.clip(p, 0.0, 1.0).tolist())
         if key not in self.seen:
             run = self.program.run(values=self.values(np.array(key))).checked()
@@ -98,12 +98,12 @@ class Damper:
             x = run(np.array(times))[0] if times else np.array([])
             margin = np.abs(x) / limit - 1 if limit > 0 else np.full(x.size, np.inf)
             if times and not (run.events and run.events[-1].after != 0) and run.final[1] == 0:
-                margin[-1] = min(margin[-1], 0.0)  # the solver has it stick: what rounding leaves above 0 is none
+                margin[-1] = min(margin[-1], 0.0)  # the solver found sticking, so a positive margin is rounding
             self.seen[key] = Decay(tuple(times), tuple(margin.tolist()), float(run.final[0]))
         return self.seen[key]
 
     def shortfall(self, p: np.ndarray, n: int) -> float:
-        """Return how far turning point n misses what is asked of it; of the one that sticks if that comes before."""
+        """Return by how much turning point n, or an earlier one that sticks, violates residual and margin."""
         decay = self(p)
         if not decay.t:
             return np.inf
@@ -114,14 +114,14 @@ class Damper:
         return miss
 
     def good(self, decay: Decay) -> bool:
-        """Whether a motion stops as it should."""
+        """Whether a motion stops within the allowed residual and margin."""
         return decay.time < np.inf and decay.margin[-1] <= -self.margin and abs(decay.x) <= self.residual * (1 + 1e-12)
 
 
 def contact_damper(
     scene: Scene, bounds: Mapping[Key, tuple[float, float]], *, residual: float = np.inf, margin: float = 0.0
 ) -> Design:
-    """Find the friction, stiffness and damping with which a contact brings a rod to rest soonest.
+    """Find friction, stiffness and damping of the shortest decay of a rod braked by a contact.
 
     Parameters
     ----------
@@ -180,12 +180,13 @@ def _read(scene: Scene, bounds, residual, margin) -> Damper:
     if not residual > 0:
         raise SceneError(f"residual is {residual:g}; it must be positive")
     if not 0 <= finite(margin, "margin") < 1:
-        raise SceneError(f"margin is {margin:g}; it is a share of the stick limit, from 0 to less than 1")
+        raise SceneError(f"margin is {margin:g}; it is a fraction of the stick limit, from 0 to less than 1")
     corners = (dict(zip(given, c, strict=True)) for c in itertools.product(*zip(low, high, strict=True)))
     longest = max(scenes.contact_damper(**{**numbers, **corner}).horizon for corner in corners)
     x, u = scene.system.states
-    start = {x: numbers["x0"], u: numbers["v0"]}  # numbers, for a start that depends on parameters is slow to change
-    scene = scene.where(dict(zip(given, high, strict=True))).starting(start)  # nothing is left out for being zero
+    start = {x: numbers["x0"], u: numbers["v0"]}  # as numbers: a start that depends on parameters is slow to change
+    # not zero, so that no parameter is dropped
+    scene = scene.where(dict(zip(given, high, strict=True))).starting(start)
     program = prepare(scene.until(longest).wanting({"path": Trajectory()}), TOLERANCE)
     return Damper(
         program, tuple(given), np.array(low), np.array(high), numbers, max(float(margin), SAFE), float(residual)
@@ -193,7 +194,7 @@ def _read(scene: Scene, bounds, residual, margin) -> Damper:
 
 
 def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
-    """Return the place of the shortest decay: the survey, then every piece that may beat it."""
+    """Return the point of the shortest decay: a survey, then an optimisation of every piece that may improve on it."""
     decays = [damper(p) for p in grid]
     good = [k for k, d in enumerate(decays) if damper.good(d)]
     best = grid[min(good, key=lambda k: decays[k].time)] if good else None
@@ -206,7 +207,8 @@ def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
                 continue
             pieces.setdefault(n, []).append(k)
     for n in sorted(pieces):
-        index = {k: len(decays[k].t) - decays[k].turns + n - 1 for k in pieces[n]}  # of turning point n
+        # index of turning point n in each motion
+        index = {k: len(decays[k].t) - decays[k].turns + n - 1 for k in pieces[n]}
         first = min(decays[k].t[min(index[k], len(decays[k].t) - 1)] for k in pieces[n])
         if first > WORTH * shortest:
             break
@@ -219,7 +221,7 @@ def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
 
 
 def _polled(damper: Damper, best: np.ndarray, reach: float) -> np.ndarray:
-    """Return a place that none around it beats; from each better one its piece is optimised again."""
+    """Improve a point by polling around it, and optimise its piece again after each improvement."""
 
     def merit(p: np.ndarray) -> tuple[float, float]:
         decay = damper(p)
@@ -238,12 +240,12 @@ def _polled(damper: Damper, best: np.ndarray, reach: float) -> np.ndarray:
 
 
 def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
-    """Return the place near a start where turning point n sticks and comes soonest; None if it does not stick."""
+    """Return the point near a start where turning point n sticks at the least time; None if it does not stick."""
     from scipy.optimize import minimize
 
     size = len(start)
     if not np.isfinite(damper.shortfall(start, n)):
-        return None  # without friction nothing sticks
+        return None  # no sticking without friction
 
     def time(p):
         decay = damper(p)
@@ -271,7 +273,7 @@ def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
 
 
 def _pulled_in(damper: Damper, start: np.ndarray, p: np.ndarray, n: int) -> np.ndarray | None:
-    """Return the place nearest to p, on the way towards smaller margins, at which the motion stops as asked."""
+    """Return the point nearest to p, towards smaller margins, at which the motion stops within residual and margin."""
     if damper.good(damper(p)):
         return p
     step = STEP * np.eye(len(p))
@@ -294,10 +296,10 @@ def _missing(damper: Damper, grid: list[np.ndarray]) -> str:
     decay, values = damper(closest), ", ".join(f"{k} = {v:.6g}" for k, v in damper.values(closest).items())
     if decay.time == np.inf:
         return f"no values within the bounds bring the rod to rest within {damper.program.scene.horizon:.6g} s"
-    words = f"no motion stops as asked; {values} comes closest: it stays at {decay.x:.6g} m"
+    words = f"no motion meets the residual and the margin; {values} comes closest: it stays at {decay.x:.6g} m"
     if abs(decay.x) > damper.residual:
         return f"{words}, {abs(decay.x) - damper.residual:.6g} m beyond the residual allowed"
-    return f"{words}, within the stick limit by {-decay.margin[-1]:.6g} of it, and {damper.margin:g} is asked"
+    return f"{words}, within the stick limit by {-decay.margin[-1]:.6g} of it, less than the margin {damper.margin:g}"
 
 
 def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
@@ -308,7 +310,7 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
     if abs(decay.margin[-1] + damper.margin) < JUST:
         words = f"within the stick limit by the margin of {damper.margin:g}"
         if damper.margin == SAFE:
-            words = f"just sticks; a hair beyond, the decay takes {_beyond(damper, p):.9g}"
+            words = f"just sticks; a change of 1e-6 of the bounds beyond, the decay takes {_beyond(damper, p):.9g}"
         active.append(f"turning point {decay.turns} {words}")
     if np.isfinite(damper.residual) and abs(abs(decay.x) - damper.residual) <= 1e-8 * damper.residual:
         active.append("residual at its limit")
@@ -328,7 +330,7 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
 
 
 def _beside(damper: Damper, p: np.ndarray) -> list[Neighbour]:
-    """Return the designs a little and a little more beside a place, along each parameter."""
+    """Return the neighbours of a design along each parameter, at several distances."""
     found = []
     for k, (name, step) in itertools.product(range(len(p)), itertools.product(("smaller", "larger"), BESIDE)):
         q = p.copy()
@@ -343,13 +345,13 @@ def _beside(damper: Damper, p: np.ndarray) -> list[Neighbour]:
 
 
 def _beyond(damper: Damper, p: np.ndarray) -> float:
-    """Return the largest decay time a hair beside a place: what the jump costs."""
+    """Return the largest decay time at the nearest neighbours: the cost of the jump."""
     steps = np.concatenate([np.eye(len(p)), -np.eye(len(p))]) * 1e-6
     return max(damper(np.clip(p + d, 0, 1)).time for d in steps)
 
 
 def _curve(damper: Damper, p: np.ndarray) -> Curve:
-    """Return the decay time along the first parameter."""
+    """Return the curve of the decay time over the first parameter."""
     places = np.unique(np.append(np.linspace(0, 1, 201), p[0]))
     y = np.array([damper(np.array([e, *p[1:]])).time for e in places])
     x = damper.low[0] + places * (damper.high[0] - damper.low[0])

@@ -1,4 +1,4 @@
-"""Improve a design by comparing it with designs around it, without derivatives."""
+"""Derivative-free pattern search around a design."""
 
 import itertools
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 _SEED = 17
-_RANDOM = 2  # directions drawn at random in each poll, for each parameter
+_RANDOM = 2  # random directions in each poll, per parameter
 _GROW, _SHRINK = 2.0, 0.4
 
 
@@ -18,12 +18,12 @@ def ways(size: int) -> np.ndarray:
 def polished(
     merit: Callable[[np.ndarray], tuple[float, ...]], point: np.ndarray, reach: float, least: float
 ) -> np.ndarray:
-    """Return a point of the unit cube that no point around it beats, at distances from `reach` down to `least`.
+    """Return a local minimum in the unit cube, by polling at distances from `reach` down to `least`.
 
     Parameters
     ----------
     merit : callable
-        What is compared, smaller is better; such as (violation, cost).
+        Function to minimise; values are compared, such as (violation, cost).
     point : ndarray, shape (n,)
     reach, least : float
         First and last distance.

@@ -1,4 +1,4 @@
-"""A drawn slide that neither sticks and slips nor overruns its drive's stop: one parameter, over a range of speeds."""
+"""Least positioning error of a driven slide without stick-slip over a range of speeds, by one parameter."""
 
 from dataclasses import dataclass, replace
 
@@ -15,21 +15,21 @@ from symfric.solve.routes import simulate
 from symfric.theory.drive import excess, positioning_error, threshold
 
 VARIED = ("sigma", "mu1", "mu2", "epsilon")
-COARSE, FINE, VALUES = 13, 97, 65  # of the surveys from which worst speeds and best values are polished
-BESIDE = 1e-3  # of the static friction, or of the bounds: how far within the threshold the full model is run
-SHARES = (1e-6, 1e-4, 1e-2)  # of the bounds: designs beside the optimum
-CHECKED = 5  # speeds over the range at which the full model is run, beside those that decide
-STRONG = 1e6  # friction difference beyond which nobody looks
+COARSE, FINE, VALUES = 13, 97, 65  # survey points of speeds (coarse, fine) and of parameter values
+BESIDE = 1e-3  # distance within the threshold at which the full model is run, relative to epsilon or the bounds
+SHARES = (1e-6, 1e-4, 1e-2)  # distances of the neighbouring designs, relative to the bounds
+CHECKED = 5  # speeds over the range at which the full model is run, besides the critical ones
+STRONG = 1e6  # friction difference that counts as unbounded
 
 
 @dataclass(frozen=True)
 class Slide:
-    """The numbers of `symfric.scenes.drive_slide`, forces over ``m omega_n v*``.
+    """Parameters of `symfric.scenes.drive_slide`, forces over ``m omega_n v*``.
 
     Attributes
     ----------
     mu1, mu2 : float
-        Half the slopes without the damper.
+        Half the slopes of the friction characteristic without the damper.
     epsilon, sigma : float
     damper : str
     """
@@ -41,7 +41,7 @@ class Slide:
     damper: str
 
     def threshold(self, V: float) -> float:
-        """Return the friction difference from which the slide sticks and slips at a speed V = v/v*."""
+        """Return the least friction difference with stick-slip at a speed V = v/v*."""
         return threshold(self.mu1 + self.sigma, self.mu2 + self.sigma, 1 / V - 1)
 
     def excess(self, V: float) -> float:
@@ -55,7 +55,7 @@ class Slide:
         return positioning_error(mu1, mu2, self.excess(V), epsilon=self.epsilon).value
 
     def slack(self, V: float) -> float:
-        """Return -1 to 1, not negative if there is no stick-slip at V; 1 where no friction is strong enough.
+        """Return a test function of stick-slip at V, from -1 to 1, negative with stick-slip.
 
         A threshold of zero means that the slide sticks again after every release, also without a static excess.
         """
@@ -67,7 +67,7 @@ class Slide:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A parameter of a slide, the speeds it must do for, and at how many of them a search for the worst one begins."""
+    """A design parameter of a slide, the range of speeds, and the number of survey speeds."""
 
     numbers: dict
     name: str
@@ -75,11 +75,11 @@ class Problem:
     survey: int = COARSE
 
     def at(self, value: float) -> Slide:
-        """Return the slide with a value of the parameter."""
+        """Return the slide for a value of the parameter."""
         return Slide(**{**self.numbers, self.name: float(value)})
 
     def nearest(self, value: float) -> tuple[float, float]:
-        """Return the speed nearest to stick-slip, or deepest in it, and the slack there."""
+        """Return the speed of least slack, and the slack."""
         from scipy.optimize import minimize_scalar
 
         slide, V = self.at(value), np.geomspace(*self.speeds, self.survey)
@@ -98,7 +98,7 @@ class Problem:
         return self.nearest(value)[1]
 
     def furthest(self, value: float) -> float:
-        """Return the speed of the largest lambda, which is that of the largest error.
+        """Return the speed of the largest lambda, where the error is largest too.
 
         lambda is linear in V below and above 1, and a stronger push carries the slide further: paths do not cross.
         """
@@ -107,7 +107,7 @@ class Problem:
         return max([low, high, *([1.0] if low < 1 < high else [])], key=slide.excess)
 
     def push(self, value: float) -> float:
-        """Return the largest lambda over the speeds, less the static excess that holds it."""
+        """Return the largest lambda over the speeds, less the static excess epsilon."""
         slide = self.at(value)
         return slide.excess(self.furthest(value)) - slide.epsilon
 
@@ -117,7 +117,7 @@ class Problem:
 
 
 def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speeds: tuple[float, float]) -> Design:
-    """Find the least positioning error of a drawn slide that does not stick and slip at any speed of a range.
+    """Find the least positioning error of a driven slide without stick-slip at any speed of a range.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
         raise SceneError(f"the lower bound of {problem.name} is {low:g}; it must not be negative")
     value = _best(problem, low, high)
     fine = replace(problem, survey=FINE)
-    if fine.slack(value) < problem.slack(value) - 1e-9:  # the coarse survey has missed a speed
+    if fine.slack(value) < problem.slack(value) - 1e-9:  # the coarse survey missed a speed
         problem, value = fine, _best(fine, low, high)
     return _design(scene, problem, (low, high), value)
 
@@ -177,7 +177,7 @@ def _best(problem: Problem, low: float, high: float) -> float:
 def _problem(scene: Scene, parameter: Key, speeds) -> Problem:
     name = name_of(parameter)
     if name not in VARIED:
-        raise SceneError(f"{name} is no parameter that positioning varies; it takes {', '.join(VARIED)}")
+        raise SceneError(f"{name} is not a parameter that positioning can vary; give one of {', '.join(VARIED)}")
     low, high = (finite(e, "a speed") for e in speeds)
     if not 0 < low <= high:
         raise SceneError(f"speeds is ({low:g}, {high:g}); give speeds over v*, the lower one first and positive")
@@ -224,7 +224,7 @@ def _positive_pieces(function, grid: np.ndarray, y: np.ndarray) -> list[tuple[fl
 
 
 def _inner(brentq, function, outside: float, inside: float) -> float:
-    """Return the place next to a zero, or to a jump, at which the function is not negative."""
+    """Bisect a zero or a jump of a function; return the end at which it is not negative."""
     root = brentq(function, outside, inside, xtol=1e-15, rtol=1e-14)
     if function(root) >= 0:
         return root
@@ -260,11 +260,11 @@ def _missing(problem: Problem, value: float) -> str:
     limit = slide.threshold(V)
     if limit == 0:
         return (
-            f"the slide sticks and slips whatever {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
-            f"closest, and at V = {V:.6g} it sticks again after every release, however small its epsilon"
+            f"stick-slip for every {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
+            f"closest, and at V = {V:.6g} the slide sticks again after every release, for any epsilon > 0"
         )
     return (
-        f"the slide sticks and slips whatever {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
+        f"stick-slip for every {problem.name} within its bounds: {problem.name} = {value:.6g} comes "
         f"closest, and at V = {V:.6g} its epsilon = {slide.epsilon:.6g} exceeds the threshold {limit:.6g} by "
         f"{slide.epsilon - limit:.6g}"
     )
@@ -290,7 +290,7 @@ def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: 
 
 
 def _beside(problem: Problem, bounds: tuple[float, float], value: float) -> list[Neighbour]:
-    """Return the designs a little beside a value, within the bounds."""
+    """Return the neighbouring designs within the bounds."""
     found = []
     for word, sign in (("smaller", -1), ("larger", 1)):
         for share in SHARES:
@@ -302,15 +302,15 @@ def _beside(problem: Problem, bounds: tuple[float, float], value: float) -> list
 
 
 def _on_jump(problem: Problem, bounds: tuple[float, float], value: float) -> bool:
-    """Whether stick-slip begins beside a value although there is slack at it."""
+    """Whether stick-slip begins right beside a value, although there is slack at the value."""
     step = 1e-9 * (bounds[1] - bounds[0])
     return any(problem.slack(e) < 0 for e in (value - step, value + step) if bounds[0] <= e <= bounds[1])
 
 
 def _sticking(scene: Scene, problem: Problem, bounds: tuple[float, float], value: float) -> list[Compared]:
-    """Run the full model over the speeds: released from rest, does the slide stick again?
+    """Verify on the full model, over the speeds, that the slide does not stick again after its release from rest.
 
-    It does so a little within the threshold, with less static friction, or, without any, a little away from the value
+    The runs are slightly within the threshold: with less static friction or, without any, slightly away from the value
     at which stick-slip begins.
     """
     slide, name = problem.at(value), problem.name
@@ -331,10 +331,11 @@ def _sticking(scene: Scene, problem: Problem, bounds: tuple[float, float], value
 
 
 def _stopped(slide: Slide, V: float) -> Compared:
-    """Run the full model after a stop of the drive: how far does the slide overrun?"""
+    """Verify the positioning error on the full model, after a stop of the drive."""
     mu1, mu2 = slide.mu1 + slide.sigma, slide.mu2 + slide.sigma
     lam = slide.excess(V)
     computed = 0.0
-    if lam > -4 * max(1.0, -mu1):  # else the spring pulls back, which the friction of the ready scene holds
+    # otherwise the spring pulls back, and the friction of the ready scene holds the slide
+    if lam > -4 * max(1.0, -mu1):
         computed = simulate(scenes.drive_stop(mu1=mu1, mu2=mu2, lam=lam, epsilon=slide.epsilon), 1e-12)["error"]
     return Compared(f"positioning error at V = {V:.6g}", slide.error(V), float(computed), 1e-8, size=1.0)

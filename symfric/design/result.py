@@ -1,4 +1,4 @@
-"""What every design returns."""
+"""Result of a design."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -13,14 +13,14 @@ from symfric.model.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The condition that limits a design, over what it must hold for.
+    """The limiting condition of a design, as a curve over the variable for which it must hold.
 
     Attributes
     ----------
     x, y : ndarray, shape (n,)
         NaN in `y` separates branches.
     level : float
-        Where the condition is active.
+        Limit of the condition.
     xlabel, ylabel : str
     marks : tuple of float
         Values of `x` where the condition is active.
@@ -35,7 +35,7 @@ class Curve:
 
 
 class Checked(Protocol):
-    """What the full model does at an optimum."""
+    """Base of the verification of an optimum on the full model."""
 
     @property
     def agrees(self) -> bool:
@@ -43,7 +43,7 @@ class Checked(Protocol):
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """What does not, each in one line; empty if `agrees`."""
+        """Disagreements, one line of text each; empty if `agrees`."""
 
     def to_dict(self) -> dict:
         """Return plain data."""
@@ -51,20 +51,20 @@ class Checked(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design:
-    """An optimum and what the full model says of it.
+    """An optimum and its verification on the full model.
 
     Attributes
     ----------
     values : dict of str to float
         By the names of the parameters that were optimised.
     objective : float
-        What was minimised, at the optimum.
+        Objective at the optimum.
     active : tuple of str
         Conditions and bounds that hold with equality.
     scene : Scene
         The given one with `values`.
     check : object
-        What the full event-driven model does at the optimum; has ``agrees``, ``to_dict()`` and a readable ``str``.
+        Verification on the full event-driven model; has ``agrees``, ``to_dict()`` and a readable ``str``.
     status : str
         "optimal": the requirement holds on the full model, and designs beside it are worse or violate a condition;
         "infimum": likewise, but the conditions hold for parameters as near to `values` as one likes, not at them;

@@ -1,4 +1,4 @@
-"""How much damping the limit cycles of a system ask for, as a curve over the speeds."""
+"""The damping that the limit cycles of a system require, as a curve over the speeds."""
 
 from dataclasses import dataclass, replace
 
@@ -13,17 +13,17 @@ from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
 from symfric.orbits.continuation.codim1 import Curve, continue_special
 from symfric.orbits.cycle import Orbit
 
-_NEIGHBOUR = 0.25  # of the range of speeds: distance within which runs look for the worst speed
-_TRIES = 10  # speeds of that search
-SLOWEST = 1e-4  # of the highest speed: what runs look at
-_SURVEY = 13  # dampings from which a bisection on runs begins
-_CLOSE = 1e-6  # of the damping: where it ends
-_ALIKE = 1e-4  # of a half range, and of a damping: so near to it the limit is followed
+_NEIGHBOUR = 0.25  # distance, relative to the range of speeds, within which runs search for the worst speed
+_TRIES = 10  # most speeds of that search
+SLOWEST = 1e-4  # slowest speed of runs, relative to the highest
+_SURVEY = 13  # number of dampings before a bisection on runs
+_CLOSE = 1e-6  # relative width at which the bisection ends
+_ALIKE = 1e-4  # relative distance of half range and damping from a limit within which the limit is continued
 
 
 @dataclass(frozen=True)
 class Summit:
-    """The most damping that a condition asks for.
+    """The largest damping that a condition requires over the speeds.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Summit:
     reason : str
         Name of the condition.
     line : ndarray, shape (2, n)
-        Speeds, and what the condition asks for there.
+        Speeds, and the damping required there.
     orbit : Orbit or None
-        The cycle that just meets the requirement, or just exists, there or nearby.
+        The cycle at the limit of the requirement or of its existence, there or nearby.
     """
 
     damping: float
@@ -44,15 +44,15 @@ class Summit:
 
 
 def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
-    """Return what the outermost cycles ask for, from the speed at which one of them is known to miss the requirement.
+    """Return the damping that the outermost cycles require, starting at a speed where one violates the requirement.
 
-    The branch of the cycle over the damping is followed to where the requirement is met, and the condition that holds
-    there over the speeds. Where such a branch cannot be followed, runs bracket the damping, speed by speed.
+    The branch of the cycle is continued in the damping to where the requirement is met, and the limiting condition
+    there over the speeds. If such a branch cannot be continued, runs bracket the damping, speed by speed.
 
     Parameters
     ----------
     scene : Scene
-        With a damping that is not enough at the speed.
+        With an insufficient damping at the speed.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
 
 
 def _left(r: Requirement, orbit: Orbit | Left) -> str:
-    """Say what a cycle leaves beyond what is allowed."""
+    """Return a message: the vibration of a cycle that exceeds the requirement."""
     size, stick = orbit.half_range[0], 100 * orbit.stick_fraction
     words = [f"the system still vibrates with half range {size:.6g} and sticks {stick:.3g} % of the time"]
     if r.half_range > 0 and size > r.half_range:
@@ -84,7 +84,7 @@ def _left(r: Requirement, orbit: Orbit | Left) -> str:
 
 
 def _followed(there: Scene, r: Requirement, at: float) -> Summit | None:
-    """Return the condition on the cycles from their branch; None if it is not seen on it."""
+    """Return the limiting condition of the cycles from their branch; None if the branch does not show it."""
     start = outermost(there, r)
     if not isinstance(start, Orbit):
         return None
@@ -95,16 +95,16 @@ def _followed(there: Scene, r: Requirement, at: float) -> Summit | None:
     begin = there.numbers()[there.parameter(r.name)]
     if not begin <= special.value <= r.bounds[1]:
         return None
-    if special.kind == "hopf":  # of this speed; the local condition has the others
+    if special.kind == "hopf":  # other speeds are covered by the stability of sliding
         return Summit(special.value, at, "stability of sliding", np.array([[at], [special.value]]))
     return _over_speeds(special, r, at)
 
 
 def _over_speeds(special: Special, r: Requirement, at: float) -> Summit:
-    """Return the most damping that the condition of a special point asks for within the speeds.
+    """Return the largest damping that the condition of a special point requires within the speeds.
 
-    A cycle that ends counts only where it misses the requirement until it does; where it grows small enough before,
-    the limit on the half range takes over.
+    The end of a cycle is limiting only if the cycle violates the requirement up to it; if it becomes small enough
+    before, the limit on the half range applies.
     """
     curve = continue_special(special, (r.speed, r.name), (r.speeds, r.bounds))
     if special.kind == "half-range" or (special.kind == "stick-onset" and not r.sticking):
@@ -129,7 +129,7 @@ def _top(curve: Curve, r: Requirement, kind: str, counts: np.ndarray) -> Summit:
 
 
 def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
-    """Return the damping that runs show to be needed, at the worst speed near one."""
+    """Return the required damping from runs, at the worst speed near a given one."""
     least = scene.numbers()[scene.parameter(r.name)]
     seen: dict[float, float] = {}
 
@@ -157,7 +157,7 @@ def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
 
 
 def _on_limit(orbit: Orbit, r: Requirement) -> Summit | None:
-    """Return the limit on the half range over the speeds, from a cycle that nearly meets it; None if none is found."""
+    """Continue the limit on the half range over the speeds, from a cycle close to it; None if none is found."""
     numbers = {s.name: value for s, value in orbit.scene.parameter_values().items()}
     special = Special("half-range", numbers[r.name], orbit, Condition("half-range", level=r.half_range))
     try:
@@ -173,7 +173,7 @@ def _reason(r: Requirement) -> str:
 
 
 def _enough(scene: Scene, r: Requirement, least: float) -> float:
-    """Return the damping from which on the requirement is met at one speed, by bisection on runs."""
+    """Return the least sufficient damping at one speed, by bisection on runs."""
     met = lambda d: r.meets(outermost(scene.where({r.name: float(d)}), r))  # noqa: E731
     low, high = least, None
     if met(low):
@@ -195,7 +195,7 @@ def _enough(scene: Scene, r: Requirement, least: float) -> float:
 
 
 def _need(branch: Branch, r: Requirement) -> Special | None:
-    """Return where, with growing damping, the outermost cycle first does what is required; None if it never does."""
+    """Return the least damping on a branch from which its cycles meet the requirement; None if they never do."""
     turn = int(np.argmax(branch.values))
     outer = branch.orbits[: turn + 1]
     fine = next((k for k, orbit in enumerate(outer) if r.meets(orbit)), None)
@@ -207,18 +207,18 @@ def _need(branch: Branch, r: Requirement) -> Special | None:
         low, high = (
             low * (1 - _CLOSE),
             np.inf if fine == turn else high * (1 + _CLOSE),
-        )  # a corner lies beyond its points
+        )  # a corner lies beyond the points of the branch
         near = [s for s in branch.special if s.kind == "stick-onset" and low <= s.value <= high]
         return min(near, key=lambda s: s.value, default=None)
-    last = branch.values[turn] * (1 - _CLOSE)  # beside a corner points of the branch may be off by as much
+    last = branch.values[turn] * (1 - _CLOSE)  # points of the branch near a corner are less accurate
     ends = [s for s in branch.special if s.value >= last and s.kind not in ("flip", "neimark-sacker")]
     return next((s for s in ends if s.kind != "fold"), ends[0] if ends else None)
 
 
 def _highest(curve: Curve, speeds: tuple[float, float], counts: np.ndarray) -> tuple[float, float]:
-    """Return the largest second parameter on a curve within a range of the first, and the first one there.
+    """Return the largest second parameter on a curve within a range of the first, with the first parameter there.
 
-    Only points that count are taken, shape (n,).
+    Only the points of the mask are used, shape (n,).
     """
     within = (curve.values[0] >= speeds[0] * (1 - 1e-12)) & (curve.values[0] <= speeds[1] * (1 + 1e-12)) & counts
     k = int(np.argmax(np.where(within, curve.values[1], -np.inf)))

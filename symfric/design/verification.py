@@ -1,7 +1,7 @@
-"""Verification of a design: the one place where its status is decided.
+"""Verification of a design, which determines its status.
 
-A design is "optimal" (or an "infimum") only if two things were computed: the requirement holds on the full model, and
-the designs beside it are worse or violate a condition. Whatever fails is said in words.
+A design is "optimal" (or an "infimum") only if two conditions were verified by computation: the requirement holds on
+the full model, and the neighbouring designs are worse or violate a condition. Failures are reported as text.
 """
 
 from collections.abc import Sequence
@@ -10,22 +10,22 @@ from dataclasses import asdict, dataclass
 from symfric.design.result import Checked, Curve, Design
 from symfric.model.scene import Scene
 
-BETTER = 1e-7  # of the objective: gain below which a neighbour is no better
+BETTER = 1e-7  # relative gain of the objective below which a neighbour is not better
 UNVERIFIED, BEST_FOUND = "unverified", "best found"
 
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A design beside an optimum.
+    """A neighbouring design of an optimum.
 
     Attributes
     ----------
     change : str
-        How it differs, such as "beta smaller by 1 %".
+        Difference from the optimum, such as "beta smaller by 1 %".
     objective : float
-        NaN where it has none.
+        NaN if it has none.
     violation : float
-        By how much the conditions are violated at the most, relative to each; not positive where all hold.
+        Largest relative violation of a condition; not positive if all hold.
     """
 
     change: str
@@ -41,12 +41,12 @@ class Neighbour:
 def judged(
     claim: str, check: Checked, neighbours: Sequence[Neighbour], objective: float, sense: int = 1
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the status of a design and the doubts that it rests on.
+    """Return the status of a design and the reasons for doubt.
 
     Parameters
     ----------
     claim : {"optimal", "infimum", "best found"}
-        What the search says of itself.
+        Claim of the search.
     check : Checked
     neighbours : sequence of Neighbour
     objective : float
@@ -81,7 +81,7 @@ def design(
     sense: int = 1,
     corrected: dict[str, float] | None = None,
 ) -> Design:
-    """Return a design with the status that its verification allows; see `judged` and `symfric.design.Design`."""
+    """Return a design with the status from its verification; see `judged` and `symfric.design.Design`."""
     status, doubts = judged(claim, check, neighbours, objective, sense)
     beside = tuple(asdict(n) for n in neighbours)
     return Design(values, objective, tuple(active), scene, check, status, curve, corrected, doubts, beside)

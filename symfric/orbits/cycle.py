@@ -161,7 +161,7 @@ def limit_cycle(
         except NotFound as failure:
             reason = str(failure)
     if settling:
-        raise Fades("the motion is still shrinking after the longest wait and shows no cycle")
+        raise Fades("the motion still shrinks after the longest wait and settles to no cycle")
     raise NotFound(reason)
 
 

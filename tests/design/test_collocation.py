@@ -106,7 +106,7 @@ def test_friction_that_falls_with_the_speed():
 
 
 def test_what_cannot_be_reached_is_named():
-    with pytest.raises(sf.NotFound, match=r"comes as near as x = .* instead of 1\.5, u = .* instead of 0"):
+    with pytest.raises(sf.NotFound, match=r"the nearest has x = .* instead of 1\.5, u = .* instead of 0"):
         collocation(block(), {"w": (-U, U)}, {"x": D, "u": 0.0}, time=(0.1, 0.9 * fastest(D)), elements=3)
 
 

@@ -87,7 +87,7 @@ def test_what_cannot_be_met_is_named():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((slide(), "p_star", (0, 1), (1, 2)), "no parameter that positioning varies"),
+        ((slide(), "p_star", (0, 1), (1, 2)), "not a parameter that positioning can vary"),
         ((slide(), "sigma", (1, 0), (1, 2)), "the lower bound comes first"),
         ((slide(), "sigma", (-1, 1), (1, 2)), "must not be negative"),
         ((slide(), "sigma", (0, 1), (0, 2)), "speeds over v"),

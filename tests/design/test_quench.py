@@ -342,7 +342,7 @@ def changed(force=None, slip=None, normal=1, **values):
         (lambda: changed(force=lambda x, u, f: -(x**3) - u + f), "the stiffness depends on x"),
         (lambda: changed(force=lambda x, u, f: -x - u**3 + f), "the damping depends on"),
         (lambda: changed(force=lambda x, u, f: -x - u + f / sp.Symbol("Omega", real=True)), "not proportional"),
-        (lambda: changed(force=lambda x, u, f: x - u + f), "needs a spring"),
+        (lambda: changed(force=lambda x, u, f: x - u + f), "needs a positive one"),
         (lambda: changed(normal=1 + sp.Symbol("x", real=True) ** 2), "the normal load"),
         (lambda: changed(force=lambda x, u, f: -x - u + f + sp.sin(3 * sf.TIME)), "frequencies"),
         (lambda: sf.scenes.mass_on_belt(v_b=0.2, beta=None), "no value for beta"),

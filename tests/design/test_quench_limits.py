@@ -159,7 +159,7 @@ def test_no_point_of_a_dense_grid_is_better(name, minimise, limits, active):
     ("limits", "message"),
     [
         ({"frction": 0.5}, "no limit 'frction'; did you mean friction"),
-        ({"friction": 1.5}, "so at most 1"),
+        ({"friction": 1.5}, "at most 1"),
         ({"friction": 0}, "must be positive"),
         ({"power": "much"}, "the limit on the power"),
         ({"acceleration": float("inf")}, "finite"),

@@ -129,9 +129,9 @@ def test_enough_at_once_or_never_enough():
     [
         ({}, "give the speeds .*, or settle"),
         ({"settle": -1.0}, "settle is -1; it is a time"),
-        ({"settle": 5.0, "sticking": False}, "speaks of limit cycles"),
+        ({"settle": 5.0, "sticking": False}, "is a condition on limit cycles"),
         ({"settle": 70.0, "half_range": 0.1}, "horizon 60 ends before settle = 70"),
-        ({"settle": 5.0, "speeds": (0.1, 0.2)}, "a system that slides never rests; give half_range"),
+        ({"settle": 5.0, "speeds": (0.1, 0.2)}, "a system that keeps sliding never rests; give half_range"),
     ],
 )
 def test_bad_arguments(change, message):

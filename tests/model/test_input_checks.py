@@ -209,7 +209,7 @@ def test_a_slip_of_first_order_states_is_refused():
         ({"force": [sp.oo * X]}, r"force\[0\] is .*; it must be finite"),
         ({"force": ["-x"]}, r"force\[0\] is the string '-x'; give a SymPy expression, or use a scene file"),
         ({"force": [None]}, r"force\[0\] is None, not a SymPy expression"),
-        ({"q": ["x"]}, "'x' in q is no symbol"),
+        ({"q": ["x"]}, "'x' in q is not a symbol"),
         ({"u": [X]}, "two states are called x"),
         ({"q": [sp.Symbol("t")]}, "reserved for time"),
     ],
@@ -250,12 +250,12 @@ def test_reserved_symbols():
 @pytest.mark.parametrize(
     ("outputs", "message"),
     [
-        ({"f": sf.Max(sf.friction_force("blet"))}, r"output 'f' asks for contact 'blet'; did you mean belt\?"),
-        ({"s": sf.Integral(sf.slip("wall") ** 2)}, "output 's' asks for contact 'wall'; known: belt"),
+        ({"f": sf.Max(sf.friction_force("blet"))}, r"output 'f' uses contact 'blet'; did you mean belt\?"),
+        ({"s": sf.Integral(sf.slip("wall") ** 2)}, "output 's' uses contact 'wall'; known: belt"),
         ({"m": sf.Max(sp.Symbol("y"))}, "no value for y"),
         ({"m": sf.Max}, "output 'm' is .*; use sf.End"),
         ({"m": X}, "output 'm' is x; use sf.End"),
-        ({1: sf.End()}, "1 is no name of an output; use a string"),
+        ({1: sf.End()}, "1 is not the name of an output; use a string"),
         ([sf.End()], "give a mapping of names"),
     ],
 )
@@ -273,7 +273,7 @@ def test_expressions_of_outputs(kind):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sf.Signal([1.0], 0.1), r"shape \(1,\); give a row of at least two samples"),
+        (lambda: sf.Signal([1.0], 0.1), r"shape \(1,\); give an array of two or more samples"),
         (lambda: sf.Signal([[1.0, 2.0]], 0.1), r"shape \(1, 2\)"),
         (lambda: sf.Signal([1.0, math.nan, 2.0], 0.1), "sample 1 of a signal is not finite"),
         (lambda: sf.Signal([1.0, 2.0], 0.0), "sampling interval dt is 0.0; it must be positive"),

@@ -147,7 +147,7 @@ def test_the_page_shows_every_design(rod):
     text = page(rod)
     assert text.index('id="damper"') < text.index('id="contact_damper"') < text.index('id="how"')
     assert "Asked: the smallest mu_m from 0.01 to 0.3 with which the motion is at rest by t = 0.01." in text
-    assert "Not designed: no motion within the bounds (0.01, 0.3) of mu_m is over by t = 0.01" in text
+    assert "Not designed: no motion within the bounds (0.01, 0.3) of mu_m settles by t = 0.01" in text
     assert "Asked: f_n from 4 to 9 for the soonest rest." in text
     assert ">Hz</td>" in text
     assert "decay time [s] against f_n" in text

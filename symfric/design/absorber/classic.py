@@ -1,6 +1,6 @@
-"""Tuned mass damper: tuning and damping for the least peak or mean square, the fastest decay, the most stability.
+"""Tuned mass damper: tuning and damping for least peak, least mean square, fastest decay or largest stability.
 
-The optima are closed forms of `symfric.theory.absorber`; here they meet the event-driven model. With a friction contact
+The optima are closed forms of `symfric.theory.absorber`, verified on the event-driven model. With a friction contact
 there is no closed form, and `symfric.design.absorber.rough` takes over.
 """
 
@@ -25,13 +25,13 @@ from symfric.solve.routes import prepare
 from symfric.theory import absorber as theory
 
 CRITERIA = ("hinf", "h2", "decay", "self-excited")
-TOLERANCE = 1e-11  # of the runs
-GONE = 1e-11  # what is left of a transient
-BESIDE = 0.02  # of the bound of self-excitation: how far from it the event-driven model is asked
+TOLERANCE = 1e-11  # tolerance of the runs
+GONE = 1e-11  # remaining fraction of a transient after which the amplitude is measured
+BESIDE = 0.02  # distance from the bound of self-excitation, relative to it, at which the event-driven model is run
 SIMPLEX = np.array([[1.0, 1.0], [1.01, 1.0], [1.0, 1.01]])
-COINCIDENT = 1e-4  # what rounding makes of a decay rate where eigenvalues coincide in pairs
-ROUNDING = 1e-14  # of the multipliers that a run over a time of decay gives
-QUADRUPLE = 0.02  # of a mass ratio of 4: so near to it all four eigenvalues coincide
+COINCIDENT = 1e-4  # error of a decay rate by rounding where eigenvalues coincide in pairs
+ROUNDING = 1e-14  # rounding error of the multipliers from a run over the decay time
+QUADRUPLE = 0.02  # relative distance from the mass ratio 4 within which all four eigenvalues nearly coincide
 
 
 def absorber(
@@ -50,7 +50,7 @@ def absorber(
     mass_ratio : float
         ``m2/m1`` > 0.
     criterion : {"hinf", "h2", "decay", "self-excited"}
-        What is best: the least peak of ``|x1 k1/F|``; the least mean square J of x1 under white noise as the force; the
+        The least peak of ``|x1 k1/F|``; the least mean square J of x1 under white noise as the force; the
         largest decay rate of free vibration over omega1; the largest ``-c1/(2 m1 omega1)`` of a main mass that excites
         itself and is still stabilised.
     contact : {None, "absorber", "main"}
@@ -82,7 +82,7 @@ def absorber(
         raise SceneError(f"no criterion {criterion!r}{nearest(str(criterion), CRITERIA)}")
     if contact is not None:
         if criterion != "hinf":
-            raise SceneError(f"with a contact the criterion is 'hinf', not {criterion!r}: no other has been built")
+            raise SceneError(f"with a contact the criterion is 'hinf', not {criterion!r}; no other is available")
         return rough_absorber(mass_ratio, contact, friction, static_friction, band)
     if finite(friction, "friction") != 0 or static_friction is not None:
         raise SceneError("friction is given without a contact; say contact='absorber' or contact='main'")
@@ -97,14 +97,14 @@ def _scene(mass_ratio: float, tuned: theory.Tuned, **changes) -> Scene:
 def _result(
     tuned: theory.Tuned, active, scene: Scene, rows, curve: Curve, objective, claim: str = "optimal", sense: int = 1
 ) -> Design:
-    """Return the design; `objective` computes it for any tuning and damping, for the designs beside this one."""
+    """Return the verified design; `objective` is evaluated for the neighbouring designs too."""
     values = {"tuning": tuned.tuning, "damping": tuned.damping}
     check, beside = Comparison(tuple(rows)), _beside(tuned, objective)
     return design(values, tuned.value, active, scene, check, curve, claim=claim, neighbours=beside, sense=sense)
 
 
 def _beside(tuned: theory.Tuned, objective: Callable[[float, float], float]) -> list[Neighbour]:
-    """Return the designs around one, in eight directions and at two distances."""
+    """Return the neighbours of a design, in eight directions and at two distances."""
     found = []
     for step, f, z in itertools.product((1e-2, 1e-3), (-1, 0, 1), (-1, 0, 1)):
         if f or z:
@@ -155,7 +155,7 @@ def _fastest_decay(mass_ratio: float) -> Design:
 
 
 def _blurred(mass_ratio: float) -> float:
-    """Return how well runs tell the rate at coinciding eigenvalues: a k-fold one moves by the k-th root of an error."""
+    """Return the error of a computed rate at coinciding eigenvalues: the k-th root of rounding for a k-fold one."""
     fold = 4 if abs(mass_ratio / 4 - 1) < QUADRUPLE else 2 if mass_ratio < 4 else 3
     return max(COINCIDENT, ROUNDING ** (1 / fold))
 
@@ -178,7 +178,7 @@ def _widest_stability(mass_ratio: float) -> Design:
 
 
 def _bound(mass_ratio: float, tuning: float, damping: float) -> float:
-    """Return the largest self-excitation at which a design is stable."""
+    """Return the largest self-excitation at which a tuning and damping is stable."""
     from scipy.optimize import brentq
 
     rate = lambda beta: theory.decay_rate(mass_ratio, tuning, damping, -beta)  # noqa: E731
@@ -186,7 +186,7 @@ def _bound(mass_ratio: float, tuning: float, damping: float) -> float:
 
 
 def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.Tuned:
-    """Return tuning, damping and rate of the fastest decay near a design, for a given self-excitation."""
+    """Return tuning, damping and decay rate of the fastest decay near a design, for a given self-excitation."""
     from scipy.optimize import minimize
 
     def rate(p: np.ndarray) -> float:
@@ -204,7 +204,7 @@ def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.
 
 
 def _rate(scene: Scene, duration: float) -> float:
-    """Return the decay rate from the largest multiplier of the event-driven model over a time."""
+    """Return the decay rate of the event-driven model, from the largest multiplier over a time."""
     program = prepare(scene.until(duration).wanting({"end": End()}), TOLERANCE)
     names = [s.name for s in scene.system.states]
     starts = (dict(zip(names, row, strict=True)) for row in np.eye(4).tolist())
@@ -213,7 +213,7 @@ def _rate(scene: Scene, duration: float) -> float:
 
 
 def _steady_amplitude(scene: Scene, rate: float) -> float:
-    """Return the amplitude of x1 over one period once the transient has gone."""
+    """Return the amplitude of x1 over one period after the transient."""
     period = excitation_of(scene).period({s.name: v for s, v in scene.parameter_values().items()})
     times = Schedule(period * ceil(log(1 / GONE) / (rate * period)), period, period)
     outputs = {"amplitude": HalfRange(scene.system.q[0])}

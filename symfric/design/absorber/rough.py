@@ -1,4 +1,4 @@
-"""Mass damper with a dry contact: least worst steady amplitude over a band of frequencies, on the event-driven model.
+"""Mass damper with a dry contact: least worst-case steady amplitude over a frequency band, on the event-driven model.
 
 The amplitude at a frequency comes from runs over whole periods until it repeats. The worst frequencies are the local
 maxima of the amplitude, each polished; where one of them is highest the amplitude's slopes with tuning and damping are
@@ -27,27 +27,28 @@ from symfric.model.symbols import TIME, finite
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.theory import absorber as theory
 
-TOLERANCE = 1e-10  # of the runs
-BLOCK, BLOCKS, FEW = 10, 30, 4  # forcing periods in one run; runs at most until the amplitude repeats; for a survey
-CONTENDER = 0.7  # of the highest amplitude of the survey: from there on a peak is followed
-REPEATS = 1e-8  # change of the amplitude from block to block that counts as none
-NEAR = 0.9  # of the highest peak: a new one as high as that is taken into the set
-GRID = 41  # frequencies of the band at which peaks are looked for
-STEP = 1e-4  # of central differences
-TUNINGS = np.linspace(0.85, 1.15, 7)  # over what would be best without a contact: a survey from which searches start
+TOLERANCE = 1e-10  # tolerance of the runs
+# forcing periods in one run; most runs until the amplitude repeats; the same in a survey
+BLOCK, BLOCKS, FEW = 10, 30, 4
+CONTENDER = 0.7  # amplitude relative to the highest of the survey from which a peak is followed
+REPEATS = 1e-8  # relative change of the amplitude between blocks that counts as zero
+NEAR = 0.9  # height relative to the highest peak from which a new peak joins the set
+GRID = 41  # frequencies of the band at which peaks are sought
+STEP = 1e-4  # step of central differences
+TUNINGS = np.linspace(0.85, 1.15, 7)  # survey of starting points, relative to the optimum without contact
 DAMPINGS = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
-STARTS = 2  # searches, from the best places of the survey
-ROUNDS = 4  # of completing the set of worst frequencies
-REGION, SMALLEST = 0.03, 1e-4  # largest and smallest step of tuning, as a share, and of damping
-BUDGET = 12000  # runs of one search; some seconds
+STARTS = 2  # number of searches, from the best points of the survey
+ROUNDS = 4  # most rounds of completing the set of worst frequencies
+REGION, SMALLEST = 0.03, 1e-4  # largest and smallest step of damping, and of tuning relative to itself
+BUDGET = 12000  # most runs of one search; some seconds
 DAMPING = (0.0, 2.0)
-REACH = 0.15, 2e-3  # first and last distance of a search without derivatives, of the width of the survey
-POLISHED = 3  # places of that search that are looked at with all frequencies
-AROUND = 3e-3  # designs beside the optimum: of the tuning, and in damping
+REACH = 0.15, 2e-3  # first and last distance of the derivative-free search, relative to the survey
+POLISHED = 3  # points of that search that are evaluated at all frequencies
+AROUND = 3e-3  # distance of the neighbouring designs: relative in tuning, absolute in damping
 
 
 class Spent(Exception):
-    """The budget of runs is used up."""
+    """Raised when the budget of runs is used up."""
 
 
 @dataclass(eq=False)
@@ -97,7 +98,7 @@ class Forced:
         return sorted(found, key=lambda p: -p[1])
 
     def near(self, tuning: float, damping: float, Omega: float) -> tuple[float, float]:
-        """Return the highest point within a cell of the grid around a frequency."""
+        """Return frequency and amplitude of the highest point within one grid cell around a frequency."""
         cell = (self.band[1] - self.band[0]) / (GRID - 1)
         ends = max(Omega - cell, self.band[0]), min(Omega + cell, self.band[1])
         return self._polished(tuning, damping, *ends)
@@ -116,7 +117,7 @@ class Forced:
 
 
 def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Design:
-    """Find tuning and damping of the least worst steady amplitude; see `symfric.design.absorber.classic.absorber`.
+    """Find tuning and damping of the least worst-case amplitude; see `symfric.design.absorber.classic.absorber`.
 
     Returns
     -------
@@ -151,7 +152,7 @@ def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Desi
 
 @alone(SYMBOLIC)
 def _in_phase(scene: Scene) -> Scene:
-    """Return the scene with time in units of 1/Omega, so that a run over whole periods has one length for all."""
+    """Return the scene with time in units of 1/Omega, so that whole periods have the same length at all frequencies."""
     system, Omega = scene.system, scene.parameter("Omega")
     slow = {u: Omega * u for u in system.u} | {TIME: TIME / Omega}
     force = [e.subs(slow, simultaneous=True) for e in system.force]
@@ -159,7 +160,7 @@ def _in_phase(scene: Scene) -> Scene:
 
 
 def _starts(forced: Forced, plain: theory.Tuned) -> list[np.ndarray]:
-    """Return the best places of a coarse survey."""
+    """Return the best points of a coarse survey."""
     places = [np.array([plain.tuning * f, plain.damping * z]) for f in TUNINGS for z in DAMPINGS]
     forced.left = FEW * GRID * len(places)
     g = np.linspace(*forced.band, GRID)[::2]
@@ -168,7 +169,7 @@ def _starts(forced: Forced, plain: theory.Tuned) -> list[np.ndarray]:
 
 
 def _least(forced: Forced, start: np.ndarray):
-    """Return the peaks and the place of the least worst amplitude near a start, and how the search ended."""
+    """Return the peaks and the point of the least worst-case amplitude near a start, and how the search ended."""
     forced.left = BUDGET
     p, peaks = start, forced.peaks(*start)
     best, places = (peaks, p, "best found"), [g for g, _ in peaks]
@@ -182,7 +183,7 @@ def _least(forced: Forced, start: np.ndarray):
 
 
 def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]):
-    """Search without derivatives from some places, where the amplitude jumps; like `_least`."""
+    """Search without derivatives, for amplitudes that jump; returns the same as `_least`."""
     low = np.array([plain.tuning * TUNINGS[0], DAMPINGS[0]])
     width = np.array([plain.tuning * TUNINGS[-1], plain.damping * DAMPINGS[-1]]) - low
     g, known = np.linspace(*forced.band, GRID)[::2], {}
@@ -203,7 +204,7 @@ def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]):
 
 
 def _round(forced: Forced, p: np.ndarray, places: list[float]):
-    """Return the next place, its peaks, the frequencies that count there, and whether nothing more is to do."""
+    """Return the next point, its peaks, the set of worst frequencies, and whether the search has converged."""
     p, known = _bounded(forced, p, places)
     peaks = forced.peaks(*p)
     apart = 0.5 * (forced.band[1] - forced.band[0]) / (GRID - 1)
@@ -212,10 +213,10 @@ def _round(forced: Forced, p: np.ndarray, places: list[float]):
 
 
 def _bounded(forced: Forced, p: np.ndarray, places: list[float]) -> tuple[np.ndarray, list[float]]:
-    """Return where the highest of the peaks near given frequencies is least, and these frequencies.
+    """Minimise the highest of the peaks near given frequencies; return the point and the frequencies.
 
-    Linear programs within a region of trust: where two peaks are equally high, as they mostly are, the one direction
-    that is left is curved, and the region shrinks towards its lowest point.
+    Linear programs in a trust region. Where two peaks are equally high, as is usual, the amplitude is curved along the
+    remaining direction, and the region shrinks towards its lowest point.
     """
     points = [forced.near(p[0], p[1], g) for g in places]
     size, slopes = REGION, None
@@ -273,7 +274,7 @@ def _design(forced: Forced, scene: Scene, peaks, p: np.ndarray, status: str) -> 
 
 
 def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
-    """Return the designs around one, with all peaks in the band."""
+    """Return the neighbours of a design, with all peaks in the band."""
     forced.left, found = BUDGET, []
     with suppress(Spent):
         for f, z in itertools.product((-1, 0, 1), (-1, 0, 1)):
@@ -284,7 +285,7 @@ def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
 
 
 def _in_time(scene: Scene, Omega: float) -> float:
-    """Return the amplitude of the scene itself after as many periods as `Forced.amplitude` has at most."""
+    """Return the amplitude of the original scene after the largest number of periods of `Forced.amplitude`."""
     scene = scene.where({"Omega": Omega})
     period = excitation_of(scene).period({s.name: v for s, v in scene.parameter_values().items()})
     times = Schedule(BLOCKS * BLOCK * period, BLOCK * period, period)

@@ -1,1 +1,1 @@
-"""The smallest damper."""
+"""Design of the smallest damper against friction-induced vibration."""

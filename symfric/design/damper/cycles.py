@@ -1,4 +1,4 @@
-"""Limit cycles of a system with a damper: which motions are left, and whether small ones grow."""
+"""Limit cycles of a system with a damper, and growth of small disturbances of steady sliding."""
 
 from dataclasses import dataclass
 
@@ -15,24 +15,24 @@ from symfric.solve.routes import prepare
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.stability import stability
 
-_STARTS = (20.0, 1.0, 0.01)  # displacements, in those of steady sliding, from which motions start in turn
-_PULLS = 8  # times that a slow drive takes to pull the system away, in a horizon: a few cycles of stick and slip
-_WAIT, _SHRINKS = 40, 0.995  # horizons between two looks at a motion; what one that shrinks has left at the second
-_SMALL = 1e-7  # of the same: disturbances whose growth is that of the linear motion, also beside narrow features
-_TOLERANCE = 1e-13  # of the runs whose differences show growth
+_STARTS = (20.0, 1.0, 0.01)  # initial displacements, tried in turn, relative to those of steady sliding
+_PULLS = 8  # least horizon in units of the time that a slow drive pulls until release: some stick-slip cycles
+_WAIT, _SHRINKS = 40, 0.995  # horizons between two measurements; ratio of half ranges below which a motion shrinks
+_SMALL = 1e-7  # disturbance, relative to steady sliding, that grows linearly even near narrow features of a law
+_TOLERANCE = 1e-13  # tolerance of the runs whose differences give the growth
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """What a damper must do.
+    """Requirement on a damper.
 
     Attributes
     ----------
     name, speed : str
-        Parameters: the damping and the speed.
+        Names of the parameters of damping and speed.
     bounds, speeds : (float, float)
     half_range : float
-        Largest half range of the first coordinate; 0 for none at all.
+        Largest half range of the first coordinate; 0 for no vibration.
     sticking : bool
         Whether contacts may stick.
     """
@@ -50,7 +50,7 @@ class Requirement:
         return self.half_range == 0 and self.sticking
 
     def meets(self, orbit: "Orbit | Left | None") -> bool:
-        """Whether the system may move like that; None is steady sliding."""
+        """Whether a motion meets the requirement; None stands for steady sliding."""
         if orbit is None:
             return True
         small = orbit.half_range[0] <= self.half_range or (self.half_range == 0 and not self.sticking)
@@ -59,19 +59,19 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Left:
-    """What a long run leaves where no periodic motion is found: half ranges of the coordinates, time that it sticks."""
+    """End of a long run without a periodic motion: half ranges of the coordinates and stick fraction."""
 
     half_range: np.ndarray
     stick_fraction: float
 
 
 def distances(r: Requirement) -> tuple[float, ...]:
-    """Return how far from steady sliding motions start, in what it displaces the system by itself."""
-    return _STARTS[:-1] if r.quiet else _STARTS  # what little displacements do is the stability of sliding
+    """Return the initial distances from steady sliding, relative to its own displacement."""
+    return _STARTS[:-1] if r.quiet else _STARTS  # small displacements are covered by the stability of sliding
 
 
 def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbit | Left | None:
-    """Return a limit cycle to which motions settle, the outermost of those seen; None if all end in steady sliding.
+    """Return the outermost limit cycle to which runs settle; None if all end in steady sliding.
 
     Every coordinate is displaced in turn, first far, then as far as steady sliding displaces the system, then little;
     smaller displacements are tried while no motion misses the requirement. Of several cycles one that misses it comes
@@ -88,7 +88,7 @@ def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbi
     states, q = scene.system.states, scene.system.q
     start = dict(zip(states, rest.x.tolist(), strict=True))
     sizes = _sizes(scene, rest)[: len(q)].tolist()
-    pulled = max(sizes) / max(abs(v) for v in rest.sliding.values())  # how long a contact that sticks pulls
+    pulled = max(sizes) / max(abs(v) for v in rest.sliding.values())  # time for which a sticking contact pulls
     scene = scene.until(max(scene.horizon, _PULLS * pulled))
     rounds = [[{**start, x: start[x] + share * far} for x, far in zip(q, sizes, strict=True)] for share in distances(r)]
     if beside is not None:
@@ -113,9 +113,9 @@ def _settled(scene: Scene) -> Orbit | Left | None:
 
 
 def _by_run(scene: Scene) -> Left | None:
-    """Return what a long run leaves; None if it still shrinks.
+    """Return the end of a long run; None if the motion still shrinks.
 
-    Beside the onset of a vibration motions shrink so slowly that they look like a cycle, and are none.
+    Near the onset of vibration, motions shrink so slowly that they resemble a cycle.
     """
     outputs = {f"x{k}": HalfRange(q) for k, q in enumerate(scene.system.q)} | {"path": Trajectory()}
     settling = Settling(scene, Schedule(_WAIT * scene.horizon, scene.horizon), outputs)
@@ -128,7 +128,7 @@ def _by_run(scene: Scene) -> Left | None:
 
 
 class Disturbed:
-    """Growth of small disturbances of steady sliding in runs of the full model.
+    """Growth rate of small disturbances of steady sliding, from runs of the full model.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class Disturbed:
         self._program = prepare(scene.until(self._duration).wanting({"end": End()}), _TOLERANCE)
 
     def rate(self, speed: float, damping: float) -> float:
-        """Return the rate, 1/time, at which they grow, from differences of runs; negative where all of them shrink."""
+        """Return the growth rate, 1/time, from differences of runs; negative if all disturbances shrink."""
         values: dict[Key, float] = {self._r.speed: speed, self._r.name: damping}
         there = self._scene.where(values)
         rest = equilibrium(there)
@@ -165,7 +165,7 @@ def _fastest(scene: Scene) -> float:
 
 
 def _sizes(scene: Scene, rest: Equilibrium) -> np.ndarray:
-    """Return what counts as a large displacement, velocity and further state: what sliding itself has of them."""
+    """Return the scales of displacement, velocity and further states, from steady sliding itself."""
     speed = max(abs(v) for v in rest.sliding.values())
     n, numbers = len(scene.system.q), scene.numbers()
     length = max(speed / _fastest(scene), float(np.max(np.abs(rest.x[:n]))))

@@ -1,4 +1,4 @@
-"""The smallest damper that keeps a sliding system quiet over a range of speeds, or ends a motion in time."""
+"""The smallest damper that prevents or limits vibration over a range of speeds, or ends a motion in time."""
 
 from dataclasses import asdict, dataclass
 
@@ -17,22 +17,22 @@ from symfric.model.symbols import Key, finite, name_of
 from symfric.orbits.cycle import Orbit
 
 _SCAN = 7  # points of the damper's bounds, before polishing
-_REFERENCES = 5  # speeds at which cycles beside a stable sliding are looked for
-_ROUNDS = 12  # speeds from which the conditions on the cycles are followed
-_SLOW, _LOWEST = 1e-3, 0.02  # of the highest speed: the slowest reference, and the lowest of those that are spread
-_BEYOND = 1e-6  # of the damping: how far beyond the present optimum cycles are looked for
-_STEP = 0.01  # of the damping: how far beside the optimum the full model is asked
+_REFERENCES = 5  # speeds at which cycles that coexist with stable sliding are sought
+_ROUNDS = 12  # most speeds from which the conditions on the cycles are continued
+_SLOW, _LOWEST = 1e-3, 0.02  # slowest reference speed, and the lowest of the spread ones, relative to the highest
+_BEYOND = 1e-6  # relative excess over the present optimum at which cycles are sought
+_STEP = 0.01  # relative distance from the optimum at which the full model is run
 
 
 @dataclass(frozen=True)
 class Probe:
-    """What the full model does at one speed and damping.
+    """Vibration of the full model at one speed and damping.
 
     Attributes
     ----------
     speed, damping : float
     half_range, stick_fraction : float
-        Of what motions from far out settle to; zero for steady sliding.
+        Of the outermost motion; zero for steady sliding.
     meets : bool
         Whether the requirement is met.
     growth : float
@@ -49,16 +49,16 @@ class Probe:
 
 @dataclass(frozen=True)
 class Check:
-    """The full model with a little more and a little less damping than the optimum, at the speed that decides.
+    """Verification: the full model with 1 % more and less damping than the optimum, at the critical speed.
 
     Attributes
     ----------
     above, below : Probe
-        Below is None where the lower bound is already enough.
+        Below is None where the lower bound is already sufficient.
     others : tuple of Probe
-        With a little more damping at other speeds of the range.
+        With 1 % more damping at other speeds of the range.
     starts : int
-        Motions that were followed at each speed: what no cycle was seen from.
+        Number of starts at each speed from which a cycle was sought.
     """
 
     above: Probe
@@ -68,12 +68,12 @@ class Check:
 
     @property
     def agrees(self) -> bool:
-        """Whether the requirement is met above, at all speeds that were run, and not below."""
+        """Whether the requirement is met above the optimum, at all speeds that were run, and violated below."""
         return not self.disagreements
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """The motions that do otherwise, in words."""
+        """The motions that contradict the optimum, as lines of text."""
         wrong = [_words(p, "a little more") for p in (self.above, *self.others) if not p.meets]
         if self.below is not None and self.below.meets:
             wrong.append(_words(self.below, "a little less") + ", which meets the requirement too")
@@ -88,7 +88,7 @@ class Check:
     def __str__(self) -> str:
         words = [_words(p, "a little more") for p in (self.above, *self.others)]
         words += [_words(self.below, "a little less")] if self.below else []
-        return "; ".join([*words, f"seen in {self.starts} motions at each speed, none of which proves what others do"])
+        return "; ".join([*words, f"based on {self.starts} motions at each speed; other starts may behave differently"])
 
 
 def _words(p: Probe, share: str) -> str:
@@ -108,7 +108,7 @@ def damper(
     speed: Key = "v_b",
     settle: float | None = None,
 ) -> Design:
-    """Find the smallest damping with which a system slides quietly at every speed of a range, or settles in time.
+    """Find the smallest damping with which a system does not vibrate at any speed of a range, or settles in time.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def damper(
         Autonomous, with steady sliding at the speeds of the range. Its own values of the two parameters are not used.
         With `settle`: the motion from its initial state is what must settle.
     parameter : Symbol or str
-        What is made small: a damping, or anything that quiets the system as it grows.
+        The parameter to minimise: a damping, or another one that reduces vibration as it grows.
     bounds : (float, float)
         Of the parameter.
     speeds : (float, float)
@@ -138,7 +138,7 @@ def damper(
     -------
     Design
         Its active condition names the speed that decides. With `settle` and rest it mostly lies on a jump of the time
-        of rest, which the condition names with both times: a hair less damping costs a half cycle more.
+        of rest, which the condition names with both times: a little less damping takes half a cycle longer.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def damper(
         if not settle > 0:
             raise SceneError(f"settle is {settle:g}; it is a time, so positive")
         if not sticking:
-            raise SceneError("sticking=False speaks of limit cycles; leave it out with settle")
+            raise SceneError("sticking=False is a condition on limit cycles; leave it out with settle")
         return settled(Transient(scene, name, (low, high), settle, half_range, speed, ends))
     if ends is None:
         raise SceneError("give the speeds (lowest, highest), or settle, the time by which the motion must be over")
@@ -199,7 +199,7 @@ def _largest(summits: list[Summit | None]) -> Summit | None:
 
 
 def _local(scene: Scene, r: Requirement) -> Summit | None:
-    """Return the least damping with which sliding is stable at every speed; None if there is no such condition.
+    """Return the least damping with which steady sliding is stable at every speed; None without this condition.
 
     Raises
     ------
@@ -221,7 +221,8 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
             f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {speed:.6g} small vibration still grows with "
             f"rate {rate:.6g}"
         )
-    ends = values[last], values[min(last + 2, _SCAN - 1)]  # between the speeds of the grid a little more may be needed
+    # a margin, since slightly more may be needed between the speeds of the grid
+    ends = values[last], values[min(last + 2, _SCAN - 1)]
     edge = brentq(lambda value: growth.worst(value)[0], *ends, xtol=1e-300, rtol=1e-14)
     speed = growth.worst(edge)[1]
     line = np.array([growth.speeds, [growth.least(float(v)) for v in growth.speeds]])
@@ -229,7 +230,7 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
 
 
 def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None:
-    """Return what the large cycles ask for beyond what the stability of sliding does."""
+    """Return the damping that the limit cycles require beyond the stability of sliding."""
     speeds, best = _references(scene, r), local
     for _ in range(_ROUNDS):
         damping = r.bounds[0] if best is None else best.damping * (1 + _BEYOND)
@@ -254,7 +255,7 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
     disturbed = Disturbed(scene.where({r.speed: at, r.name: more}), r) if r.quiet else None
     above = _probe(scene, r, disturbed, at, more)
     below = None
-    if found.damping > low:  # the cycle that just meets the requirement lies near one that misses it
+    if found.damping > low:  # the cycle that just meets the requirement is close to one that violates it
         below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
     others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
     check = Check(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
@@ -264,7 +265,7 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
         beside.append(Neighbour(f"{r.name} smaller by {100 * _STEP:g} %", below.damping, violation))
     values = {r.name: found.damping}
     x, y = found.line
-    curve = Curve(x, y, found.damping, f"speed {r.speed}", f"{r.name} that is needed", (found.speed,))
+    curve = Curve(x, y, found.damping, f"speed {r.speed}", f"required {r.name}", (found.speed,))
     placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
     return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
 
@@ -279,6 +280,6 @@ def _probe(
 
 
 def _references(scene: Scene, r: Requirement) -> np.ndarray:
-    """Return the speeds at which cycles are looked for: slow, over the range, and where the laws fall steepest."""
+    """Return the speeds at which cycles are sought: slow, over the range, and where the laws fall steepest."""
     spread = np.linspace(max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1], _REFERENCES)
     return np.unique([max(r.speeds[0], _SLOW * r.speeds[1]), *spread, *steepest_falls(scene, r)])

@@ -15,9 +15,9 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
 from symfric.theory.stability import linearise
 
-SPEEDS = 33  # equally spaced ones from which the worst is searched, beside those that the laws name
-_POLISHED = 3  # highest local maxima that are polished
-_FALLS = 3  # steepest falls of the laws at which cycles are looked for
+SPEEDS = 33  # equally spaced starting speeds, besides those at features of the laws
+_POLISHED = 3  # number of local maxima that are polished
+_FALLS = 3  # steepest falls of the laws at which cycles are sought
 
 
 class Growth:
@@ -45,7 +45,7 @@ class Growth:
         return float(np.max(np.linalg.eigvals(linearise(self._field, p, self._x)[3]).real))
 
     def _equilibrium(self, p: np.ndarray) -> np.ndarray:
-        """Return steady sliding near the last one by plain Newton steps; searched for anew if they fail."""
+        """Return steady sliding by Newton's method from the last one, or by a new search if that fails."""
         field, x = self._field, self._x.copy()
         free = np.r_[0 : field.n, 2 * field.n : x.size]
         for _ in range(6):
@@ -60,7 +60,7 @@ class Growth:
         return solve(field, p, self._x)
 
     def worst(self, damping: float, polished: bool = True) -> tuple[float, float]:
-        """Return the largest growth rate over the speeds, and the speed; on the grid only unless `polished`."""
+        """Return the largest growth rate over the speeds, and its speed; on the grid only unless `polished`."""
         v = self.speeds
         rates = np.array([self.at(float(e), damping) for e in v])
         k = int(np.argmax(rates))
@@ -85,7 +85,7 @@ class Growth:
 
 
 def speeds_of(scene: Scene, r: Requirement) -> np.ndarray:
-    """Return speeds over the range, with those at which a contact slips at a feature of its law."""
+    """Return speeds over the range, including those at which the slip of a contact is at a feature of its law."""
     low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
     grid, found = np.linspace(low, high, SPEEDS), []
     for law, slip in _sliding(scene, r):
@@ -98,7 +98,7 @@ def speeds_of(scene: Scene, r: Requirement) -> np.ndarray:
 
 
 def steepest_falls(scene: Scene, r: Requirement) -> np.ndarray:
-    """Return the speeds at which a law falls steepest between the ends of the range, a few of them."""
+    """Return the few speeds inside the range at which a law falls steepest."""
     low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
     grid, found = np.linspace(low, high, SPEEDS), []
     for law, slip in _sliding(scene, r):
@@ -127,7 +127,7 @@ def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarr
 
 
 def _reaching(slip, grid: np.ndarray, v: float) -> list[float]:
-    """Return the speeds of the range at which a contact slips at v, forward or backward."""
+    """Return the speeds of the range at which a contact has the slip v or -v."""
     found = []
     for sign in (1.0, -1.0):
         gap = slip(grid) - sign * v

@@ -1,4 +1,4 @@
-"""The smallest damping with which a motion is over in time: at rest, or down to a given half range.
+"""The smallest damping with which a motion settles in time: to rest, or to a given half range.
 
 A motion with dry friction rests at a turning point, so the time of rest jumps by half cycles where a turning point just
 fails to stick, and is smooth in between, where it mostly grows with the damping. So the least damping mostly lies on a
@@ -24,16 +24,16 @@ from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.routes import Program, prepare
 
-TOLERANCE, FINER = 1e-12, 1e-13  # of the runs that search, and of those that check
-SURVEY, DECADES, SPEEDS = 65, 16, 17  # points over the bounds, over their decades, and over the speeds
-JUMPS = 50  # between two points of the survey, at most
-HAIR = 1e-6  # of the damping: how far beside the optimum the check asks
-SHARES = (0.9, 0.97, 0.99, 0.999, 1 - 1e-4, 1 - HAIR, 1 + HAIR)  # of the damping: designs beside the optimum
+TOLERANCE, FINER = 1e-12, 1e-13  # tolerances of the search and of the verification
+SURVEY, DECADES, SPEEDS = 65, 16, 17  # survey points over the bounds, per decade, and over the speeds
+JUMPS = 50  # most jumps located between two points of the survey
+NEARBY = 1e-6  # relative distance from the optimum at which the verification runs
+SHARES = (0.9, 0.97, 0.99, 0.999, 1 - 1e-4, 1 - NEARBY, 1 + NEARBY)  # neighbouring designs, relative to the optimum
 
 
 @dataclass(frozen=True)
 class Seen:
-    """How long a motion lasts, or how large it still is; its events, and the speed at which it is worst."""
+    """Settling time or remaining half range of a motion, its number of events, and the worst speed."""
 
     value: float
     events: int
@@ -42,7 +42,7 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Transient:
-    """What is left of a motion as a function of a parameter.
+    """Settling time or remaining half range of a motion as a function of a parameter.
 
     Attributes
     ----------
@@ -51,15 +51,15 @@ class Transient:
         The parameter.
     bounds : (float, float)
     settle, half_range : float
-        Time by which the motion must be over, and what may be left; 0 for rest.
+        Time by which the motion must settle, and the half range allowed afterwards; 0 for rest.
     speed : str
     speeds : (float, float) or None
-        None where the scene has its own.
+        None if the scene's own speed is used.
     route : str or None
-        Of the runs; None for the cheapest.
+        Route of the runs; None for automatic selection.
     tolerance : float
     known : dict
-        What was seen, by the parameter.
+        Results so far, by parameter value.
     """
 
     scene: Scene
@@ -75,12 +75,12 @@ class Transient:
 
     @property
     def level(self) -> float:
-        """What the value may be."""
+        """Largest allowed value."""
         return self.half_range or self.settle
 
     @cached_property
     def _numeric(self) -> Scene:
-        """The scene at the upper bounds, so that nothing is left out for being zero, started from numbers."""
+        """The scene at the upper bounds, so that no parameter is dropped as zero, with a numeric start."""
         high = {self.name: self.bounds[1]} | ({self.speed: self.speeds[1]} if self.speeds else {})
         numbers = self.scene.numbers()
         fixed = {s: numbers[s] for s, e in self.scene.initial.items() if not {self.name, self.speed} & _names(e)}
@@ -88,24 +88,24 @@ class Transient:
 
     @cached_property
     def until_rest(self) -> Program:
-        """Runs until the rest."""
+        """Program that runs until rest."""
         until = self._numeric.until(max(self.scene.horizon, 2 * self.settle))
         return prepare(until.wanting({"rest": StopTime(), "events": Events()}), self.tolerance, self.route)
 
     @cached_property
     def beyond(self) -> Settling:
-        """Runs until the time given, and measures from there to the horizon."""
+        """Programs that run until `settle` and measure from there to the horizon."""
         times, x = Schedule(self.settle, self.scene.horizon - self.settle), self.scene.system.q[0]
         return Settling(self._numeric, times, {"x": HalfRange(x)}, tolerance=self.tolerance, route=self.route)
 
     def __call__(self, damping: float) -> Seen:
-        """Run, at the worst speed if there are several."""
+        """Simulate, at the worst speed if there are several."""
         if damping not in self.known:
             self.known[damping] = self._worst(damping, self.speeds) if self.speeds else self.at(damping, None)
         return self.known[damping]
 
     def at(self, damping: float, speed: float | None) -> Seen:
-        """Run at one speed."""
+        """Simulate at one speed."""
         values = {self.name: float(damping)} | ({} if speed is None else {self.speed: float(speed)})
         if self.half_range:
             return Seen(float(self.beyond.measured(values)["x"]), 0, speed)
@@ -125,7 +125,7 @@ class Transient:
         return max(seen, key=lambda s: s.value)
 
     def good(self, damping: float) -> bool:
-        """Whether the motion is over in time."""
+        """Whether the motion settles in time."""
         return self(damping).value <= self.level
 
 
@@ -134,7 +134,7 @@ def _names(expr) -> set[str]:
 
 
 def settled(transient: Transient) -> Design:
-    """Return the smallest damping with which a motion is over in time; see `symfric.design.damper.design`."""
+    """Return the smallest damping with which a motion settles in time; see `symfric.design.damper.design`."""
     _check(transient)
     low, high = transient.bounds
     survey = np.linspace(low, high, SURVEY)
@@ -155,7 +155,7 @@ def settled(transient: Transient) -> Design:
 def _check(t: Transient) -> None:
     if not t.half_range:
         if t.speeds:
-            raise SceneError("a system that slides never rests; give half_range, what may be left after settle")
+            raise SceneError("a system that keeps sliding never rests; give half_range, the one allowed after settle")
         return
     if not t.scene.horizon > t.settle:
         raise SceneError(
@@ -163,7 +163,7 @@ def _check(t: Transient) -> None:
             "settle to the horizon, so take scene.until(...) longer"
         )
     if is_excited(t.scene, frozenset({t.name, t.speed})):
-        raise SceneError("the forces depend on time; settle with a half_range takes free motions")
+        raise SceneError("the forces depend on time; settle with a half_range needs a free motion")
 
 
 def _other_events(t: Transient, events: int, damping: float) -> bool:
@@ -171,7 +171,7 @@ def _other_events(t: Transient, events: int, damping: float) -> bool:
 
 
 def _first(t: Transient, a: float, b: float) -> float | None:
-    """Return the smallest damping between a, not enough, and b that is enough; None if there is none."""
+    """Return the smallest sufficient damping between a, insufficient, and b; None if there is none."""
     for _ in range(JUMPS):
         before = t(a).events
         if t(b).events == before:
@@ -186,7 +186,7 @@ def _first(t: Transient, a: float, b: float) -> float | None:
 
 
 def _dip(t: Transient, survey: list[float], k: int) -> float | None:
-    """Return the smallest damping that is enough beside a point of the survey that the others exceed."""
+    """Return the smallest sufficient damping near a point of the survey with a local minimum."""
     if not (0 < k < len(survey) - 1 and t(survey[k]).value <= min(t(survey[k - 1]).value, t(survey[k + 1]).value)):
         return None
     ends = survey[k - 1], survey[k + 1]
@@ -196,7 +196,7 @@ def _dip(t: Transient, survey: list[float], k: int) -> float | None:
 
 
 def _between(holds: Callable[[float], bool], a: float, b: float) -> tuple[float, float]:
-    """Return two neighbouring numbers between which a condition that fails at a and holds at b begins to hold."""
+    """Bisect a condition that fails at a and holds at b, down to two neighbouring floats."""
     while True:
         middle = 0.5 * (a + b)
         if middle <= a or middle >= b:
@@ -216,7 +216,7 @@ def _missing(t: Transient) -> str:
         nearest += f"leaves a half range of {best.value:.9g}{at}, above {t.half_range:g} by {best.value - t.level:.9g}"
     else:
         nearest += f"is at rest at t = {best.value:.9g}, later than {t.settle:g} by {best.value - t.level:.9g}"
-    return f"no motion {within} is over by t = {t.settle:g}: {nearest}"
+    return f"no motion {within} settles by t = {t.settle:g}: {nearest}"
 
 
 def _design(t: Transient, damping: float, survey: list[float]) -> Design:
@@ -227,8 +227,8 @@ def _design(t: Transient, damping: float, survey: list[float]) -> Design:
     elif t.half_range:
         active = f"half range {t.half_range:g} after t = {t.settle:g}{at}"
     else:
-        less = t(damping * (1 - HAIR)).value
-        active = f"at rest at t = {seen.value:.9g}; a hair less {t.name} takes {less:.9g}"
+        less = t(damping * (1 - NEARBY)).value
+        active = f"at rest at t = {seen.value:.9g}; with {t.name} smaller by {NEARBY:g} (relative): t = {less:.9g}"
     changes = {t.name: damping} | ({} if seen.speed is None else {t.speed: seen.speed})
     curve = _curve(t, damping, survey)
     check, scene = _checked(t, damping), t.scene.where(changes)
@@ -239,18 +239,19 @@ def _design(t: Transient, damping: float, survey: list[float]) -> Design:
 
 
 def _neighbour(t: Transient, damping: float, share: float) -> Neighbour:
-    """Return the design with another damping."""
+    """Return the neighbouring design with another damping."""
     word = "larger" if share > 1 else "smaller"
     change = f"{t.name} {word} by {100 * abs(share - 1):.2g} %"
     return Neighbour(change, damping * share, t(damping * share).value / t.level - 1)
 
 
 def _checked(t: Transient, damping: float) -> Comparison:
-    """Ask the event-driven model a hair above and below, by the general route and more finely."""
+    """Verify by the route taylor at a finer tolerance, slightly above and below the optimum."""
     other = Transient(
         t.scene, t.name, t.bounds, t.settle, t.half_range, t.speed, t.speeds, route="taylor", tolerance=FINER
     )
-    sides = [("a hair more", 1 + HAIR)] + ([("a hair less", 1 - HAIR)] if damping > t.bounds[0] else [])
+    sides = [("slightly more", 1 + NEARBY)]
+    sides += [("slightly less", 1 - NEARBY)] if damping > t.bounds[0] else []
     quantity = f"half range after t = {t.settle:g}" if t.half_range else "time of rest"
     rows = []
     for words, share in sides:
@@ -262,7 +263,7 @@ def _checked(t: Transient, damping: float) -> Comparison:
 
 
 def _curve(t: Transient, damping: float, survey: list[float]) -> Curve:
-    """Return the value over the bounds, apart where it jumps."""
+    """Return the curve of the value over the bounds, interrupted at jumps."""
     above = [d for d in survey if d > damping][:: 4 if t.speeds else 1]
     x = np.array([*(d for d in survey if d < damping), damping, *above])
     seen = [t(float(d)) for d in x]

@@ -1,1 +1,1 @@
-"""Damping and friction of an isolated mass."""
+"""Design of a seismic isolator."""

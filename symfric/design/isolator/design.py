@@ -1,4 +1,4 @@
-"""Damping and friction of an isolated mass for a set of ground motions."""
+"""Optimal damping and friction of an isolator for a set of ground motions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.routes import prepare
 
-_AROUND = (1e-5, 1e-3, 1e-2)  # of the bounds: distances of the designs beside an optimum
-_ACTIVE = 1e-6  # of a limit
-_SAME = 1e-6  # of a measure: difference of two routes
+_AROUND = (1e-5, 1e-3, 1e-2)  # distances of the neighbouring designs, relative to the bounds
+_ACTIVE = 1e-6  # relative distance at which a limit counts as active
+_SAME = 1e-6  # largest relative difference of a measure between two routes
 
 
 @dataclass(frozen=True)
 class Check:
-    """What the optimum does under every motion, by another route.
+    """Verification: the optimum under every motion, computed by another route.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Check:
         Every measure for every motion.
     worst : dict of str to float
     difference : float
-        Largest difference from the route that was optimised on, relative to the worst value of its kind.
+        Largest difference from the route of the optimisation, relative to the worst value of its kind.
     limits : dict of str to float
     """
 
@@ -41,12 +41,12 @@ class Check:
 
     @property
     def agrees(self) -> bool:
-        """Whether both routes say the same, and the limits hold."""
+        """Whether both routes agree and the limits hold."""
         return not self.disagreements
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """What does not, in words."""
+        """Disagreements and exceeded limits, as lines of text."""
         wrong = [f"the routes differ by {self.difference:.1g}"] if not self.difference < _SAME else []
         exceeded = ((n, limit) for n, limit in self.limits.items() if not self.worst[n] <= limit * (1 + _SAME))
         return (*wrong, *(f"{n} {self.worst[n]:.9g} exceeds its limit {limit:g}" for n, limit in exceeded))
@@ -69,7 +69,7 @@ def isolator(
     *,
     over: str = "worst",
 ) -> Design:
-    """Choose damping and friction of an isolator for a set of motions of the ground.
+    """Find the optimal damping and friction of an isolator for a set of ground motions.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _design(problem: Isolated, point: np.ndarray, values: np.ndarray, table: lis
 
 
 def _beside(problem: Isolated, point: np.ndarray) -> list[Neighbour]:
-    """Return the designs around one, in all directions of the axes and diagonals and at several distances."""
+    """Return the neighbours of a design, along axes and diagonals and at several distances."""
     found = []
     for way in ways(point.size):
         for step in _AROUND:
@@ -149,7 +149,7 @@ def _beside(problem: Isolated, point: np.ndarray) -> list[Neighbour]:
 
 
 def _trade_off(problem: Isolated, table: list[np.ndarray], worst: dict[str, float]) -> Curve:
-    """Return the lower left edge of all points computed: what is minimised against what it costs."""
+    """Return the Pareto front of all computed points: the objective over a conflicting measure."""
     other = "acceleration" if problem.minimise == "displacement" else "displacement"
     price = np.array([np.max(v[problem.measures.index(other)]) for v in table])
     cost = np.array([problem.cost(v) for v in table])

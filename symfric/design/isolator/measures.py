@@ -19,12 +19,12 @@ MEASURES = {
     "displacement": "peak_displacement",
     "residual": "residual",
 }
-_GRID = 400  # points of the grid over the bounds
-_STEP = 1e-6  # of differences, where no derivative exists
+_GRID = 400  # number of points of the grid over the bounds
+_STEP = 1e-6  # finite-difference step where no derivative exists
 
 
 class Isolated:
-    """The isolator as functions of a point in the unit cube of the bounds."""
+    """Measures of an isolator as functions of a point in the unit cube of the bounds."""
 
     def __init__(self, scene: Scene, motions: Sequence, bounds, limits: dict[str, float], minimise: str, over: str):
         for name in (minimise, *limits):
@@ -50,7 +50,7 @@ class Isolated:
         return max(2, round(_GRID ** (1 / len(self.names))))
 
     def grid(self) -> list[np.ndarray]:
-        """Return points that fill the unit cube."""
+        """Return the points of a regular grid in the unit cube."""
         return [np.array(p) for p in itertools.product(np.linspace(0, 1, self.per_axis), repeat=len(self.names))]
 
     def parameters(self, point: np.ndarray) -> dict[str, float]:
@@ -86,25 +86,25 @@ class Isolated:
             sign = 1.0 if run[name] >= 0 else -1.0
             rows.append([sign * run.output_sensitivities[name][n] for n in self.names])
         found = np.array(rows) * (self.high - self.low)
-        for k in np.flatnonzero(~np.all(np.isfinite(found), axis=0)):  # no derivative exists after a graze
+        for k in np.flatnonzero(~np.all(np.isfinite(found), axis=0)):  # no derivative exists after grazing
             low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
             found[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
         return found
 
     def cost(self, values: np.ndarray) -> float:
-        """Return what is minimised."""
+        """Return the objective."""
         row = values[self.measures.index(self.minimise)]
         return float(np.max(row) if self.over == "worst" else np.mean(row))
 
     def excess(self, values: np.ndarray) -> float:
-        """Return by how much the limits are exceeded at the most, relative to each."""
+        """Return the largest relative excess over a limit."""
         return max(
             (float(np.max(values[self.measures.index(n)]) / limit - 1.0) for n, limit in self.limits.items()),
             default=-1.0,
         )
 
     def missing(self, point: np.ndarray, values: np.ndarray) -> str:
-        """Return which limit cannot be met and by how much."""
+        """Return a message: the limit that cannot be met, and by how much."""
         name = max(self.limits, key=lambda n: np.max(values[self.measures.index(n)]) / self.limits[n])
         reached = float(np.max(values[self.measures.index(name)]))
         where = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters(point).items())
@@ -131,7 +131,7 @@ def _bounds(scene: Scene, bounds) -> tuple[tuple[str, ...], np.ndarray, np.ndarr
 
 
 def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
-    """Return the scene under every motion, wanting the outputs."""
+    """Return the scenes with each of the motions and the outputs to measure."""
     if len(scene.inputs) != 1:
         raise SceneError(f"the scene has {len(scene.inputs)} sampled inputs; an isolator has one, the ground's motion")
     for name in outputs:
@@ -144,7 +144,7 @@ def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
     for motion in motions:
         signal = motion if isinstance(motion, Signal) else getattr(motion, "signal", lambda: None)()
         if not isinstance(signal, Signal):
-            raise SceneError(f"{motion!r} is no motion; give what sf.motions reads, or a sf.Signal")
+            raise SceneError(f"{motion!r} is not a motion; give a sf.motions.Motion or a sf.Signal")
         horizon = signal.t_end + (scene.horizon - before.t_end)
         found.append(replace(wanted, inputs={symbol: signal}, horizon=horizon))
     return found

@@ -1,7 +1,7 @@
-"""Least worst measure of an isolated mass: linear programs in a trust region, scattered starts, and polls.
+"""Minimax optimisation of an isolator: linear programs in a trust region, scattered starts, and polls.
 
-Peaks under several motions make a function with corners, and limits are mostly active: an optimum is a vertex, or lies
-on an edge. Steps along an edge leave the limit by its curvature, and are brought back to it.
+The largest of several peaks is a function with corners, and limits are mostly active: an optimum is a vertex, or lies
+on an edge. Steps along a curved limit exceed it slightly, and are corrected back to it.
 
 SciPy's SLSQP on the bound of all peaks, with the same derivatives and starts, found the same designs in 37 of 38 random
 cases in the same time. In one it ended a third above: the peak of a motion moves to another time within a step, and a
@@ -14,18 +14,18 @@ from scipy.optimize import linprog
 from symfric.design.isolator.measures import Isolated
 from symfric.design.polish import polished, ways
 
-_STARTS = 5  # best points of it that none beside them beats: where searches start
-_AGAIN, _SEED = 16, 23  # further starts around the best point found
-_BACK, _INSIDE = 4, 1e-12  # corrections of a step that exceeds limits, and how far within them they aim
-_TURNS, _REACH = 5, 3e-3  # of linear programs and polls; the first distance of a poll, a part of the bounds
-_ROUNDS, _TRUST = 40, 0.1  # of the refinement: steps, and the first reach, a part of the bounds
-_NEAR = 0.1  # of the largest value: motions so near to it may be the worst after a step
-MET = 1e-9  # of a limit, by which it may be exceeded
-LEAST = 1e-9  # of the bounds: where steps end
+_STARTS = 5  # number of local minima of the grid from which searches start
+_AGAIN, _SEED = 16, 23  # number of further starts around the best point, and their random seed
+_BACK, _INSIDE = 4, 1e-12  # most corrections of a step that exceeds limits, and their target distance within
+_TURNS, _REACH = 5, 3e-3  # rounds of linear programs and polls; first distance of a poll, relative to the bounds
+_ROUNDS, _TRUST = 40, 0.1  # steps of the refinement, and its first trust region, relative to the bounds
+_NEAR = 0.1  # relative distance from the largest value within which a motion is included in a step
+MET = 1e-9  # relative excess over a limit that counts as none
+LEAST = 1e-9  # least step, relative to the bounds
 
 
 def least(problem: Isolated, points: list[np.ndarray], costs: np.ndarray, excess: np.ndarray) -> np.ndarray:
-    """Return the best design that is found from a survey.
+    """Return the best point found from a survey.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def least(problem: Isolated, points: list[np.ndarray], costs: np.ndarray, excess
     points : list of ndarray
         Of the survey; see `Isolated.grid`.
     costs, excess : ndarray
-        What is minimised there, and by how much limits are exceeded, not negative.
+        Objective there, and relative excess over the limits, not negative.
     """
     starts = _starts(problem, costs, excess)
     best = min((_refined(problem, points[k]) for k in starts), key=lambda p: merit(problem, p))
@@ -42,7 +42,7 @@ def least(problem: Isolated, points: list[np.ndarray], costs: np.ndarray, excess
 
 
 def _starts(problem: Isolated, costs: np.ndarray, excess: np.ndarray) -> list[int]:
-    """Return the best points of the grid that none beside them beats."""
+    """Return the best local minima of the grid."""
     count = problem.per_axis
     rank = np.empty(costs.size)
     rank[np.lexsort((costs, excess))] = np.arange(costs.size)
@@ -57,7 +57,7 @@ def _starts(problem: Isolated, costs: np.ndarray, excess: np.ndarray) -> list[in
 
 
 def _scattered(point: np.ndarray, cell: float) -> np.ndarray:
-    """Return points within a cell of the grid around one: a limit and a peak may meet twice in it."""
+    """Return random points within one grid cell around a point, which may contain several local minima."""
     from scipy.stats import qmc
 
     drawn = qmc.Sobol(point.size, seed=_SEED).random(_AGAIN)
@@ -65,7 +65,7 @@ def _scattered(point: np.ndarray, cell: float) -> np.ndarray:
 
 
 def _improved(problem: Isolated, point: np.ndarray) -> np.ndarray:
-    """Return a local optimum near a point: linear programs and polls in turn, until neither finds a better one."""
+    """Return a local optimum near a point, by alternating linear programs and polls."""
     for _ in range(_TURNS):
         refined = _refined(problem, point)
         point = polished(lambda p: merit(problem, p), refined, _REACH, LEAST)
@@ -75,7 +75,7 @@ def _improved(problem: Isolated, point: np.ndarray) -> np.ndarray:
 
 
 def _refined(problem: Isolated, point: np.ndarray) -> np.ndarray:
-    """Return a local optimum near a point, by linear programs in a trust region that shrinks where they mislead."""
+    """Return a local optimum near a point, by linear programs in a trust region."""
     reach, best = _TRUST, merit(problem, point)
     for _ in range(_ROUNDS):
         step = _linear_step(problem, point, reach)
@@ -91,7 +91,7 @@ def _refined(problem: Isolated, point: np.ndarray) -> np.ndarray:
 
 
 def _restored(problem: Isolated, point: np.ndarray, then: np.ndarray) -> np.ndarray:
-    """Return a trial point moved back to the limits that it exceeds, with the slopes at the point it came from.
+    """Move a trial point back to the limits that it exceeds, with the slopes at the previous point.
 
     Along a limit that is curved every linear step exceeds it a little.
     """
@@ -109,13 +109,13 @@ def _restored(problem: Isolated, point: np.ndarray, then: np.ndarray) -> np.ndar
 
 
 def merit(problem: Isolated, point: np.ndarray) -> tuple[float, float]:
-    """Return what is compared: the excess over the limits first, then the cost."""
+    """Return the merit of a point: the excess over the limits first, then the objective."""
     values = problem.values(point)
     return max(problem.excess(values) - 0.1 * MET, 0.0), problem.cost(values)
 
 
 def _linear_step(problem: Isolated, point: np.ndarray, reach: float) -> np.ndarray:
-    """Return the step that is best if everything were linear: unknowns are the step, the cost, and the excess."""
+    """Return the optimal step of the linearised problem; unknowns are the step, the objective and the excess."""
     values, n = problem.values(point), point.size
     target = problem.measures.index(problem.minimise)
     size = max(problem.cost(values), 1e-300)

@@ -1,1 +1,1 @@
-"""Optimal control through stick and slip."""
+"""Optimal control of systems with stick and slip."""

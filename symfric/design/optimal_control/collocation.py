@@ -1,4 +1,4 @@
-"""Optimal control with dry friction whose order of events is not known beforehand."""
+"""Optimal control with dry friction and an unknown order of events, by a homotopy on the complementarity."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,13 +19,13 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, Key, finite, name_of
 from symfric.solve.routes import simulate
 
-RELAX = 10.0 ** -np.arange(0.0, 9.0)  # of the complementarity, one program after the other
-ROUGH, FINE = 1e-9, 1e-12  # of the programs with relaxed and with fixed modes
-EMPTY = 1e-7  # of the time: elements shorter than that are left out
-PARTS = 16  # polynomials in an element, at most: doubled until the event-driven model agrees
-LESS, MISS = 1e-3, 1e-6  # part of the objective by which a neighbour is cheaper; miss of the end that counts as none
-BUMPS = (1.0, 0.2)  # of the guessed velocity: where the homotopies start
-MORE_BUMPS = (0.5, 2.0, 0.05, 0.0)  # where they start one after the other if all of these fail
+RELAX = 10.0 ** -np.arange(0.0, 9.0)  # relaxations of the complementarity, solved in turn
+ROUGH, FINE = 1e-9, 1e-12  # tolerances of the programs with relaxed and with fixed modes
+EMPTY = 1e-7  # length relative to the duration below which an element is removed
+PARTS = 16  # most polynomials in an element; doubled until the event-driven model agrees
+LESS, MISS = 1e-3, 1e-6  # relative gain of a cheaper neighbour; relative miss of the end state that counts as none
+BUMPS = (1.0, 0.2)  # factors of the guessed velocity from which homotopies start
+MORE_BUMPS = (0.5, 2.0, 0.05, 0.0)  # further factors, tried in turn if all of these fail
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,13 +38,13 @@ class Profile:
     t : ndarray, shape (n + 1,)
         Where the elements begin and end.
     controls : dict of str to ndarray, shape (n, degree + 1)
-        Of each control, at the start of each element, and at its end if it is linear in between.
+        Values of each control at the start of each element, and at its end if the control is linear in between.
     x : ndarray, shape (n_x, n + 1)
         States at `t`.
     mode : ndarray of int, shape (n_contacts, n)
-        Of each contact in each element.
+        Mode of each contact in each element.
     scene : Scene
-        The one given.
+        The given scene.
     check : Comparison
         What the event-driven model does with these controls.
     status : str
@@ -106,7 +106,7 @@ def collocation(
     elements: int = 6,
     degree: int = 0,
 ) -> Profile:
-    """Find the controls that bring a scene with dry friction to a state soonest, or at the least cost.
+    """Find the controls that bring a scene with dry friction to a state in least time or at least cost.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def collocation(
     controls : mapping of parameter to (float, float)
         Parameters of the scene that become functions of time, with their bounds.
     end : mapping of state to float
-        What must be reached.
+        Values to reach.
     time : (float, float)
         Bounds of the duration; equal ones fix it.
     minimise : "time" or Expr
@@ -165,14 +165,14 @@ def collocation(
 
 
 def _in_sizes(ask, sizes: Sizes):
-    """Return what is asked in the sizes of the problem."""
+    """Return bounds and end values in units of the problem's sizes."""
     degree, bounds, target, (low, high) = ask
     ends = {k: v / sizes.x[k] for k, v in target.items()}
     return degree, bounds / sizes.w[:, None], ends, (low / sizes.time, high / sizes.time)
 
 
 def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
-    """Return degree, bounds of the controls, values at the end and bounds of the duration, checked."""
+    """Check and return degree, bounds of the controls, values at the end and bounds of the duration."""
     bounds = np.array([[finite(e, f"a bound of {name_of(k)}") for e in pair] for k, pair in controls.items()])
     if not bounds.size or np.any(bounds[:, 0] > bounds[:, 1]):
         raise SceneError("controls holds the parameters to choose, each with (smallest, largest)")
@@ -189,7 +189,7 @@ def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
 
 
 def _guess(program: Program, target: dict, duration: float, bump: float) -> np.ndarray:
-    """Return elements of equal length, states on a straight line, and velocities in between that fit it."""
+    """Return an initial guess: elements of equal length, states on a straight line, and matching velocities."""
     model, n, n_q = program.model, program.elements, program.model.n_q
     z = np.zeros(program.count)
     goal = model.start.copy()
@@ -210,7 +210,7 @@ def _guess(program: Program, target: dict, duration: float, bump: float) -> np.n
 
 
 def _homotopy(model, elements: int, ask, bump: float):
-    """Return the program with fixed modes and its solution, None if a step of the way fails."""
+    """Solve the relaxed programs in turn; return the program with fixed modes and its solution, None if one fails."""
     degree, bounds, target, time = ask
     program = Program(model, elements, degree, bounds, target, time)
     z = _guess(program, target, 0.5 * sum(time) if time[0] > 0 else 0.3 * time[1], bump)
@@ -223,7 +223,7 @@ def _homotopy(model, elements: int, ask, bump: float):
 
 
 def _fixed(model, program: Program, z: np.ndarray, ask):
-    """Solve again in the modes that the homotopy has found, without empty elements, until none has become empty."""
+    """Solve with the modes found by the homotopy, removing empty elements until none is left."""
     degree, bounds, target, time = ask
     modes, keep = program.modes_of(z), _lasting(program, z)
     while True:
@@ -239,13 +239,13 @@ def _fixed(model, program: Program, z: np.ndarray, ask):
 
 
 def _lasting(program: Program, z: np.ndarray) -> np.ndarray:
-    """Return the numbers of the elements that are not empty."""
+    """Return the indices of the elements that are not empty."""
     h = program.values(z, "h").ravel()
     return np.flatnonzero(h > EMPTY * np.sum(h))
 
 
 def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
-    """Say how near the end one can come: the sum of the misses is minimised instead."""
+    """Return a message: the state nearest to the end that can be reached, by minimising the squared distance."""
     degree, bounds, target, time = ask
     program = Program(model, elements, degree, bounds, {}, time)
     last = program.nlp["x"][program.places["x"][-1]]
@@ -256,7 +256,7 @@ def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
         z, _ = program.solve(solver, z, float(relax))
     reached = z[program.places["x"][-1]] * units.x
     words = ", ".join(f"{names[k]} = {reached[k]:.6g} instead of {v * units.x[k]:.6g}" for k, v in target.items())
-    return f"no motion found that reaches the end within the bounds; one comes as near as {words}"
+    return f"no motion found that reaches the end within the bounds; the nearest has {words}"
 
 
 def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, units: Sizes) -> Profile:
@@ -277,7 +277,7 @@ def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, 
 
 
 def _cheaper(program: Program, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
-    """Return the control that costs a little less and misses the end by least, in the same order of modes."""
+    """Return the neighbour of slightly smaller objective that misses the end by least, with the same modes."""
     degree, bounds, target, time = ask
     best = program.objective(z)
     free = Program(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
@@ -292,7 +292,7 @@ def _cheaper(program: Program, z: np.ndarray, ask, unit: float) -> list[Neighbou
 
 
 def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict, sizes) -> Comparison:
-    """Run every piece by the event-driven solver, each from where the one before ended."""
+    """Simulate the controls with the event-driven solver, element after element."""
     states, names = scene.system.states, [s.name for s in scene.system.states]
     numbers = scene.where(dict.fromkeys(symbols, 0.0)).numbers()
     start, spent = {s: numbers[s] for s in states}, 0.0

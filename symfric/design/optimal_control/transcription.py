@@ -1,10 +1,10 @@
-"""Optimal control with dry friction as a nonlinear program: finite elements of variable length, one mode in each.
+"""Nonlinear program of optimal control with dry friction: finite elements of variable length, one mode in each.
 
-Within an element every contact slips one way or sticks, because the complementarity of slip and friction is asked
-across all its collocation points; so modes change between elements only, whose lengths are variables: the times of the
-events come out exactly, not to the step. Radau collocation. A. Nurkanovic, M. Sperl, S. Albrecht, M. Diehl, Finite
-elements with switch detection, Numer. Math. 156 (2024); the friction is in step form, ``-N mu(|s|)(2 a - 1)`` with
-``s = p - n``, ``0 <= n, 0 <= a`` and ``0 <= p, 0 <= 1 - a`` complementary.
+Within an element every contact slips in one direction or sticks, because the complementarity of slip and friction is
+imposed across all its collocation points. Modes therefore change between elements only, whose lengths are variables, so
+that event times are not limited by a step size. Radau collocation. A. Nurkanovic, M. Sperl, S. Albrecht, M. Diehl,
+Finite elements with switch detection, Numer. Math. 156 (2024); the friction is in step form, ``-N mu(|s|)(2 a - 1)``
+with ``s = p - n``, ``0 <= n, 0 <= a`` and ``0 <= p, 0 <= 1 - a`` complementary.
 """
 
 import itertools
@@ -23,8 +23,8 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 
-FIRST, LAST = 3, 7  # collocation points in an element: while the modes are looked for, and when they are known
-SLIDE = 1e-6  # of the largest slip: an element whose slips are below it sticks
+FIRST, LAST = 3, 7  # collocation points in an element: while modes are unknown, and with fixed modes
+SLIDE = 1e-6  # slip relative to the largest one below which an element sticks
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What counts as 1 in the program: lengths, controls, time, slips and cost.
+    """Units of the program: sizes of states, controls, time, slips and cost.
 
     Attributes
     ----------
@@ -109,14 +109,14 @@ class Sizes:
 
 
 def sizes_of(model: Dynamics, bounds: np.ndarray, end: dict[int, float], time: tuple[float, float]) -> Sizes:
-    """Return the sizes that a problem has by itself: its distances, and what its controls can accelerate.
+    """Return the natural sizes of a problem, from its distances and the accelerations of its controls.
 
-    In other units of mass, length and time the program in these sizes is the same one.
+    The program in these sizes does not depend on the units of mass, length and time.
     """
     n, goal = model.n_q, model.start.copy()
     for k, value in end.items():
         goal[k] = value
-    shares, still = np.full(model.n_c, 0.5), np.zeros(model.n_c)  # no friction
+    shares, still = np.full(model.n_c, 0.5), np.zeros(model.n_c)  # without friction
     corners = [np.array(c) for c in itertools.product(*bounds)]
     rates = np.array([np.array(model.rate(x, w, shares, still)).ravel() for x in (model.start, goal) for w in corners])
     rate, moved = np.max(np.abs(rates), axis=0), np.abs(goal - model.start)
@@ -169,14 +169,14 @@ def _check_law(contact: Contact, numbers) -> None:
 
 
 class Program:
-    """The nonlinear program of some elements.
+    """The nonlinear program of a sequence of elements.
 
     Parameters
     ----------
     model : Dynamics
     elements : int
     degree : int
-        Of the controls in an element, 0 or 1.
+        Degree of the controls in an element, 0 or 1.
     bounds : ndarray, shape (n_w, 2)
     end : dict of int to float
         Values of states at the end.
@@ -193,7 +193,8 @@ class Program:
         self.model, self.elements, self.degree, self.modes, self.parts = model, elements, degree, modes, parts
         self.tau = ca.collocation_points(FIRST if modes is None else LAST, "radau")
         self.slope, _, self.weight = ca.collocation_coeff(self.tau)
-        self.grid = [(part + tau) / parts for part in range(parts) for tau in self.tau]  # of an element, 0 to 1
+        # collocation points on an element, 0 to 1
+        self.grid = [(part + tau) / parts for part in range(parts) for tau in self.tau]
         self.variables: list[ca.SX] = []
         self.low: list[float] = []
         self.high: list[float] = []
@@ -232,7 +233,7 @@ class Program:
         self.most += [high] * size
 
     def _split(self, i, x: ca.SX):
-        """Return the slip of a state in both directions, each >= 0."""
+        """Return the positive and negative parts of the slip of a state, each >= 0."""
         p, n = (self._new(name, self.model.n_c, 0.0, np.inf) for name in ("p", "n"))
         self._rule(p - n - self.model.slip(x, ca.SX.zeros(self.model.n_w)), 0.0, 0.0)
         if i is not None and self.modes is not None:
@@ -276,7 +277,7 @@ class Program:
 
     @alone(SYMBOLIC)
     def solver(self, tolerance: float) -> ca.Function:
-        """Return the solver of the program."""
+        """Return a solver of the program."""
         quiet: dict[str, float | str] = {
             "print_level": 0,
             "sb": "yes",
@@ -290,7 +291,7 @@ class Program:
 
     @alone(OPTIMISER)
     def solve(self, solver: ca.Function, guess: np.ndarray, relax: float) -> tuple[np.ndarray, bool]:
-        """Return the variables and whether the solver is content."""
+        """Return the variables and whether the solver succeeded."""
         found = solver(x0=guess, p=relax, lbx=self.low, ubx=self.high, lbg=self.least, ubg=self.most)
         return np.array(found["x"]).ravel(), bool(solver.stats()["success"])
 
@@ -309,7 +310,7 @@ class Program:
             values = coarse.values(z, name)[-coarse.elements * len(coarse.grid) :]
             values = values.reshape(coarse.elements, len(coarse.grid), -1)
             fine = [self._between(coarse.grid, values, k, left) for k in keep]
-            skip = len(self.places[name]) - self.elements * len(self.grid)  # the slip at the start
+            skip = len(self.places[name]) - self.elements * len(self.grid)  # skip the slip at the start
             rows = np.concatenate([[left] * skip, *fine]) if skip else np.concatenate(fine)
             for slot, row in zip(self.places[name], rows, strict=True):
                 start[slot] = row
@@ -328,11 +329,11 @@ class Program:
         return float(ca.Function("f", [self.nlp["x"]], [self.spent])(z))
 
     def measure_by(self, value: float) -> None:
-        """Minimise the objective over the size of a value of it, so that tolerances are relative."""
+        """Scale the objective by a value of it, so that tolerances are relative."""
         self.nlp["f"] = self.spent / (abs(value) or 1.0)
 
     def most_costly(self, value: float) -> None:
-        """Ask for a duration, or a cost, that does not exceed a value."""
+        """Constrain the duration, or the cost, by an upper bound."""
         self._rule(self.spent, -np.inf, value)
         self.nlp["g"] = ca.vertcat(*self.rules)
 

@@ -24,8 +24,8 @@ from symfric.model.averaged_law import pieces_between
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import SPEED
 
-NARROW = 0.05  # of the highest speed: features of the law nearer together than that bound arcs of their own
-SMALLEST = 1e-30  # of (q^2 - v^2) relative to q^2: the slope is infinite at v = q, and stays a number here
+NARROW = 0.05  # distance of features of the law, relative to the highest speed, below which they split the quadrature
+SMALLEST = 1e-30  # least (q^2 - v^2)/q^2, so that the slope, infinite at v = q, stays finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Averaged:
         Damping ``c + N mubar'``, mean power of the fast motion, mubar, and its share ``mubar(v)/mu(v)`` of the friction
         without excitation, for v <= q and for v >= q; at v = q the damping inside is infinite.
     dampings : (Function, Function)
-        ``(v, q) -> damping`` alone, inside and outside: most of a search looks at no more.
+        ``(v, q) -> damping`` alone, inside and outside, for searches that need nothing else.
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
     levels : tuple of float
@@ -91,7 +91,7 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
 
 
 def _damping_of(function: ca.Function) -> ca.Function:
-    """Return the first output alone."""
+    """Return a function of the first output alone."""
     v, q = ca.SX.sym("v"), ca.SX.sym("q")
     return ca.Function("damping", [v, q], [function(v, q)[0]])
 
@@ -132,13 +132,13 @@ def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tupl
     levels = [*(-b for b in reversed(breaks)), 0.0, *breaks] if inside else list(breaks)
     angles = [ca.SX(0), *(_angle((v - level) / q) for level in levels), ca.SX(np.pi)]
     x, weights = gauss_legendre(nodes)
-    clustered = ca.DM(x**2 * (3 - 2 * x)).T  # nodes at both ends of an arc, where the law varies most
+    clustered = ca.DM(x**2 * (3 - 2 * x)).T  # nodes cluster at both ends of an arc, where the law varies most
     density = ca.DM(weights * 6 * x * (1 - x) / np.pi)
     slope = weighted = mean = ca.SX(0)
     for k, (low, high) in enumerate(itertools.pairwise(angles)):
         branch, sign = (k, 1) if not inside else _place(k, len(breaks))
         cosine = ca.cos(low + (high - low) * clustered)
-        speed = ca.fmax(sign * (v - q * cosine), 1e-15 * q)  # rounding must not make it negative
+        speed = ca.fmax(sign * (v - q * cosine), 1e-15 * q)  # not negative by rounding
         mu, derivative = pieces[branch](speed)
         slope += (high - low) * ca.mtimes(derivative, density)
         mean += (high - low) * sign * ca.mtimes(mu, density)
@@ -147,7 +147,7 @@ def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tupl
 
 
 def _place(k: int, n: int) -> tuple[int, int]:
-    """Return branch and sign of the k-th arc, w rising, of a law with n breaks."""
+    """Return branch and sign of the k-th arc, in the order of w, of a law with n breaks."""
     return (n - k, -1) if k <= n else (k - n - 1, 1)
 
 

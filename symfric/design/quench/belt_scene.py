@@ -1,6 +1,6 @@
-"""Reading the one kind of scene that `quench` designs for: one mass, one belt, one fast harmonic force.
+"""Recognise the scenes that `quench` accepts: one mass on one belt with a fast harmonic force.
 
-Several contacts may rub between mass and belt, as pads do on a disc: their characteristics add up to one.
+Several contacts between mass and belt, such as pads on a disc, are replaced by one with the sum of their friction.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class Belt:
     Attributes
     ----------
     scene : Scene
-        The one given.
+        The given scene.
     mass, damping, stiffness, normal : float
         m, c, k > 0 and N, the last with the contact's profile; of several contacts the sum.
     law : Law
@@ -48,7 +48,7 @@ class Belt:
 
     @property
     def single(self) -> Scene:
-        """The scene with one contact that rubs as all do: events of several at one time have no derivatives."""
+        """The scene with one equivalent contact: simultaneous events of several contacts have no derivatives."""
         if len(self.scene.contacts) == 1:
             return self.scene
         scene = self.scene.wanting({"end": End()})
@@ -98,9 +98,7 @@ def read_belt(scene: Scene) -> Belt:
     }
     mass, damping, stiffness = (_constant(e, given, what) for what, e in numbers.items())
     if not stiffness > 0:
-        raise SceneError(
-            f"the stiffness is {stiffness:g}; quench needs a spring, so that there is something to vibrate"
-        )
+        raise SceneError(f"the stiffness is {stiffness:g}; quench needs a positive one")
     normal, law = _together(scene, given)
     (q,) = slow.contacts[0].law.breaks
     start = tuple(sp.sympify(-slow.initial[s]).subs(given) for s in (x, u))
@@ -108,13 +106,13 @@ def read_belt(scene: Scene) -> Belt:
 
 
 def _together(scene: Scene, given: dict) -> tuple[float, Law]:
-    """Return the load of all contacts and the law that, under it, rubs as all of them do."""
+    """Return load and law of the single contact that is equivalent to all contacts."""
     loads, found = [], []
     for contact in scene.contacts:
         what = f"the normal load of contact {contact.name!r}, with its profile,"
         loads.append(_constant(contact.normal * contact.profile, given, what))
         if loads[-1] < 0 or (loads[-1] == 0 and len(scene.contacts) == 1):
-            raise SceneError(f"{what} is {loads[-1]:g}; without a positive one nothing rubs")
+            raise SceneError(f"{what} is {loads[-1]:g}; it must be positive, or there is no friction")
         law = contact.law.where({k: v for k, v in given.items() if k in contact.law.free_symbols})
         if law.free_symbols:
             names = ", ".join(sorted(s.name for s in law.free_symbols))
@@ -122,7 +120,7 @@ def _together(scene: Scene, given: dict) -> tuple[float, Law]:
         found.append(law)
     normal = sum(loads)
     if not normal > 0:
-        raise SceneError("the normal loads of all contacts are 0; without a positive one nothing rubs")
+        raise SceneError("the normal loads of all contacts are 0; at least one must be positive")
     if len(found) == 1:
         return normal, found[0]
     parts = [(load / normal, law) for load, law in zip(loads, found, strict=True) if load > 0]
@@ -137,7 +135,7 @@ def _together(scene: Scene, given: dict) -> tuple[float, Law]:
 
 
 def _apart(speeds: set[sp.Expr]) -> list[sp.Expr]:
-    """Return numbers in order, each once: .1 and 1/10 are the same speed."""
+    """Return sorted numbers without those that are equal up to rounding."""
     return [e for _, e in sorted({float(e): e for e in speeds}.items())]
 
 
@@ -167,7 +165,7 @@ def _check_shape(scene: Scene) -> None:
 
 
 def _slow(scene: Scene, designed: set[sp.Symbol]) -> Scene:
-    """Separate the motions with the simplest law, which shows the intensity in its break."""
+    """Separate fast and slow motion with the Coulomb law, whose average has its break at the intensity q."""
     contact = replace(scene.contacts[0], law=laws.coulomb(1), normal=1, profile=1)
     used = set().union(contact.free_symbols, *(e.free_symbols for e in scene.system.expressions))
     for s in designed:

@@ -1,4 +1,4 @@
-"""The smallest fast excitation that keeps a mass on a belt from vibrating by itself."""
+"""The smallest fast excitation that prevents self-excited vibration of a mass on a belt."""
 
 import itertools
 from collections.abc import Mapping
@@ -20,8 +20,8 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest
 
 OBJECTIVES = ("intensity", "power", "force")
-ACTIVE = 1e-8  # of the damping's size: a condition this near its limit is active
-FAST = 3.0  # natural frequencies: the separation of motions means nothing below
+ACTIVE = 1e-8  # slack relative to the condition's size up to which it counts as active
+FAST = 3.0  # least excitation frequency in natural frequencies; below, fast and slow motion do not separate
 NONE_NEEDED = "no excitation needed"
 
 
@@ -104,7 +104,7 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits)
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
     low, high = _bounds(speeds, "speeds", "belt speed")
     if not high > 0:
-        raise SceneError("the highest of the speeds is 0; a belt at rest makes nothing vibrate")
+        raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")
     Omega, a = _bounds(Omega, "Omega", "frequency"), _bounds(a, "a", "amplitude")
     if not Omega[0] > 0:
         raise SceneError(f"Omega is {Omega}; its lower bound must be positive, and far above the natural frequency")
@@ -141,7 +141,7 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
 
 
 def _unshaken(speeds: Range) -> tuple[float, float]:
-    """Return the least damping without excitation, and its belt speed."""
+    """Return the least damping without excitation and the belt speed of it."""
     edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
     parts: list[np.ndarray] = []
     for a, b in itertools.pairwise(edges):
@@ -158,7 +158,7 @@ def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     speeds, Omega = problem.speeds, problem.Omega[0]
     v = np.linspace(0.0, 1.3 * speeds.high, 201)[1:]
     curve = _curve(problem, v, np.array(speeds.averaged.unshaken(v[None])).ravel(), ())
-    at = still[1] if still[1] > 0 else 0.01 * speeds.high  # a belt at rest does not slide
+    at = still[1] if still[1] > 0 else 0.01 * speeds.high  # a belt at rest has no sliding state to verify
     rest = belt.normal * belt.law(at) / belt.stiffness
     damping = float(speeds.averaged.unshaken(at))
     program, duration = prepare_map(belt, (0.0, Omega), at)
@@ -198,7 +198,7 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
 
 
 def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
-    """Return the excitation with the largest of the amplitudes that the full model asks for at the active speeds."""
+    """Return the excitation with the largest of the amplitudes that the full model requires at the active speeds."""
     a, Omega = excitation
     averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
     for v in (v for v in marks if v > 0):
@@ -239,7 +239,7 @@ def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
 
 
 def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
-    """Return the damping over the belt speeds, also those beside the range: they show what it costs."""
+    """Return the curve of the damping over the belt speeds, slightly beyond their range."""
     v, y, gap = [], [], np.array([np.nan])
     for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
         part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))

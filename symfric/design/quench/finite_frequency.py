@@ -1,4 +1,4 @@
-"""The quench at its finite frequency: the amplitude at which the forced motion of the full model is neutral."""
+"""Correction of a quench for its finite frequency: the amplitude at which the full model is at the margin."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from symfric.errors import NotFound
 from symfric.orbits.flow_map import Passage, flow_of
 from symfric.orbits.shooting import System, Test, solve
 
-_FAR = 0.2  # of the amplitude: a correction larger than that belongs to another orbit
+_FAR = 0.2  # relative correction of the amplitude above which it belongs to another orbit
 
 
 def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: float, margin: float) -> float | None:
-    """Return the amplitude at which areas on the forced orbit of the full model shrink as the margin asks for.
+    """Return the amplitude at which phase-plane areas about the forced orbit of the full model shrink by the margin.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
     excitation : (float, float)
         a and Omega of the averaged optimum.
     v_b : float
-        Belt speed that decides there.
+        Critical belt speed at this optimum.
     rest : float
         Quasi-equilibrium of the averaged model.
     margin : float
@@ -30,7 +30,7 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
     Returns
     -------
     float or None
-        None where the full model has no such orbit: where it sticks, all areas shrink to nothing.
+        None if the full model has no such orbit; with sticking, areas shrink to zero.
 
     Notes
     -----

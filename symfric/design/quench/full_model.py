@@ -1,4 +1,4 @@
-"""The full model asked a little beside an optimum of the averaged one."""
+"""Verification of an averaged optimum: runs of the full model with slightly more and less excitation."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -14,15 +14,15 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, Output, friction_force
 from symfric.solve.routes import Program
 
-NEAR = 12.0  # times (natural frequency over Omega)^2: relative difference of the full model that averaging explains
-AT = 1e-8  # of a limit: so near to it the design is at it
-OTHERS = 2  # belt speeds beside the worst at which the full model is run
-BESIDE = 2e-3  # of the fast velocity: distance from a kink at which the full model is asked
+NEAR = 12.0  # error of averaging: relative difference of the full model in units of (natural frequency/Omega)^2
+AT = 1e-8  # relative distance from a limit at which the design is on it
+OTHERS = 2  # further belt speeds at which the full model is run
+BESIDE = 2e-3  # distance from a kink at which the full model is run, relative to the fast velocity
 
 
 @dataclass(frozen=True)
 class _Side:
-    """An excitation beside the optimum and its worst belt speed; damping and friction of the averaged model there."""
+    """A neighbouring excitation with its worst belt speed, and damping and friction of the averaged model there."""
 
     excitation: tuple[float, float]
     v_b: float
@@ -31,11 +31,11 @@ class _Side:
 
 
 def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
-    """Ask the full model with a changed by a step: 1 % and what averaging misses, more if nothing shows yet below."""
+    """Run the full model with a changed by 1 % plus the averaging error, and by more if that is still stable below."""
     a, Omega = problem.excitation(found.q)
     step = 0.01 + 4 * (belt.frequency / Omega) ** 2
     worst = (c.slack(problem.speeds.worst(found.regime, found.q, c.kind)[0].value) for c in problem.conditions[1:])
-    limited = min(worst, default=1.0) < AT  # then nothing need show below
+    limited = min(worst, default=1.0) < AT  # a limit is active: no instability is required below
     for _ in range(4):
         below = _side(belt, problem, ((1 - step) * a, Omega))
         if below.damping < 0 or problem.margin > 0 or limited or step > 0.2:
@@ -56,7 +56,7 @@ def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
 
 
 def beside(belt: Belt, problem: Problem, found: Optimum, check: Check) -> list[Neighbour]:
-    """Return the designs beside an optimum within the bounds: one on the full model, the others on the averaged one."""
+    """Return the neighbours of an optimum within the bounds: one on the full model, the others on the averaged one."""
     q, (low, high) = found.q, problem.intensities
     neighbours = []
     for share in (1 - 1e-2, 1 - 1e-3, 1 - 1e-5, 1 + 1e-5, 1 + 1e-3):
@@ -81,7 +81,7 @@ def _worst(problem: Problem, q: float, kind: str) -> float:
 
 @alone(SYMBOLIC)
 def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
-    """Return the integrals of the friction, along the slip u - v_b, and of the power of the excitation."""
+    """Return outputs: integrals of the friction force along the slip u - v_b and of the power of the excitation."""
     scene, (u,) = belt.scene, belt.scene.system.u
     (force,) = scene.system.force
     shaking = force - force.subs(scene.parameter(AMPLITUDE), 0)
@@ -93,7 +93,7 @@ def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
 def _limited(
     belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
 ) -> tuple[Compared, ...]:
-    """Return what the limits on friction and power speak of beside the full model, forced at its finite frequency."""
+    """Compare limited friction and power with the full model under the excitation at its finite frequency."""
     a, Omega = problem.excitation(found.q)
     rows = []
     for kind in kinds:
@@ -114,13 +114,13 @@ def _limited(
 
 
 def _fast(belt: Belt, excitation: tuple[float, float]) -> float:
-    """Return the amplitude of the fast velocity, which is that of the linear oscillator."""
+    """Return the amplitude of the fast velocity of the linear oscillator."""
     a, Omega = excitation
     return belt.gain * a * Omega / abs(1 - (belt.frequency / Omega) ** 2)
 
 
 def _others(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> list[_Side]:
-    """Return further belt speeds: where the averaged damping has its next local minima, away from the kinks."""
+    """Return further belt speeds: the next local minima of the averaged damping, away from kinks."""
     speeds, q = problem.speeds, _fast(belt, excitation)
     first, *rest = speeds.worst(speeds.regime_of(q), q)
     kinks = [abs(level + side * q) for level in speeds.averaged.kinks for side in (-1, 1)]
@@ -135,7 +135,7 @@ def _at(problem: Problem, excitation: tuple[float, float], v: float, q: float) -
 
 
 def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
-    """Return the worst belt speed under an excitation, a little beside the kinks, where the full model grazes."""
+    """Return the worst belt speed under an excitation, away from kinks, where the full model would graze."""
     speeds = problem.speeds
     q = _fast(belt, excitation)
     worst = speeds.worst(speeds.regime_of(q), q)[0].v

@@ -1,4 +1,4 @@
-"""Limits on what a quench may take and cost beside the stability it must bring, and what is said where it cannot."""
+"""Limits of a quench on friction, acceleration and power, and the message if they cannot be met."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,7 +20,7 @@ def read_limits(limits) -> dict[str, float]:
     Raises
     ------
     SceneError
-        If one is unknown or has no sense.
+        If one is unknown or out of range.
     """
     if limits is None:
         return {}
@@ -34,14 +34,12 @@ def read_limits(limits) -> dict[str, float]:
         if not found[name] > 0:
             raise SceneError(f"the limit on the {name} is {found[name]:g}; it must be positive")
     if found.get("friction", 0.0) > 1:
-        raise SceneError(
-            f"the limit on the friction is {found['friction']:g}; it is the share that stays, so at most 1"
-        )
+        raise SceneError(f"the limit on the friction is {found['friction']:g}; it is the remaining fraction, at most 1")
     return found
 
 
 def missing(problem: Problem, still: tuple[float, float]) -> str:
-    """Return why no excitation does it: what comes closest and by how much it misses.
+    """Return a message: no excitation meets the conditions, which comes closest and by how much it fails.
 
     Parameters
     ----------
@@ -93,7 +91,7 @@ def _beyond_limits(problem: Problem, stable: Problem) -> str:
 
 
 def _excess(problem: Problem, q, values) -> np.ndarray:
-    """Return by how much the limits are exceeded at the most, relative to each, for arrays of q and of worst values."""
+    """Return the largest relative excess over a limit, for arrays of q and of worst values."""
     q = np.atleast_1d(q)
     parts = []
     for kind, limit in problem.limits.items():
@@ -106,7 +104,7 @@ def _excess(problem: Problem, q, values) -> np.ndarray:
 
 
 def _least_excess(problem: Problem, stable: Problem) -> tuple[float, str]:
-    """Return the intensity among those that keep sliding stable which exceeds the limits least, and its regime."""
+    """Return, among intensities with stable sliding, the one that exceeds the limits least, and its regime."""
 
     def excess(regime: str, q: float) -> float:
         values = {k: problem.speeds.worst(regime, q, k)[0].value for k in problem.limits if k != "acceleration"}

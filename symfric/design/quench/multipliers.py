@@ -1,4 +1,4 @@
-"""What the full event-driven model does beside an optimum: multipliers of the stroboscopic map at finite frequency."""
+"""Floquet multipliers of the full event-driven model near an optimum, from its stroboscopic map."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -13,15 +13,15 @@ from symfric.model.outputs import Output, Trajectory
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
 
-TOLERANCE = 1e-12  # of the runs; differences of 1e-6 of a velocity then show growth rates of 1e-6
-BALANCE = 1e-8  # largest energy residual of a run that is believed
-MAPS = 40  # half slow periods over which the disturbance is followed
-PERIODS = 200  # most forcing periods in one map
+TOLERANCE = 1e-12  # tolerance of the runs, so that disturbances of 1e-6 resolve growth rates of 1e-6
+BALANCE = 1e-8  # largest energy residual of a valid run
+MAPS = 40  # half slow periods over which a disturbance is followed
+PERIODS = 200  # most forcing periods of one map
 
 
 @dataclass(frozen=True)
 class Probe:
-    """One motion of the full model about its forced vibration, started with a small disturbance.
+    """Decay of a small disturbance of the forced vibration of the full model.
 
     Attributes
     ----------
@@ -61,18 +61,18 @@ class Probe:
 
 @dataclass(frozen=True)
 class Check:
-    """The full model with a little more and a little less excitation than the optimum.
+    """Verification: the full model with slightly more and less excitation than the optimum.
 
     Attributes
     ----------
     step : float
         Relative change of a; the optimum itself lies at the limit.
     above, below : tuple of Probe
-        At the worst belt speeds of the averaged model; none below where no excitation is needed.
+        At the worst belt speeds of the averaged model; `below` is empty where no excitation is needed.
     limits : tuple of Compared
-        What limits speak of, on the forced vibration at the optimum and at the worst belt speed of each.
+        Limited quantities, on the forced vibration at the optimum and at the worst belt speed of each.
     others : tuple of Probe
-        With as much more excitation at further belt speeds, local minima of the averaged damping.
+        With the larger excitation at further belt speeds, local minima of the averaged damping.
     """
 
     step: float
@@ -83,13 +83,13 @@ class Check:
 
     @property
     def agrees(self) -> bool:
-        """Whether the full model is stable and self-excited where the averaged one is, and within limits as it is."""
+        """Whether the full model is stable above, self-excited below, and within the limits like the averaged one."""
         return not self.disagreements
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """What the full model does otherwise, in words."""
-        # with less excitation a motion without an answer contradicts nothing: it may stick and slip
+        """Disagreements of the full model, as lines of text."""
+        # with less excitation a probe without a result is no contradiction: the motion may stick and slip
         silent = {id(p) for p in self.below if p.status != "OK"}
         wrong = [
             words
@@ -99,7 +99,7 @@ class Check:
         return (*wrong, *(_limit_words(row) for row in self.limits if not row.agrees))
 
     def _probes(self) -> list[tuple[Probe, str]]:
-        """Return every probe and what it saw."""
+        """Return every probe and its description."""
         return [
             (p, _probe_words(p, f"{100 * self.step:.3g} % {word}"))
             for probes, word in ((self.above, "more"), (self.others, "more"), (self.below, "less"))
@@ -158,7 +158,7 @@ def probe(
     if failed:
         status = f"{failed.status.name}: {failed.advice}"
     elif residual > BALANCE:
-        status = f"the solver's energy balance is off by {residual:.1g}, so its answer proves nothing"
+        status = f"the energy residual of the run is {residual:.1g}, so its result is not valid"
     else:
         status = "OK" if found else "no forced vibration of the forcing's period was found"
     decay = -float(np.log(max(largest, 1e-300))) / duration
@@ -166,7 +166,7 @@ def probe(
 
 
 def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, rest: float) -> dict[str, float]:
-    """Return the state at the start of the forced vibration about `rest`, by name; NaN if it is not found."""
+    """Return the initial state of the forced vibration about `rest`, by name; NaN if it is not found."""
     strobe, size = _strobe(belt, program, excitation, v_b, [])
     x, slopes = _fixed_point(strobe, np.array([rest, 0.0]) + belt.fast_start(*excitation), size)
     names = [s.name for s in belt.scene.system.states]
@@ -174,14 +174,14 @@ def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: f
 
 
 def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, runs: list[Run]):
-    """Return the map over the time of a program, which adds its runs to a list, and the sizes of its two states."""
+    """Return the stroboscopic map of a program, which appends its runs to a list, and the sizes of its two states."""
     a, Omega = excitation
     names = [s.name for s in belt.scene.system.states]
     values = {SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega}
     speed = belt.gain * a * Omega or v_b
 
     def strobe(x: np.ndarray) -> np.ndarray:
-        if runs and runs[-1].status != 0:  # one failure is enough
+        if runs and runs[-1].status != 0:  # stop after a failure
             return np.full(2, np.nan)
         runs.append(program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True))))
         return runs[-1].final if runs[-1].status == 0 else np.full(2, np.nan)
@@ -190,7 +190,7 @@ def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: 
 
 
 def _followed(strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:
-    """Return what is left after `MAPS` maps of a displacement `first` from the forced vibration x."""
+    """Return what remains of a displacement `first` from the forced vibration x after `MAPS` maps."""
     y = x + np.array([first, 0.0])
     for _ in range(MAPS):
         y = strobe(y)
@@ -221,7 +221,7 @@ def prepare_map(
 ) -> tuple[Program, float]:
     """Compile the scene over whole forcing periods that last about half a slow period; return it and their time.
 
-    `meters` are outputs wanted beside the trajectory.
+    `meters` are outputs in addition to the trajectory.
     """
     a, Omega = excitation
     half = pi / belt.frequency

@@ -1,4 +1,4 @@
-"""The least excitation under conditions at every belt speed of a range: a scan, then the edges of what is feasible.
+"""Global search for the least excitation under conditions at every belt speed of a range.
 
 For every intensity q the best amplitude and frequency are known, so that the search is over q alone, with the worst
 belt speed of each. The feasible intensities may fall into several intervals: the scan starts one search in each and
@@ -13,18 +13,18 @@ from scipy.optimize import brentq, minimize_scalar
 
 from symfric.design.quench.worst_speed import Range
 
-FAR = 0.02  # slack that a peak lacks, over its condition's size, at a first look that makes a second one idle
+FAR = 0.02  # deficit of a peak in the scan, relative to the condition's size, above which it is not polished
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What must hold at every belt speed: a damping or a friction not below a level, a power not above it.
+    """A condition at every belt speed: least damping, least friction or largest power.
 
     Attributes
     ----------
     kind : {"damping", "friction", "power"}
     level, size : float
-        The size makes what is missing a number without unit.
+        The limit, and the scale that makes the slack dimensionless.
     """
 
     kind: str
@@ -32,13 +32,13 @@ class Condition:
     size: float
 
     def slack(self, value):
-        """Return by how much a value, a float or an array, is on the right side, over the size."""
+        """Return the slack of a value (float or array) relative to the size; negative where the condition fails."""
         return (self.level - value if self.kind == "power" else value - self.level) / self.size
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is minimised, over which excitations, under which conditions.
+    """The optimisation problem: objective, bounds of the excitation, and conditions.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Problem:
     margin : float
         Least damping.
     limits : dict of str to float
-        Least share of the "friction", largest "acceleration" ``a Omega^2`` and "power"; those that are asked for.
+        Least fraction of the "friction", largest "acceleration" ``a Omega^2`` and "power", as far as given.
     """
 
     speeds: Range
@@ -72,13 +72,13 @@ class Problem:
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        """What must hold at every belt speed, the damping first."""
+        """Conditions at every belt speed, the damping first."""
         asked = [Condition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
         return Condition("damping", self.margin, self.speeds.averaged.scale), *asked
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What is looked at over the belt speeds."""
+        """Kinds of the conditions."""
         return tuple({c.kind for c in self.conditions} | ({"power"} if self.minimise == "power" else set()))
 
     def excitation(self, q: float) -> tuple[float, float]:
@@ -88,11 +88,11 @@ class Problem:
         return intensity / Omega, Omega
 
     def slack(self, regime: str, q: float) -> float:
-        """Return what the conditions leave over the belt speeds, the least of them."""
+        """Return the least slack of the conditions over the belt speeds."""
         return min(c.slack(self.speeds.worst(regime, q, c.kind)[0].value) for c in self.conditions)
 
     def objective(self, regime: str, q: float) -> float:
-        """Return what is minimised, at the best a and Omega of the fast slip q."""
+        """Return the objective at the best a and Omega of the fast slip q."""
         if self.minimise == "power":
             return self.speeds.worst(regime, q, "power")[0].value
         a, Omega = self.excitation(q)
@@ -101,7 +101,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Optimum:
-    """The best q, its regime and what is minimised there."""
+    """The best q, its regime and objective."""
 
     q: float
     regime: str
@@ -120,7 +120,7 @@ class Start:
 
 
 def search(problem: Problem) -> Optimum | tuple[float, str]:
-    """Return the global optimum; where nothing is feasible, the intensity that comes closest and its regime."""
+    """Return the global optimum, or, if nothing is feasible, the intensity that comes closest and its regime."""
     starts, closest = _starts(problem)
     best = None
     for start in starts:
@@ -134,14 +134,14 @@ def search(problem: Problem) -> Optimum | tuple[float, str]:
 
 
 def grid_of(low: float, high: float) -> np.ndarray:
-    """Return intensities that resolve both ends, and decades where the bounds are wide."""
+    """Return a grid of intensities, dense at both ends, and logarithmic if the bounds are wide."""
     near = low + (high - low) * np.concatenate([np.logspace(-7, -1, 25), 1 - np.logspace(-7, -1, 25)])
     decades = np.geomspace(max(low, 1e-4 * high), high, 60) if high > 0 else np.array([high])
     return np.clip(np.unique(np.concatenate([[low, high], np.linspace(low, high, 60), near, decades])), low, high)
 
 
 def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
-    """Scan every regime for feasible intervals; q = 0 is no excitation and has been tried before."""
+    """Scan every regime for feasible intervals; q = 0, no excitation, was tried before."""
     starts, closest, least = [], (0.0, "mixed"), -np.inf
     for regime, (low, high) in problem.speeds.regimes(*problem.intensities).items():
         q = grid_of(low, high)
@@ -159,9 +159,9 @@ def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
 
 
 def refined(problem: Problem, regime: str, q, slack, power):
-    """Add the local maxima of the slack that the grid missed: a feasible interval may be narrower than a cell."""
+    """Add local maxima of the slack between grid points, since a feasible interval may be narrower than a cell."""
     inner, beside = slack[1:-1], (slack[:-2], slack[2:])
-    peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # no plateau of rounding
+    peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # not a plateau with rounding errors
     peaks = 1 + np.flatnonzero((inner < 0) & np.isfinite(inner) & peak)
     extra = []
     for k in peaks[np.argsort(-slack[peaks])][:3]:
@@ -192,7 +192,7 @@ def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.n
 
 
 def _least(problem: Problem, start: Start) -> float:
-    """Return the best intensity between the neighbours of a start in the scan, at which the conditions hold."""
+    """Return the best feasible intensity between the neighbours of a start in the scan."""
     q = start.q
     low, high = (edge(problem, start.regime, q, end) for end in (start.low, start.high))
     if problem.minimise != "power" or not high > low:
@@ -210,7 +210,7 @@ def _least(problem: Problem, start: Start) -> float:
 
 
 def edge(problem: Problem, regime: str, good: float, bad: float) -> float:
-    """Return the intensity nearest to the second one, from a good one on, at which the conditions hold."""
+    """Bisect from a feasible intensity towards the second one; return the last feasible intensity."""
     slack = lambda s: problem.slack(regime, s)  # noqa: E731
     last = slack(bad)
     if last >= 0 or good == bad:

@@ -22,9 +22,10 @@ _ENDS = np.logspace(-5, -1.1, 12)
 _ZOOM, _FINE = (
     17,
     1e-9,
-)  # points of a grid between the neighbours of a low point, and the last grid's width over the first
-ROWS = {"damping": 0, "power": 1, "friction": 3}  # which output of the averaged contact a condition looks at
-SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))  # of an interval, denser at its ends
+)  # points of the grid between the neighbours of a low point; width of the last grid relative to the first
+ROWS = {"damping": 0, "power": 1, "friction": 3}  # output of the averaged contact for each kind of condition
+# grid on an interval [0, 1], denser at its ends
+SHARES = np.unique(np.concatenate([np.linspace(0, 1, 21), _ENDS, 1 - _ENDS]))
 
 
 @dataclass(frozen=True)
@@ -35,18 +36,18 @@ class Edge:
     rate: float
 
     def __call__(self, q):
-        """Return its place; q may be a float or an array."""
+        """Return the belt speed of the end; q may be a float or an array."""
         return self.fixed + self.rate * q
 
 
 @dataclass(frozen=True)
 class Point:
-    """A belt speed.
+    """Value of a condition at a belt speed.
 
     Attributes
     ----------
     value : float
-        Damping, mean power or share of the friction there.
+        Damping, mean power or fraction of the friction there.
     v : float
     inside : bool
         Whether the fast motion reverses the slip there.
@@ -84,11 +85,11 @@ class Range:
         return low, high
 
     def sides(self, regime: str) -> tuple[bool, ...]:
-        """Return which of inside and outside there are."""
+        """Return which of the inside and outside intervals exist."""
         return {"outside": (False,), "mixed": (True, False), "inside": (True,)}[regime]
 
     def on(self, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
-        """Return what `ROWS` names, or some of them, on arrays of equal shape."""
+        """Evaluate the quantities of `ROWS`, or some of them, on arrays of equal shape."""
         place = v.reshape(1, -1), q.reshape(1, -1)
         if set(kinds) == {"damping"}:
             found = {"damping": np.array(self.averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
@@ -100,7 +101,7 @@ class Range:
         return found
 
     def scan(self, regime: str, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
-        """Return the worst of each kind over a grid of the belt speeds, shapes (n,)."""
+        """Return the worst value of each kind over a grid of the belt speeds, shapes (n,)."""
         parts: dict[str, list[np.ndarray]] = {kind: [] for kind in kinds}
         for inside in self.sides(regime):
             low, high = (np.broadcast_to(e(q), q.shape)[:, None] for e in self.interval(regime, inside))
@@ -114,8 +115,8 @@ class Range:
     def worst(self, regime: str, q: float, kind: str = "damping") -> list[Point]:
         """Return the local minima of the damping or the friction, maxima of the power, over the belt speeds.
 
-        The worst comes first. Every interval between kinks is searched on a grid, and those of its low points are
-        polished that may become the worst.
+        The worst comes first. Every interval between kinks is searched on a grid, and the low points that may
+        contain the worst are polished.
         """
         sign, found = -1.0 if kind == "power" else 1.0, []
         for inside in self.sides(regime):
@@ -137,13 +138,13 @@ class Range:
         return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
 
     def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:
-        """Return the least point between the neighbours of a low point, by ever finer grids."""
+        """Return the minimum between the neighbours of a low point, by successively finer grids."""
         best, (a, b) = (low.v, low.value), low.ends
         while b - a > _FINE * (low.ends[1] - low.ends[0]):
             v = np.linspace(a, b, _ZOOM)
             y = sign * self.on(low.inside, v, np.full(v.shape, q), (kind,))[kind]
             k = int(np.argmin(y))
-            if y[k] < best[1] - low.rounding:  # so that an end stays an end
+            if y[k] < best[1] - low.rounding:  # strictly lower, so that an end of the interval is kept
                 best = float(v[k]), float(y[k])
             if (a, b) == (v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]):
                 break
@@ -151,7 +152,7 @@ class Range:
         return best
 
     def _edges(self, regime: str, inside: bool, q: float, kind: str) -> list[Edge]:
-        """Return the ends of the interval and the kinks in it, in order; friction without excitation has its own."""
+        """Return the ends of the interval and the kinks in it, in order."""
         low, high = self.interval(regime, inside)
         own = [Edge(level, 0.0) for level in self.averaged.levels] if kind == "friction" else []
         kinks = {edge(q): edge for edge in own if low(q) < edge(q) < high(q)}
@@ -166,7 +167,7 @@ class Range:
 
 @dataclass(frozen=True)
 class _Low:
-    """A low point of an interval on a grid, its neighbours, and how low it may be between them."""
+    """A local minimum on a grid, its neighbours, and a lower bound of the value between them."""
 
     inside: bool
     v: float
@@ -179,22 +180,22 @@ class _Low:
 def _cell(low: Edge, high: Edge, q: float) -> np.ndarray:
     """Return the grid of an interval between kinks.
 
-    Kinks themselves are left out by a hair: the slope can be infinite on one of their sides.
+    Kinks are excluded by a distance of 1e-12 q: the slope can be infinite on one side of them.
     """
-    hair = 1e-12 * q
-    a, b = (e(q) + side * hair * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
+    gap = 1e-12 * q
+    a, b = (e(q) + side * gap * (e.rate != 0 and e.fixed != 0) for e, side in ((low, 1), (high, -1)))
     b = max(a, b)
     return a + (b - a) * SHARES if b > a else np.array([a])
 
 
 def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple]:
-    """Return the local minima of values on a grid: v, y, the neighbours, the least there may be, and the rounding."""
+    """Return the local minima of values on a grid: v, y, neighbours, lower bound and rounding error."""
     left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
     found = []
     for k in np.flatnonzero((y <= left) & (y <= right)).tolist():
         a, b = max(k - 1, 0), min(k + 1, v.size - 1)
         highest = float(np.max(y[a : b + 1]))
-        smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # no plateau
+        smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # not a plateau
         ends = (float(v[a]), float(v[b])) if smooth else (float(v[k]), float(v[k]))
         found.append((float(v[k]), float(y[k]), ends, float(2 * y[k] - highest) if smooth else np.inf, rounding))
     return found
