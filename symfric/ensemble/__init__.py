@@ -1,1 +1,1 @@
-"""Many scenes, many cores, many machines: ground motions and sweeps."""
+"""Sweeps, basins of attraction and bifurcation diagrams, in parallel."""

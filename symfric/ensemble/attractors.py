@@ -1,4 +1,4 @@
-"""What motions settle to: rest, an equilibrium, a cycle, or something irregular; found one after the other."""
+"""Attractors of a scene (rest, equilibrium, cycle or irregular motion), collected one after the other."""
 
 from dataclasses import dataclass
 from itertools import islice
@@ -15,18 +15,18 @@ from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
-_POINTS = 2000  # of an autonomous cycle, or of the end of a motion without a period
-_PATIENCE = 8  # horizons that a motion is given to settle
-_LATE = 0.75  # part of a run after which it is looked at
-# parts of a motion that must be near an attractor to lie on it; of an irregular one, of which only some points are
-# known, what is as near as those are to each other
+_POINTS = 2000  # points stored of an autonomous cycle, or of the end of a motion without a period
+_PATIENCE = 8  # settling time in horizons
+_LATE = 0.75  # fraction of a run after which its motion is compared with attractors
+# fractions of a motion's points that must be near an attractor for the motion to lie on it; near an irregular one,
+# which is known by points only, means within the distance of neighbouring points
 _WHOLE, _SHARED = 0.95, 0.5
-_NEIGHBOURS = 0.9  # part of the points of an irregular one that have a neighbour so near
+_NEIGHBOURS = 0.9  # fraction of the points of an irregular attractor that have a neighbour within this distance
 
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """What motions from some set of starts end in.
+    """An attractor: rest, equilibrium, cycle or irregular motion.
 
     Attributes
     ----------
@@ -51,18 +51,18 @@ class Attractor:
 
 
 class Collection:
-    """The attractors known so far; finds more.
+    """The attractors found so far; assigns motions to them and adds new ones.
 
     Parameters
     ----------
     scene : Scene
-        Its horizon is the time after which motions are looked at, whole periods of the excitation.
+        Its horizon, whole periods of the excitation, is the time after which motions are compared with attractors.
     period : float or None
         Of the excitation.
     units : ndarray, shape (n_x,)
-        In which distances are measured.
+        Units of distances between states.
     near : float
-        What counts as the same place, in these units.
+        Distance in these units below which two states count as the same.
     tolerance : float
         Of runs.
     """
@@ -76,12 +76,12 @@ class Collection:
         self._settling = Settling(scene, times, {"path": Trajectory(), "stop": StopTime()}, tolerance=tolerance)
 
     def rest(self) -> int:
-        """Return the place of rest among the attractors."""
+        """Return the index of rest among the attractors, adding it if it is new."""
         found = next((k for k, a in enumerate(self.known) if a.kind == "rest"), None)
         return self._add(Attractor("rest", np.zeros((self._units.size, 0)))) if found is None else found
 
     def nearest(self, states: np.ndarray) -> np.ndarray:
-        """Return the attractor next to each of some states (n_x, n), -1 where none is near; shape (n,)."""
+        """Return the index of the attractor nearest to each state (n_x, n), -1 if none is near; shape (n,)."""
         best, label = np.full(states.shape[1], np.inf), np.full(states.shape[1], -1)
         for k, (tree, reach) in enumerate(zip(self._trees, self._reach, strict=True)):
             if tree is not None:
@@ -91,12 +91,12 @@ class Collection:
         return label
 
     def settle(self, state: np.ndarray) -> tuple[int, Status]:
-        """Follow the motion from a state until it is known what it ends in.
+        """Simulate from a state until the attractor of the motion is known.
 
         Returns
         -------
         attractor : int
-            Its place, a new one perhaps; -1 if the motion failed.
+            Its index, possibly a new one; -1 if the run failed.
         status : Status
         """
         cloud = []
@@ -108,7 +108,8 @@ class Collection:
                 return self.rest(), Status.OK
             late = self._sampled(run, _LATE * run.t_final)
             known = self._among(late)
-            if known < 0 or self.known[known].kind == "irregular":  # a cycle may lie among the points of that
+            # may contain a cycle
+            if known < 0 or self.known[known].kind == "irregular":
                 self._seek(run, late)
                 known = self._among(late)
             if known >= 0:
@@ -118,14 +119,14 @@ class Collection:
         return self._add(Attractor("irregular", np.concatenate(cloud, axis=1))), Status.OK
 
     def _sampled(self, run: Run, begin: float) -> np.ndarray:
-        """Return states of a run from a time on, at whole periods of the excitation if there is one; (n_x, n)."""
+        """Sample a run from a time on, at whole periods of the excitation if there is one; shape (n_x, n)."""
         if self._period is None:
             return run(np.linspace(begin, run.t_final, _POINTS))
         turns = np.arange(np.ceil(begin / self._period - 1e-9), round(run.t_final / self._period) + 1)
         return run(np.minimum(turns * self._period, run.t_final))
 
     def _among(self, states: np.ndarray) -> int:
-        """Return the attractor on which a piece of motion (n_x, n) lies, -1 if there is none."""
+        """Return the index of the attractor that contains a piece of motion (n_x, n), -1 if none does."""
         label = self.nearest(states)
         for k, attractor in enumerate(self.known):
             enough = _SHARED if attractor.kind == "irregular" else _WHOLE
@@ -134,7 +135,7 @@ class Collection:
         return -1
 
     def _seek(self, run: Run, late: np.ndarray) -> None:
-        """Add the equilibrium or the stable cycle to which a motion comes near, if there is one."""
+        """Add the equilibrium or the stable cycle that a motion approaches, if there is one."""
         if self._period is None and np.all(np.ptp(late, axis=1) <= self._near * self._units):
             self._add(Attractor("equilibrium", np.mean(late, axis=1)[:, None]))
             return

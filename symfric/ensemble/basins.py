@@ -1,4 +1,4 @@
-"""Basins of attraction: what every start of a grid ends in."""
+"""Basins of attraction: the attractor of every start of a grid."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -20,21 +20,21 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.sizes import over_time
 
-_MOST = 20  # attractors; starts that end in others are left without one
+_MOST = 20  # most attractors; starts that end in others are not labelled
 
 
 @dataclass(frozen=True, eq=False)
 class Basins:
-    """What every start of a grid ends in.
+    """Basins of attraction on a grid of starts.
 
     Attributes
     ----------
     axes : dict of str to ndarray
-        States and their starting values.
+        States and their initial values.
     label : ndarray of int, shape of the grid
         Index of the attractor; -1 where the run failed, or beyond the 20th attractor.
     status : ndarray of int, shape of the grid
-        Codes of `Status`; -1 where the scene refuses the start, -2 for an error.
+        Codes of `Status`; -1 if the start is not valid, -2 for an error.
     attractors : tuple of Attractor
         In the order in which the grid meets them.
     """
@@ -46,7 +46,7 @@ class Basins:
 
     @property
     def shares(self) -> np.ndarray:
-        """Part of the starts that ends in each attractor, shape (number of attractors,)."""
+        """Fraction of the starts that end in each attractor, shape (number of attractors,)."""
         return np.array([np.mean(self.label == k) for k in range(len(self.attractors))])
 
     def plot(self, ax=None):
@@ -68,7 +68,7 @@ class Basins:
         }
 
     def to_xarray(self):
-        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes say what codes mean."""
+        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes."""
         import xarray as xr
 
         about = {f"attractor_{k}": repr(a) for k, a in enumerate(self.attractors)}
@@ -94,7 +94,7 @@ def basins(
     store: str | Path | None = None,
     tolerance: float = 1e-9,
 ) -> Basins:
-    """Find what every start of a grid ends in: rest, an equilibrium, a cycle, or an irregular motion.
+    """Find the attractor of every start of a grid: rest, an equilibrium, a cycle, or an irregular motion.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def basins(
         raise SceneError(f"{scene!r} is no sf.Scene")
     near = finite(near, "near")
     if not 0 < near < 1:
-        raise SceneError(f"near is {near:g}; give a part of the range of the states, between 0 and 1")
+        raise SceneError(f"near is {near:g}; give a fraction of the range of the states, between 0 and 1")
     axes = _axes(scene, starts)
     period = forcing_period(scene)
     if period:
@@ -145,16 +145,16 @@ def basins(
     collection = Collection(scene, period, spread, near, tolerance)
     label = _labelled(collection, ends, stops, status)
     used = [k for k in range(len(collection.known)) if np.any(label == k)]
-    place = np.full(len(collection.known) + 1, -1)  # the last for those without
+    place = np.full(len(collection.known) + 1, -1)  # the last entry is for starts without an attractor
     place[used] = np.arange(len(used))
     attractors = tuple(collection.known[k] for k in used)
     return Basins(axes, place[label].reshape(shape), status.reshape(shape), attractors)
 
 
 def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the names of the states and their starting values."""
+    """Return the names of the states and their initial values."""
     if not isinstance(starts, Mapping) or not starts:
-        raise SceneError(f"starts is {starts!r}; give a mapping of states to rows of values")
+        raise SceneError(f"starts is {starts!r}; give a mapping of states to sequences of values")
     states = [s.name for s in scene.system.states]
     axes = {name_of(k): v for k, v in starts.items()}
     for name in axes:
@@ -164,16 +164,17 @@ def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarra
 
 
 def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, dict[str, np.ndarray]]:
-    """Return the scene whose starts are parameters, and the grid of these."""
+    """Return the scene with initial values as parameters, and the grid of these parameters."""
     symbols = {n: sp.Symbol(f"{n}(0)", real=True) for n in axes}
     scene = scene.wanting({"end": End(), "stop": StopTime()}).starting({n: row[0] for n, row in axes.items()})
     initial = {s.name: symbols.get(s.name, v) for s, v in scene.initial.items()}
-    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}  # not zero: that would be built in
+    # not zero, since zeros are built into the equations
+    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}
     return replace(scene, initial=initial, values=values), {symbols[n].name: row for n, row in axes.items()}
 
 
 def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np.ndarray:
-    """Return the range of every state over all starts and ends, of a velocity at least what moves its coordinate."""
+    """Return the range of every state over all starts and ends; of a velocity, at least range over horizon."""
     numbers = scene.numbers()
     rows = [np.append(axes.get(s.name, [numbers[s]]), end) for s, end in zip(scene.system.states, ends, strict=True)]
     size = np.array([np.ptp(row) for row in rows])
@@ -181,7 +182,7 @@ def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np
 
 
 def _labelled(collection: Collection, ends: np.ndarray, stops: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """Return the attractor of every end (n_x, n), -1 if it has none; a motion that fails later changes `status`."""
+    """Return the attractor index of every end (n_x, n), -1 if it has none; later failures are entered in `status`."""
     label = np.full(status.size, -1)
     resting = (status == 0) & np.isfinite(stops)
     if np.any(resting):

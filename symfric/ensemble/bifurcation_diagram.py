@@ -1,4 +1,4 @@
-"""Brute-force bifurcation diagrams: where the motion of a scene ends up, for many values of a parameter."""
+"""Brute-force bifurcation diagrams: section points after a transient, for many values of a parameter."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -22,7 +22,7 @@ from symfric.solve.routes import Program
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
-_STILL = 1e-6  # of the sizes of the states: a motion that moves less after the transient is a point
+_STILL = 1e-6  # range relative to the sizes of the states below which a motion after the transient is a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +39,11 @@ class BifurcationDiagram:
     times : ndarray, shape (n,)
     states : ndarray, shape (n_x, n)
     status : ndarray of int, shape (n_v,)
-        Codes of `Status`; -1 where the scene refuses the value. A run that failed has no points.
+        Codes of `Status`; -1 if the value is not valid. A run that failed has no points.
     names : tuple of str
         Of the states.
     about : str
-        The section in words.
+        Description of the section.
     """
 
     parameter: str
@@ -109,7 +109,7 @@ def bifurcation_diagram(
     jobs: int = 1,
     tolerance: float = 1e-9,
 ) -> BifurcationDiagram:
-    """Run a scene for many values of a parameter and keep where the motion meets a section after a transient.
+    """Run a scene for many values of a parameter and store the points on a section after a transient.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def bifurcation_diagram(
         See `symfric.orbits.poincare.poincare`. A velocity as section keeps the extremes of its coordinate: the largest
         with ``direction=-1``, the smallest with 1.
     transient : float, optional
-        Time that is thrown away; half of the horizon unless given.
+        Time that is skipped; half of the horizon unless given.
     carry : bool
-        Start every value but the first where the one before it ended, so that values going up and values going down
+        Start every value but the first at the end of the previous run, so that increasing and decreasing values
         show hysteresis; otherwise each starts as the scene does.
     jobs : int
         Threads for the values, if they are not carried on; -1 for as many as there are processors.
@@ -175,7 +175,7 @@ Case = tuple[int, np.ndarray, np.ndarray]  # status, times (n,), states (n_x, n)
 
 
 def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:
-    """Run every value from the scene's own start, on threads."""
+    """Run every value from the scene's own start, on several threads."""
 
     def work(values: np.ndarray) -> list[Case]:
         return [_case(program, {name: v}, {}, cut, transient)[0] for v in values.tolist()]
@@ -190,7 +190,7 @@ def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: fl
 def _carried(
     program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, period: Callable | None
 ) -> list[Case]:
-    """Run every value from where the last one that did not fail ended, at the same phase of the excitation."""
+    """Run every value from the end of the last successful run, at the same phase of the excitation."""
     found: list[Case] = []
     start: dict[str, float] = {}
     fixed = {s.name: v for s, v in program.scene.parameter_values().items()}
@@ -209,7 +209,7 @@ def _carried(
 def _case(
     program: Program, values: dict[str, float], start: dict[str, float], cut: Cut, transient: float
 ) -> tuple[Case, Run | None]:
-    """Return the points of one value, and its run unless that failed."""
+    """Return the points of one value, and its run unless it failed."""
     nothing = np.zeros(0), np.zeros((len(program.scene.system.states), 0))
     try:
         run = program.run(values, start)

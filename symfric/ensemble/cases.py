@@ -1,4 +1,4 @@
-"""Cases that are listed one by one: values and starts that change together, by the machinery of sweeps."""
+"""Sweeps over a list of cases, in which values and starts change together."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.ensemble.grid import Grid, widths
 from symfric.ensemble.progress import Meter
-from symfric.ensemble.scheduler import Board, run_on_threads
+from symfric.ensemble.scheduler import Results, run_on_threads
 from symfric.ensemble.worker import Task, make_program
 from symfric.model.scene import Scene
 from symfric.solve.case_values import workers_of
@@ -16,7 +16,7 @@ from symfric.solve.program import check_tolerance
 
 @dataclass(frozen=True, eq=False)
 class Cases(Grid):
-    """Rows of numbers in place of the product of axes.
+    """A list of cases as rows of numbers, in place of a grid of axes.
 
     Attributes
     ----------
@@ -26,19 +26,19 @@ class Cases(Grid):
     rows: np.ndarray
 
     def numbers(self, cases: np.ndarray) -> np.ndarray:
-        """Return the rows of some cases."""
+        """Return the numbers of some cases."""
         return self.rows[cases]
 
 
 class Listed:
-    """A scene prepared for lists of cases.
+    """A scene prepared to run lists of cases.
 
     Parameters
     ----------
     scene : Scene
         With scalar outputs.
     names : tuple of str
-        Parameters that vary; those that the scene has not do not count.
+        Parameters that vary; names unknown to the scene are ignored.
     tolerance : float
     """
 
@@ -56,13 +56,13 @@ class Listed:
         jobs: int = 1,
         progress: Callable[[float], None] | None = None,
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Run cases.
+        """Run a list of cases.
 
         Parameters
         ----------
         values : mapping of parameter to ndarray (n,)
         starts : ndarray, shape (n_x, n), optional
-            In place of that of the scene.
+            Initial states, in place of that of the scene.
         jobs : int
             Threads.
         progress : callable ``(fraction) -> None``, optional
@@ -70,7 +70,7 @@ class Listed:
         Returns
         -------
         status : ndarray of int, shape (n,)
-            Codes of `Status`, -1 for values that the scene refuses, -2 for an error.
+            Codes of `Status`, -1 for values that are not valid, -2 for an error.
         outputs : dict of str to ndarray
             Of shape (n,), of `End` (n_x, n); NaN where a run failed.
         """
@@ -80,9 +80,9 @@ class Listed:
         rows = np.column_stack(columns) if columns else np.zeros((1, 0))
         scene_of = np.zeros(n, dtype=int)
         cases = Cases({"case": np.arange(n)}, (task.scene,), scene_of, self._names, self._width, rows)
-        board = Board(n, sum(self._width.values()))
+        results = Results(n, sum(self._width.values()))
         meter = Meter(None if progress is None else lambda p: progress(p.done / p.total), 0, n)
-        run_on_threads(cases, lambda _scene: task, board, min(workers_of(jobs, "jobs"), n), meter, {0: self._program})
+        run_on_threads(cases, lambda _scene: task, results, min(workers_of(jobs, "jobs"), n), meter, {0: self._program})
         ends = np.cumsum(list(self._width.values()))[:-1]
-        blocks = zip(self._width, np.split(board.values.T, ends), strict=True)
-        return board.status, {name: block[0] if len(block) == 1 else block for name, block in blocks}
+        blocks = zip(self._width, np.split(results.values.T, ends), strict=True)
+        return results.status, {name: block[0] if len(block) == 1 else block for name, block in blocks}

@@ -1,4 +1,4 @@
-"""The cases of a sweep: axes with labels, scenes for what is swapped, numbers for what is varied, and their hash."""
+"""The grid of a sweep: labelled axes, the scene and the parameter values of each case, and a hash of all."""
 
 import hashlib
 import itertools
@@ -23,16 +23,16 @@ SCENES = "scene"  # name of the axis of several scenes
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Every combination of the axes' entries, in C order.
+    """The cases of a sweep: all combinations of the axes' entries, in C order.
 
     Attributes
     ----------
     axes : dict of str to ndarray
         Name of each axis and its labels: numbers of a parameter, names of motions or scenes.
     scenes : tuple of Scene
-        One for each combination of what is no number.
+        One for each combination of the entries that are not numbers (inputs, scenes).
     scene_of : ndarray of int, shape (n,)
-        Which of `scenes` each case belongs to.
+        Index in `scenes` of each case.
     names : tuple of str
         The parameters that vary.
     width : dict of str to int
@@ -47,7 +47,7 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Entries of every axis."""
+        """Number of entries of every axis."""
         return tuple(a.size for a in self.axes.values())
 
     @cached_property
@@ -63,11 +63,11 @@ class Grid:
 
 @alone(SYMBOLIC)
 def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
-    """Read the scene or scenes and the axes of a sweep; see `symfric.ensemble.sweep.sweep`."""
+    """Check the arguments of a sweep and return its grid; see `symfric.ensemble.sweep.sweep`."""
     scenes = _scenes(scene)
     first = next(iter(scenes.values()))
     if not isinstance(axes, Mapping):
-        raise SceneError(f"the grid is {axes!r}; give a mapping of parameters to rows of values")
+        raise SceneError(f"the grid is {axes!r}; give a mapping of parameters to sequences of values")
     given = {name_of(k): v for k, v in axes.items()}
     if len(given) < len(axes):
         raise SceneError("a parameter is given twice in the grid, as a symbol and by name")
@@ -101,18 +101,18 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
 def _scenes(scene) -> dict[str, Scene]:
     scenes = {"": scene} if isinstance(scene, Scene) else scene
     if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
-        raise SceneError(f"{scene!r} is no sf.Scene, nor a mapping of labels to scenes")
+        raise SceneError(f"{scene!r} is neither a sf.Scene nor a mapping of labels to scenes")
     return {str(k): s for k, s in scenes.items()}
 
 
 def row_of(values, name: str) -> np.ndarray:
-    """Return the values of a parameter as a row of finite numbers."""
+    """Return the values of a parameter as a one-dimensional array of finite numbers."""
     try:
         row = np.array(values, dtype=float)
     except (TypeError, ValueError):
-        raise SceneError(f"the values of {name} are no numbers; give a row of numbers") from None
+        raise SceneError(f"the values of {name} are not numbers; give a sequence of numbers") from None
     if row.ndim != 1 or not row.size:
-        raise SceneError(f"the values of {name} have shape {row.shape}; give a row of at least one")
+        raise SceneError(f"the values of {name} have shape {row.shape}; give a sequence of at least one")
     if not np.all(np.isfinite(row)):
         raise SceneError(f"value {int(np.flatnonzero(~np.isfinite(row))[0])} of {name} is not finite")
     return row
@@ -138,10 +138,10 @@ def _signals(values, name: str) -> dict[str, Signal]:
 
 
 def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
-    """Return a scene that wants its scalar outputs only, with a number for every value."""
+    """Return a scene with its scalar outputs only and a number for every value."""
     outputs = {n: o for n, o in scene.outputs.items() if o.size(len(scene.system.states))}
     if not outputs:
-        raise SceneError("the scene wants no scalar output; give it some: scene.wanting({'x_max': sf.Max(x)})")
+        raise SceneError("the scene has no scalar output; give it some: scene.wanting({'x_max': sf.Max(x)})")
     open_values = {n: v[0] for n, v in numbers.items() if scene.values[scene.parameter(n)] is None}
     scene = scene.where(open_values) if open_values else scene
     scene.numbers()
@@ -159,12 +159,12 @@ def widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
         sizes = {n: o.size(n_x) or 0 for n, o in scene.outputs.items()}
         found.append((sizes, dimensions(scene)))
     if any(f != found[0] for f in found):
-        raise SceneError("the scenes want different outputs; give them the same ones with scene.wanting")
+        raise SceneError("the scenes have different outputs; give them the same ones with scene.wanting")
     return found[0][0]
 
 
 def dimensions(scene: Scene) -> dict[str, tuple[str, list]]:
-    """Return for each output of several numbers the name of their dimension and its labels."""
+    """Return the name and the labels of the extra dimension of each output with several numbers."""
     found: dict[str, tuple[str, list]] = {}
     for name, output in scene.outputs.items():
         if isinstance(output, End):
@@ -183,7 +183,7 @@ def _with_inputs(scene: Scene, inputs: Mapping[str, Signal]) -> Scene:
 
 
 def _scene_of(labels: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
-    """Return the number of the scene of every case."""
+    """Return the index of the scene of every case."""
     fixed = [n not in names for n in labels]
     shape = [a.size if f else 1 for a, f in zip(labels.values(), fixed, strict=True)]
     scene = np.arange(int(np.prod(shape))).reshape(shape)
@@ -192,7 +192,7 @@ def _scene_of(labels: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.nd
 
 @alone(SYMBOLIC)
 def fingerprint(scene: Scene) -> str:
-    """Return a hash of everything in a scene that its runs depend on; the same in every process."""
+    """Return a hash of everything in a scene that affects its runs, equal in every process."""
     system = scene.system
     parts = [sp.srepr(e) for e in (*system.states, *system.expressions)]
     for c in scene.contacts:
@@ -230,5 +230,5 @@ def sweep_key(grid: Grid, tolerance: float, route) -> str:
 
 
 def code_key() -> str:
-    """Return a key that changes with the solvers' sources: other code may end in other last bits."""
+    """Return a key of the solvers' source code, whose changes may change the last bits of results."""
     return loop_loader.sources_key("symfric.solve.routes", (*loop_loader.FOLLOWED, "symfric.lower"))[:16]

@@ -1,4 +1,4 @@
-"""Pictures of bifurcation diagrams and basins."""
+"""Plots of bifurcation diagrams and basins."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,7 +20,7 @@ def plot_diagram(diagram, ax=None):
 
 @alone(DRAWING)
 def plot_basins(basins, ax=None):
-    """Draw every start in the colour of its attractor, those without one white; return the Axes."""
+    """Draw every start in the colour of its attractor, starts without one in white; return the Axes."""
     ax = new_axes() if ax is None else ax
     (name, row), *others = basins.axes.items()
     colours = plt.get_cmap("tab10")(np.arange(10))[:, :3]

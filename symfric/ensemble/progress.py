@@ -1,26 +1,26 @@
-"""How far a sweep is, how fast it goes and how long it will take."""
+"""Progress of a sweep: cases done, rate and remaining time."""
 
 import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-INTERVAL = 0.1  # seconds between two reports, at least
-PATIENCE = 1.0  # seconds before a bar is shown
+INTERVAL = 0.1  # least time between two reports, s
+PATIENCE = 1.0  # time before a bar is shown, s
 
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a sweep.
+    """Progress of a sweep.
 
     Attributes
     ----------
     done, total : int
         Cases; those found in a store count as done.
     rate : float
-        Cases a second, those found in a store apart.
+        Cases per second, without those found in a store.
     left : float
-        Seconds, at that rate; infinite before the first case.
+        Remaining time in seconds at that rate; infinite before the first case.
     """
 
     done: int
@@ -34,7 +34,7 @@ class Progress:
 
 
 def duration(seconds: float) -> str:
-    """Return a time for reading: 8 s, 4 min 10 s, 2 h 5 min."""
+    """Return a time as text: 8 s, 4 min 10 s, 2 h 5 min."""
     s = round(seconds)
     if s < 60:
         return f"{s} s"
@@ -42,7 +42,7 @@ def duration(seconds: float) -> str:
 
 
 class Meter:
-    """Reports to a function ten times a second at most."""
+    """Calls a progress function at most ten times a second."""
 
     def __init__(self, report: Callable[[Progress], None] | None, done: int, total: int):
         self._report, self._found, self._total = report, done, total
@@ -61,7 +61,7 @@ class Meter:
 
 @contextlib.contextmanager
 def bar() -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that draws a bar on stderr, once a sweep has taken a second."""
+    """Yield a function that draws a progress bar on stderr after the first second."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar

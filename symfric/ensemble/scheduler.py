@@ -1,4 +1,4 @@
-"""Who runs the cases of a sweep: threads of this process, or the workers of an executor."""
+"""Scheduler of a sweep: hands its cases to threads of this process or to the workers of an executor."""
 
 import hashlib
 import pickle
@@ -17,20 +17,20 @@ from symfric.ensemble.worker import Halted, Task, program_or_reason, run_cases, 
 from symfric.errors import RunFailed
 from symfric.solve.routes import Program
 
-# of work that a thread, or a worker of an executor, takes at once: as much is lost if the sweep is killed
+# time of work that a thread, or a worker of an executor, takes at once; so much is lost if the sweep is killed
 BLOCK_SECONDS, CHUNK_SECONDS = 0.05, 0.5
-LARGEST = 10_000  # cases
+LARGEST = 10_000  # most cases taken at once
 
 
-class Board:
-    """The results so far, in memory and in a store.
+class Results:
+    """The results so far, in memory and in a store on disk.
 
     Attributes
     ----------
     status : ndarray of int, shape (n,)
     values : ndarray, shape (n, numbers of a case)
     left : ndarray of int
-        The cases that were not finished at the beginning.
+        Indices of the cases that were unfinished at the beginning.
     done : int
         Finished cases.
     """
@@ -49,7 +49,7 @@ class Board:
             store.open()
 
     def keep(self, cases: np.ndarray, status: np.ndarray, values: np.ndarray) -> None:
-        """Write the results of cases to the store, if there is one; only then they count as done."""
+        """Write the results of cases to the store, if there is one, and then count them as done."""
         if self._store is not None:
             self._store.append(cases, status, values)
         self.status[cases], self.values[cases] = status, values
@@ -62,8 +62,8 @@ class Board:
             self._store.close()
 
 
-class Plan:
-    """What is still to be handed out, scene by scene, so that few programs are prepared."""
+class Queue:
+    """Queue of the remaining cases, scene by scene, so that few programs are prepared."""
 
     def __init__(self, grid: Grid, left: np.ndarray, workers: int):
         scene = grid.scene_of[left]
@@ -72,9 +72,9 @@ class Plan:
         self._workers, self._lock = workers, threading.Lock()
 
     def next(self, present: int | None, size: int) -> tuple[int, np.ndarray] | None:
-        """Return a scene and some of its cases, of the present scene if it has any; None if all are handed out.
+        """Return a scene and some of its cases, from the current scene if it has any left; None if the queue is empty.
 
-        There are `size` of them at the most, and so few that all workers have something to do in the end.
+        At most `size` cases, and fewer near the end, so that all workers stay busy.
         """
         with self._lock:
             open_scenes = [k for k, cases in self._rest.items() if cases.size]
@@ -92,15 +92,15 @@ class Plan:
 
 
 def next_size(size: int, seconds: float, wanted: float) -> int:
-    """Return how many cases to take next for some seconds of work, when so many took so long; four times at most."""
+    """Return the number of cases for a given time of work, from the last number and its time; at most four times it."""
     return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), 4.0 * size + 4, LARGEST))
 
 
 def run_on_threads(
-    grid: Grid, task_of: Callable[[int], Task], board: Board, jobs: int, meter: Meter, ready: dict[int, Program]
+    grid: Grid, task_of: Callable[[int], Task], results: Results, jobs: int, meter: Meter, ready: dict[int, Program]
 ) -> None:
-    """Run what is left on threads, which share the program of a scene; `ready` holds programs that exist already."""
-    plan, halt, failures = Plan(grid, board.left, jobs), threading.Event(), []
+    """Run the remaining cases on threads, which share the program of a scene; `ready` holds existing programs."""
+    queue, halt, failures = Queue(grid, results.left, jobs), threading.Event(), []
     programs: OrderedDict[int, Program | str] = OrderedDict(ready)
     preparing = threading.Lock()
 
@@ -119,13 +119,13 @@ def run_on_threads(
     def work() -> None:
         try:
             present, task, program, size = None, None, None, 1
-            while not halt.is_set() and (block := plan.next(present, size)) is not None:
+            while not halt.is_set() and (block := queue.next(present, size)) is not None:
                 scene, cases = block
                 if task is None or program is None or scene != present:
                     present, task = scene, task_of(scene)
                     program = program_of(scene, task)
                 begin = time.perf_counter()
-                board.keep(cases, *run_cases(program, task, grid.numbers(cases), stop_if_halted))
+                results.keep(cases, *run_cases(program, task, grid.numbers(cases), stop_if_halted))
                 size = next_size(cases.size, time.perf_counter() - begin, BLOCK_SECONDS)
         except Halted:
             return
@@ -133,34 +133,34 @@ def run_on_threads(
             failures.append(failure)
             halt.set()
 
-    crew = [threading.Thread(target=work, daemon=True) for _ in range(min(jobs, board.left.size))]
+    threads = [threading.Thread(target=work, daemon=True) for _ in range(min(jobs, results.left.size))]
     try:
-        for thread in crew:
+        for thread in threads:
             thread.start()
-        for thread in crew:
+        for thread in threads:
             while thread.is_alive():
                 thread.join(INTERVAL)
-                meter(board.done)
+                meter(results.done)
     finally:
         halt.set()
-        for thread in crew:
+        for thread in threads:
             if thread.ident is not None:
                 thread.join()
     if failures:
         raise failures[0]
-    meter(board.done, last=True)
+    meter(results.done, last=True)
 
 
 def run_on_executor(
-    grid: Grid, task_of: Callable[[int], Task], board: Board, executor: futures.Executor, workers: int, meter: Meter
+    grid: Grid, task_of: Callable[[int], Task], results: Results, executor: futures.Executor, workers: int, meter: Meter
 ) -> None:
-    """Run what is left on an executor, in chunks of about half a second of work."""
-    plan, packed, running = Plan(grid, board.left, workers), {}, {}
+    """Run the remaining cases on an executor, in chunks of about half a second of work."""
+    queue, packed, running = Queue(grid, results.left, workers), {}, {}
     present, size = None, 1
 
     def submit() -> bool:
         nonlocal present
-        block = plan.next(present, min(size, max(1, (grid.size - board.done) // (2 * workers))))
+        block = queue.next(present, min(size, max(1, (grid.size - results.done) // (2 * workers))))
         if block is None:
             return False
         present, cases = block
@@ -175,8 +175,8 @@ def run_on_executor(
         for future in finished:
             cases = running[future]
             status, values, seconds = future.result()
-            board.keep(cases, status, values)
-            del running[future]  # only now: what is interrupted here is collected once more
+            results.keep(cases, status, values)
+            del running[future]  # last, so that an interrupted collection is repeated
             size = min(next_size(cases.size, seconds, CHUNK_SECONDS), 4 * size + 4)
 
     try:
@@ -186,7 +186,7 @@ def run_on_executor(
             if not running:
                 break
             collect(futures.wait(running, INTERVAL, futures.FIRST_COMPLETED).done)
-            meter(board.done)
+            meter(results.done)
     except RunFailed:
         raise
     except Exception as failure:
@@ -196,11 +196,11 @@ def run_on_executor(
         ) from failure
     finally:
         _give_up(running, collect)
-    meter(board.done, last=True)
+    meter(results.done, last=True)
 
 
 def _give_up(running: dict, collect: Callable) -> None:
-    """Keep what is finished of the chunks under way, and cancel the rest."""
+    """Collect the finished chunks and cancel the others."""
     for future in list(running):
         if not future.cancel() and future.done() and future.exception() is None:
             collect([future])

@@ -1,7 +1,7 @@
-"""The store of a sweep: a folder in which no finished case is lost, whenever the process is killed.
+"""The store of a sweep: a folder that keeps every finished case even if the process is killed.
 
-``sweep.json`` says whose cases they are. Every run of the sweep appends its finished cases to a file of its own,
-``cases-<n>.bin``, one record each; a record that was cut off fails its checksum and is no case. When all are there,
+``sweep.json`` identifies the sweep. Every run of the sweep appends its finished cases to a file of its own,
+``cases-<n>.bin``, one record each; an incomplete record fails its checksum and is ignored. When all are there,
 ``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming.
 """
 
@@ -21,16 +21,16 @@ ABOUT, RESULT = "sweep.json", "result.nc"
 
 
 class Store:
-    """Finished cases on disk; appending is safe from several threads.
+    """Store of finished cases on disk; appending is thread-safe.
 
     Parameters
     ----------
     path : str or Path
         A folder, made if it is missing.
     about : dict
-        'sweep' and 'code', hashes that must agree with what is there, and anything for reading.
+        'sweep' and 'code', hashes that must agree with those on disk, and further information for readers.
     width : int
-        Numbers of a case.
+        Number of output values of a case.
 
     Raises
     ------
@@ -51,14 +51,14 @@ class Store:
             raise SceneError(f"cannot write to {self.path} ({reason}); name another folder as the store") from None
 
     def _claim(self, about: dict) -> None:
-        """Make the folder this sweep's, or check that it is."""
+        """Create the folder for this sweep, or check that it belongs to it."""
         if self.path.exists() and not self.path.is_dir():
             raise SceneError(f"{self.path} is a file; the store of a sweep is a folder")
         self.path.mkdir(parents=True, exist_ok=True)
         place = self.path / ABOUT
         if not place.exists():
             if any(not p.name.endswith(PART) for p in self.path.iterdir()):
-                raise SceneError(f"{self.path} holds other files and no sweep; name another folder as the store")
+                raise SceneError(f"{self.path} holds other files but no sweep; name another folder as the store")
             write_whole(place, json.dumps(about, indent=2).encode())
             return
         present = read_about(self.path)
@@ -74,11 +74,11 @@ class Store:
 
     @property
     def complete(self) -> bool:
-        """Whether the result is there."""
+        """Whether the final result exists."""
         return (self.path / RESULT).exists()
 
     def read(self, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return which of `size` cases are finished, their status, and their numbers, shape (size, width)."""
+        """Return which of `size` cases are finished, their status, and their values, shape (size, width)."""
         done = np.zeros(size, dtype=bool)
         status = np.zeros(size, dtype=np.int32)
         values = np.full((size, self._record["values"].shape[0]), np.nan)
@@ -125,7 +125,7 @@ class Store:
             self._file = None
 
     def finish(self, result) -> None:
-        """Keep the result, an xarray.Dataset, in place of the cases."""
+        """Write the result, an xarray.Dataset, and remove the files of single cases."""
         self.close()
         try:
             write_whole(self.path / RESULT, bytes(result.to_netcdf(engine="scipy")))
@@ -135,7 +135,7 @@ class Store:
             raise RunFailed(f"cannot write to {self.path} ({error.strerror}); make room and run it again") from None
 
     def result(self):
-        """Return the kept result, an xarray.Dataset."""
+        """Return the stored result, an xarray.Dataset."""
         import xarray as xr
 
         place = self.path / RESULT
@@ -147,7 +147,7 @@ class Store:
 
 
 def read_about(path: Path) -> dict:
-    """Return what a store says of itself."""
+    """Return the contents of ``sweep.json``."""
     place = Path(path) / ABOUT
     try:
         found = json.loads(place.read_text(encoding="utf-8"))
@@ -159,7 +159,7 @@ def read_about(path: Path) -> dict:
 
 
 def records_in(path: Path) -> int | None:
-    """Return how many cases an unfinished store holds, about; None if it is finished or no store."""
+    """Return about how many cases an unfinished store holds; None if it is finished or not a store."""
     path = Path(path)
     if not (path / ABOUT).exists() or (path / RESULT).exists():
         return None
@@ -169,7 +169,7 @@ def records_in(path: Path) -> int | None:
 
 
 def clear(path: Path) -> None:
-    """Remove the files of a store, and nothing else."""
+    """Remove the files of a store and no others."""
     path = Path(path)
     if (path / ABOUT).exists():
         for place in (*path.glob("cases-*.bin"), *path.glob(f"*{PART}"), path / RESULT, path / ABOUT):

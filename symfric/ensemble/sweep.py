@@ -1,4 +1,4 @@
-"""Sweeps: one scene over a grid of parameters and inputs, on many cores, kept on disk as it goes."""
+"""Sweeps: runs of a scene over a grid of parameters and inputs, in parallel and stored on disk while they run."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.ensemble.grid import Grid, code_key, dimensions, make_grid, sweep_key
 from symfric.ensemble.progress import Meter, Progress, bar
-from symfric.ensemble.scheduler import Board, run_on_executor, run_on_threads
+from symfric.ensemble.scheduler import Results, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
@@ -76,36 +76,36 @@ def sweep(
     kept = None if store is None else _open_store(store, cases, tolerance, route, width)
     if kept is not None and kept.complete:
         return _stored(kept, cases, tolerance)
-    board = Board(cases.size, width, kept)
+    results = Results(cases.size, width, kept)
     try:
-        if board.left.size:
-            _run(cases, board, tolerance, route, workers, executor, progress)
+        if results.left.size:
+            _run(cases, results, tolerance, route, workers, executor, progress)
     finally:
-        board.close()
-    result = _dataset(cases, board.status, board.values, tolerance)
+        results.close()
+    result = _dataset(cases, results.status, results.values, tolerance)
     if kept is not None:
         kept.finish(result)
     return result
 
 
-def _run(cases: Grid, board: Board, tolerance: float, route, workers: int, executor, progress) -> None:
-    """Run what is left."""
+def _run(cases: Grid, results: Results, tolerance: float, route, workers: int, executor, progress) -> None:
+    """Run the remaining cases."""
 
     def task_of(scene: int) -> Task:
         return Task(cases.scenes[scene], tolerance, route, cases.names, tuple(cases.width.values()))
 
-    first = int(cases.scene_of[board.left[0]])
-    program = make_program(task_of(first))  # what is wrong with the scene is raised here, not in every case
+    first = int(cases.scene_of[results.left[0]])
+    program = make_program(task_of(first))  # errors of the scene itself are raised here, once
     with bar() if progress is True else nullcontext(progress or None) as report:
-        meter = Meter(report, board.done, cases.size)
+        meter = Meter(report, results.done, cases.size)
         if executor is None:
-            run_on_threads(cases, task_of, board, workers, meter, {first: program})
+            run_on_threads(cases, task_of, results, workers, meter, {first: program})
         else:
-            run_on_executor(cases, task_of, board, executor, max(workers, processors()), meter)
+            run_on_executor(cases, task_of, results, executor, max(workers, processors()), meter)
 
 
 def _checked(jobs: int, executor, progress) -> int:
-    """Return the number of threads; raise if one of the arguments is none."""
+    """Check the arguments and return the number of threads."""
     workers = workers_of(jobs, "jobs")
     if executor is not None and not isinstance(executor, Executor):
         raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
@@ -132,7 +132,7 @@ def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Stor
 
 
 def _stored(kept: Store, cases: Grid, tolerance: float):
-    """Return the finished result of a store, made of its numbers as a fresh one would be."""
+    """Return the finished result of a store in the form of a new result."""
     found = kept.result()
     columns = []
     for name, width in cases.width.items():
@@ -142,11 +142,11 @@ def _stored(kept: Store, cases: Grid, tolerance: float):
 
 
 def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: float):
-    """Return the labelled result."""
+    """Return the result as a labelled dataset."""
     import xarray as xr
 
     axes, shape, place = list(cases.axes), cases.shape, 0
-    data: dict[str, tuple] = {}  # dimensions, numbers and, of the status, their meaning
+    data: dict[str, tuple] = {}  # dimensions, values and, for the status, the meaning of the codes
     coordinates = dict(cases.axes)
     own = dimensions(cases.scenes[0])
     for name in cases.scenes[0].outputs:

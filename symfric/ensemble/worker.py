@@ -1,4 +1,4 @@
-"""Some cases of a sweep: a prepared program, numbers in, codes and numbers out; here and in other processes."""
+"""Worker of a sweep: runs some cases of a prepared program, in this process or another."""
 
 import logging
 import math
@@ -18,19 +18,19 @@ from symfric.solve.routes import Program, Settings, prepare
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
 
-REFUSED, ERROR = -1, -2  # beside the codes of Status: no run was made
+REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run
 CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
-KEPT = 8  # programs that a process of an executor keeps
+KEPT = 8  # most programs kept in a process of an executor
 _HERE = threading.local()
 
 
 class Halted(BaseException):
-    """The sweep was interrupted inside a case."""
+    """Raised inside a case when the sweep is interrupted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What the cases of one scene have in common.
+    """Common data of the cases of one scene.
 
     Attributes
     ----------
@@ -40,9 +40,9 @@ class Task:
     names : tuple of str
         Parameters that vary.
     width : tuple of int
-        How many numbers each output has.
+        Number of values of each output.
     starts : tuple of str
-        States whose starts vary.
+        States whose initial values vary.
     """
 
     scene: Scene
@@ -54,7 +54,7 @@ class Task:
 
 
 def make_program(task: Task) -> Program:
-    """Prepare a task's program, its form for other values of parameters that are built in included."""
+    """Prepare the program of a task, also the one in which all varied parameters are free."""
     program = prepare(task.scene, task.tolerance, task.route)
     widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
     return program
@@ -63,17 +63,17 @@ def make_program(task: Task) -> Program:
 def run_cases(
     program: Program | str, task: Task, numbers: np.ndarray, halt: Callable[[float], None] | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the status (n,) of some cases and their numbers (n, width), NaN unless the status is OK.
+    """Run some cases; return their status (n,) and values (n, width), NaN unless the status is OK.
 
     Parameters
     ----------
     program : Program or str
-        The reason why there is none stands for a program.
+        A string is the reason why there is no program.
     task : Task
     numbers : ndarray, shape (n, varied)
         Values of ``task.names``, and then of ``task.starts``.
     halt : callable, optional
-        Called now and then with the fraction done; may raise `Halted`.
+        Called repeatedly with the fraction done; may raise `Halted`.
     """
     n, width = len(numbers), sum(task.width)
     if isinstance(program, str):
@@ -84,19 +84,19 @@ def run_cases(
         batch = program.map(
             dict(zip(task.names, values, strict=True)), dict(zip(task.starts, starts, strict=True)), progress=halt
         )
-    except Exception:  # of one of them: it is found by itself
+    except Exception:  # raised by one of the cases, which the single runs below identify
         if n > 1:
             parts = [run_cases(program, task, row[None], halt) for row in numbers]
             return np.concatenate([s for s, _ in parts]), np.concatenate([v for _, v in parts])
         return np.array([_failure(numbers[0])]), np.full((1, width), np.nan)
-    status = np.where(np.isnan(batch.t_final), REFUSED, batch.status)  # a start that is no number
+    status = np.where(np.isnan(batch.t_final), REFUSED, batch.status)  # a start that is not a number
     rows = [np.reshape(found, (-1, len(batch))) for found in batch.outputs.values()]
     found = np.concatenate(rows).T if rows else np.zeros((len(batch), 0))
     return np.broadcast_to(status, n), np.broadcast_to(found, (n, width))
 
 
 def _failure(numbers: np.ndarray) -> int:
-    """Return the code of the exception that a case ends in; one that nobody foresaw goes to the log."""
+    """Return the status code of an exception of a case; unexpected ones are logged."""
     if isinstance(sys.exception(), SceneError | NoRoute | RunFailed):
         return REFUSED
     logging.getLogger("symfric").exception("a case of a sweep failed: %s", numbers.tolist())
@@ -104,7 +104,7 @@ def _failure(numbers: np.ndarray) -> int:
 
 
 def program_or_reason(task: Task) -> Program | str:
-    """Prepare, or return the reason why that is refused."""
+    """Prepare a program, or return the reason why it cannot be prepared."""
     try:
         return make_program(task)
     except (SceneError, NoRoute) as reason:
