@@ -237,7 +237,7 @@ def test_output_folder_that_cannot_be_written(tmp_path):
         (["reproduce", "younes-2"], "younes-2 is not made: layout of the test rig"),
         (["reproduce", "thomsen-1", "-o", "{unit}"], "is a file; name a folder for the results with -o"),
         (["reproduce", "thomsen-1", "-o", "{unit}/below"], "name another folder with -o"),
-        (["reproduce", "thomsen-1", "--records", "{unit}"], "is no folder of records"),
+        (["reproduce", "thomsen-1", "--records", "{unit}"], "is not a folder of records"),
         (["sweep", "{good}", "-o", "{unit}/below"], "name another folder with -o"),
         (["bench", "--problem", "Q1"], "no problem 'Q1'"),
         (["bench", "-o", "{unit}"], "is a file; name a folder for the results with -o"),

@@ -1,4 +1,4 @@
-"""The command line: words in, tables and files out. Exit status 0, 1 (no answer), 2 (bad input), 130 (interrupted)."""
+"""The command line. Exit status 0 (success), 1 (no solution), 2 (bad input), 130 (interrupted)."""
 
 import errno
 import importlib
@@ -11,7 +11,7 @@ from symfric.cli.streams import hold_closed, safe_streams
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model.symbols import nearest
 
-COMMANDS = {  # name: module and attribute, imported when asked for
+COMMANDS = {  # name: module and attribute, imported at first use
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
     "sweep": "symfric.cli.sweep:sweep",
@@ -24,36 +24,36 @@ COMMANDS = {  # name: module and attribute, imported when asked for
 
 
 class _OneLine(click.ClickException):
-    """One line on stderr."""
+    """An error shown as one line on stderr."""
 
     def show(self, file=None) -> None:
-        """Print the line."""
+        """Print the error."""
         say(f"Error: {self.format_message()}", err=True)
 
 
 class BadInput(_OneLine):
-    """Exit status 2."""
+    """Bad input: exit status 2."""
 
     exit_code = 2
 
 
 class NoAnswer(_OneLine):
-    """Exit status 1."""
+    """No solution: exit status 1."""
 
     exit_code = 1
 
 
 def _in_one_line(error: click.UsageError) -> BadInput:
-    """Return what is wrong with a command's words, and where its help is."""
+    """Return a usage error as one line, with the command that shows help."""
     path = "symfric" if error.ctx is None else error.ctx.command_path
     return BadInput(f"{error.format_message().rstrip('.')}; see {path} --help")
 
 
 class Commands(click.Group):
-    """Loads a command when it is named and turns the package's errors into one line and an exit status."""
+    """The group of commands: imports a command when it is used, and shows errors as one line with an exit status."""
 
     def main(self, *args, **kwargs):
-        """Run with output that cannot fail; output that was lost is status 1, unless its reader had enough."""
+        """Run with safe output streams; lost output gives exit status 1, except after a closed pipe."""
         hold_closed()
         with safe_streams() as output:
             try:
@@ -77,7 +77,7 @@ class Commands(click.Group):
         return getattr(importlib.import_module(module), attribute)
 
     def make_context(self, *args, **kwargs) -> click.Context:
-        """Read the options before the command; what cannot be read is one line."""
+        """Parse the options before the command; errors are one line."""
         try:
             return super().make_context(*args, **kwargs)
         except click.UsageError as error:

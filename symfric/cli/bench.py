@@ -15,8 +15,8 @@ from symfric.model.symbols import nearest
 @click.command()
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
-@click.option("--growth", "with_growth", is_flag=True, help="How cost grows, and what is not wanted, instead.")
-@click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Samples; 3 x if quick.")
+@click.option("--growth", "with_growth", is_flag=True, help="Measure instead how run time grows with size and outputs.")
+@click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Timings; 3 x if short.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
 @common_options
 def bench(
@@ -28,7 +28,7 @@ def bench(
     as_json: bool,
     quiet: bool,
 ):
-    """Run time against error on problems with known answers.
+    """Measure run time and error on problems with known solutions.
 
     \b
     Example: symfric bench --problem P2 --rounds 3 -o out/

@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 @click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -study unless given.")
 @common_options
 def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
-    """Answer everything a scene file asks, on one HTML page.
+    """Study a scene file (motion, stability, sweep, designs) and write one HTML page.
 
     Writes study.html, study.json and, if the file sweeps a value, amplitude.csv.
 
@@ -70,7 +70,7 @@ def _print_summary(result, folder: Path) -> None:
 @click.argument("file", type=FILE)
 @common_options
 def explain(file: Path, as_json: bool, quiet: bool):
-    """Say which solver a scene file gets, why the others decline, and what is not computed.
+    """Show which solver takes a scene file, why the others decline, and what is not computed.
 
     \b
     Example: symfric explain examples/belt.toml
@@ -112,7 +112,7 @@ def scenes(as_json: bool, quiet: bool):
 
 
 def _described(functions: dict) -> list[dict]:
-    """Return the name, the arguments and one line on each function."""
+    """Return name, arguments and a one-line description of each function."""
     import inspect
 
     result = []
@@ -126,7 +126,7 @@ def _described(functions: dict) -> list[dict]:
 
 
 def _one_line(function) -> str:
-    """Return a law's formula, or the words of a docstring's first line before its mathematics."""
+    """Return the formula of a law, or the words before the formula in the first line of a docstring."""
     import inspect
 
     import sympy as sp

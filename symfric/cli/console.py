@@ -1,4 +1,4 @@
-"""What the commands share: options, progress on stderr, folders to write to."""
+"""Common parts of the commands: options, output, progress on stderr, output folders."""
 
 import contextlib
 import json
@@ -16,27 +16,27 @@ from symfric.errors import SceneError
 from symfric.files import write_together, write_whole
 
 Progress = Callable[[str, float], None]
-PATIENCE = 1.0  # seconds of silence before progress is shown
+PATIENCE = 1.0  # time before progress is shown, s
 
 
 def common_options(command):
-    """Add ``--json`` and ``--quiet``."""
+    """Decorate a command with the options ``--json`` and ``--quiet``."""
     command = click.option("--quiet", "-q", is_flag=True, help="No progress and no summary.")(command)
     return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(command)
 
 
 def say(text: str = "", *, err: bool = False, nl: bool = True) -> None:
-    """Print a text; the stream is named to click, which would write UTF-8 where ASCII is asked for."""
+    """Print a text; the stream is passed explicitly, since click would otherwise ignore its encoding."""
     click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl)
 
 
 def print_json(data) -> None:
-    """Print data as JSON; NaN and infinity, which JSON does not have, must be None already."""
+    """Print data as JSON; NaN and infinity must have been replaced by None."""
     say(json.dumps(data, indent=2, allow_nan=False))
 
 
 def write_results(files: Mapping[Path, bytes | str]) -> None:
-    """Write files of results, all or none."""
+    """Write result files, either all or none."""
     try:
         write_together(files)
     except OSError as error:
@@ -50,7 +50,7 @@ def write_results(files: Mapping[Path, bytes | str]) -> None:
 def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
     """Yield a function of (stage, fraction done): a bar on a terminal, a line per stage elsewhere, nothing if quiet.
 
-    Lines of the logger "symfric", such as that a first run compiles for a while, are shown too, at once.
+    Messages of the logger "symfric", such as the note on the first compilation, are shown too, immediately.
     """
     with no_interrupt_lost() as check:
 
@@ -73,9 +73,9 @@ def progress_on_stderr(quiet: bool) -> Iterator[Progress]:
 
 @contextlib.contextmanager
 def no_interrupt_lost() -> Iterator[Callable[[], None]]:
-    """Yield a function that raises `KeyboardInterrupt` once more if there was one.
+    """Yield a function that raises `KeyboardInterrupt` if an earlier interrupt was lost.
 
-    One that arrives while CasADi asks for the shape of an argument is lost there: the work would go on to its end.
+    CasADi discards an interrupt that arrives in some of its callbacks, and the work would continue to its end.
     """
     heard = threading.Event()
 
@@ -99,7 +99,7 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
 
 
 class _Messages(logging.Handler):
-    """Hands every message of a log to a function of one line."""
+    """Log handler that passes every message as one line to a function."""
 
     def __init__(self, write: Callable[[str], None]):
         super().__init__()
@@ -111,7 +111,7 @@ class _Messages(logging.Handler):
 
 @contextlib.contextmanager
 def _logged(write: Callable[[str], None]) -> Iterator[None]:
-    """Hand what the package logs to a function of one line."""
+    """Pass the log messages of the package to a function, while the context lasts."""
     handler, logger = _Messages(write), logging.getLogger("symfric")
     level = logger.level
     logger.addHandler(handler)
@@ -147,7 +147,7 @@ def _bar() -> Iterator[tuple[Progress, Callable[[str], None]]]:
 
 
 class _Lines:
-    """One plain line for each stage, no more than one a second."""
+    """Plain progress: one line for each stage, at most one per second."""
 
     def __init__(self):
         self.last, self.stage = time.monotonic(), ""
@@ -160,7 +160,7 @@ class _Lines:
 
 
 def writable_folder(path: Path) -> Path:
-    """Create a folder and prove that a file can be written there, before any work is done."""
+    """Create a folder and check that a file can be written there."""
     try:
         if path.exists() and not path.is_dir():
             raise SceneError(f"{path} is a file; name a folder for the results with -o")

@@ -16,7 +16,7 @@ from symfric.errors import SceneError
 @click.option("--open", "opening", is_flag=True, help="Open the page in the browser.")
 @common_options
 def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
-    """Serve a page with a slider for each value of a scene file and live pictures, to this machine only.
+    """Serve a local web page with a slider for each value of a scene file and live figures.
 
     Ctrl-C ends it.
 
@@ -52,11 +52,9 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
 
 
 def _check_free(port: int) -> None:
-    """Raise if the port is taken."""
+    """Raise if the port is in use."""
     try:
         with socket.create_server(("127.0.0.1", port)):
             pass
     except OSError:
-        raise SceneError(
-            f"port {port} cannot be served on: it is taken or not allowed; name another with --port"
-        ) from None
+        raise SceneError(f"port {port} cannot be used: it is taken or not allowed; name another with --port") from None

@@ -17,12 +17,12 @@ FILE = click.Path(path_type=Path)
 @click.argument("names", nargs=-1, metavar="[FIGURE]...")
 @click.option("-o", "--out", type=FILE, default=Path("reproduction"), show_default=True, help="Folder for the results.")
 @click.option("--list", "listing", is_flag=True, help="Print the names, one a line.")
-@click.option("--records", type=FILE, help="Folder of AT2 records for the figures that take ground motions.")
+@click.option("--records", type=FILE, help="Folder of AT2 records for the figures that need ground motions.")
 @common_options
 def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | None, as_json: bool, quiet: bool):
-    """Compute and draw figures and tables of the sources again; all of them unless some are named.
+    """Reproduce figures and tables of the sources; all of them unless some are named.
 
-    Writes pictures and tables, and index.html with what the sources say and what was found.
+    Writes figures and tables, and index.html with the claims of the sources and the results.
 
     \b
     Example: symfric reproduce guida-5 rolling-table-3 --records records/ -o out/
@@ -84,11 +84,11 @@ def _list(wanted: dict, as_json: bool) -> None:
 
 
 def _read(folder: Path) -> list:
-    """Read every record of a folder, in the order of the names."""
+    """Read all records of a folder, in the order of their names."""
     from symfric.motions import read_at2
 
     if not folder.is_dir():
-        raise SceneError(f"{folder} is no folder of records; give one that holds AT2 files")
+        raise SceneError(f"{folder} is not a folder of records; give one that holds AT2 files")
     files = sorted(f for f in folder.iterdir() if f.suffix.lower() == ".at2")
     if not files:
         raise SceneError(f"{folder} holds no AT2 file")
@@ -96,7 +96,7 @@ def _read(folder: Path) -> list:
 
 
 def _write(folder: Path, name: str, made) -> list[str]:
-    """Write what was made; return the names of the files."""
+    """Write the figures and tables; return the names of the files."""
     from symfric.report.study.figures import png
 
     parts: dict[Path, bytes | str] = {}

@@ -1,4 +1,4 @@
-"""Standard output and error that no terminal's encoding, full disk or closed pipe can turn into a traceback."""
+"""Standard streams that do not raise on unsupported characters, a full disk or a closed pipe."""
 
 import codecs
 import contextlib
@@ -10,7 +10,7 @@ import unicodedata
 from collections.abc import Iterator
 from typing import Any, TextIO
 
-PLAIN = {  # characters of tables and messages that ASCII or Latin-1 lack
+PLAIN = {  # replacements of characters that ASCII or Latin-1 lack
     "−": "-",
     "–": "-",
     "—": "-",
@@ -37,7 +37,7 @@ SUPERSCRIPTS = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+", str
 
 
 def plain(text: str) -> str:
-    """Return a text in ASCII: signs by their likeness, Greek letters by their names, a question mark for the rest."""
+    """Return a text in ASCII: similar signs, names of Greek letters, and question marks for the rest."""
     shown = []
     raised = False
     for letter in text:
@@ -52,7 +52,7 @@ def plain(text: str) -> str:
 
 
 def _named(letter: str) -> str:
-    """Return a letter without its accents, or the name of a Greek one."""
+    """Return a letter without accents, or the name of a Greek letter."""
     bare = unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
     if bare:
         return bare
@@ -61,11 +61,11 @@ def _named(letter: str) -> str:
 
 
 def _replace(error: UnicodeError) -> tuple[str, int]:
-    """Stand in for what an encoding lacks."""
+    """Codec error handler that replaces characters an encoding lacks."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     end = error.end
-    while end < len(error.object) and error.object[end] in SUPERSCRIPTS:  # a power stays one word
+    while end < len(error.object) and error.object[end] in SUPERSCRIPTS:  # a power is one word
         end += 1
     return plain(error.object[error.start : end]), end
 
@@ -74,7 +74,7 @@ codecs.register_error("symfric.plain", _replace)
 
 
 class Sink(io.BufferedIOBase):
-    """What a text stream writes to: after the first failure everything is let go, and the failure is kept.
+    """Binary stream that discards all output after the first failure, and stores that failure.
 
     Parameters
     ----------
@@ -84,13 +84,13 @@ class Sink(io.BufferedIOBase):
     Attributes
     ----------
     failure : OSError or None
-        Why the output is not complete.
+        The first error, after which output is incomplete.
     """
 
     def __init__(self, buffer: Any):
         super().__init__()
         self.name = getattr(buffer, "name", "")
-        self._raw = getattr(buffer, "raw", buffer)  # what a buffer cannot write, it tries again when Python ends
+        self._raw = getattr(buffer, "raw", buffer)  # unbuffered, since a buffer repeats a failed write when Python ends
         self.failure: OSError | None = None
 
     def writable(self) -> bool:
@@ -116,18 +116,19 @@ class Sink(io.BufferedIOBase):
                 rest = rest[written:]
             except OSError as error:
                 self.failure = error
-            except ValueError as error:  # closed from inside the process
+            except ValueError as error:  # closed by the process itself
                 self.failure = OSError(errno.EBADF, str(error))
         return len(data)
 
 
 @contextlib.contextmanager
 def safe_streams() -> Iterator[Sink]:
-    """Replace both standard streams for a while; yield what standard output writes to."""
+    """Replace both standard streams within a context; yield the stream behind standard output."""
     before = sys.stdout, sys.stderr
     sinks = []
     for name, stream in zip(("stdout", "stderr"), before, strict=True):
-        if stream is not None and not hasattr(stream, "buffer"):  # such as a notebook's, which takes every text
+        # such as the stream of a notebook, which accepts every text
+        if stream is not None and not hasattr(stream, "buffer"):
             sinks.append(Sink(io.BytesIO()))
             continue
         if stream is not None:
@@ -144,14 +145,14 @@ def safe_streams() -> Iterator[Sink]:
 
 
 def _text(stream: TextIO | None, sink: Sink) -> TextIO:
-    """Return a text stream like another one."""
+    """Return a text stream with the settings of another one."""
     encoding = "utf-8" if stream is None else stream.encoding
     lines = stream is None or bool(stream.line_buffering)
     return io.TextIOWrapper(sink, encoding=encoding, errors="symfric.plain", newline=None, line_buffering=lines)
 
 
 def hold_closed() -> None:
-    """Open the null device in place of closed standard streams: files opened later would get their numbers."""
+    """Open the null device in place of closed standard streams, so that no later file gets their descriptors."""
     for number in (0, 1, 2):
         try:
             os.fstat(number)

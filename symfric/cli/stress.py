@@ -7,16 +7,16 @@ from symfric.cli.console import common_options, print_json, progress_on_stderr, 
 
 @click.command()
 @click.option("--scenes", default=10_000, show_default=True, type=click.IntRange(1), help="Number of random scenes.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the first structure.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the random scenes.")
 @click.option("--family", "families", multiple=True, metavar="NAME", help="Only this family; may be repeated.")
-@click.option("--list", "listed", is_flag=True, help="Print the families and end.")
+@click.option("--list", "listed", is_flag=True, help="Print the families and exit.")
 @click.option("--jobs", "-j", type=int, default=-1, help="Processes; as many as there are processors unless given.")
-@click.option("--scene", "name", metavar="FAMILY/SEED/NUMBER", help="Only this one, by the name that a run gave it.")
+@click.option("--scene", "name", metavar="FAMILY/SEED/NUMBER", help="Only this scene, by the name shown in a run.")
 @common_options
 def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: bool):
-    """Random scenes of many families, each run by the chosen route and by a reference simulator of its own.
+    """Run random scenes by the automatic route and compare each with an independent reference simulator.
 
-    Exit status 1 if a run is wrong by more than 1000 tolerances and does not say so.
+    Exit status 1 if a run differs by more than 1000 tolerances without a status that reports it.
 
     \b
     Example: symfric stress --scenes 200 --family pulse-in-time --seed 3
@@ -55,7 +55,7 @@ def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: boo
 
 
 def _print_table(result) -> None:
-    """Print the number of scenes by family and verdict."""
+    """Print the number of scenes for each family and verdict."""
     width = max(len(name) for name in result.by_family)
     for name, counts in [*result.by_family.items(), ("all", result.counts)]:
         shown = ", ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)

@@ -9,7 +9,7 @@ import click
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 
 FILE = click.Path(path_type=Path)
-STORE = "store"  # folder of the finished cases, below that of the results
+STORE = "store"  # folder of the finished cases, inside the folder of the results
 TABLE = "sweep.csv"
 
 
@@ -17,13 +17,13 @@ TABLE = "sweep.csv"
 @click.argument("file", type=FILE)
 @click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -sweep unless given.")
 @click.option("--jobs", "-j", type=int, default=-1, help="Threads; as many as there are processors unless given.")
-@click.option("--resume", is_flag=True, help="Go on with an interrupted sweep, or show a finished one.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted sweep, or show a finished one.")
 @common_options
 def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, quiet: bool):
     """Run a scene file for every combination of values in [sweep].
 
     [sweep.grid] gives a list of values or {start, stop, count} for each parameter; without it from, to and number of
-    [sweep] are taken. Writes the scalar [outputs] and a status of every case to sweep.csv and store/result.nc. An
+    [sweep] are used. Writes the scalar [outputs] and a status of every case to sweep.csv and store/result.nc. An
     interrupted sweep keeps every finished case.
 
     \b
@@ -68,21 +68,21 @@ def _check(found, file: Path) -> None:
 
 
 def _make_room(place: Path) -> None:
-    """Remove a finished sweep; raise if an unfinished one would be lost."""
+    """Remove a finished sweep; raise if an unfinished one exists."""
     from symfric.ensemble import store
     from symfric.errors import SceneError
 
     kept = store.records_in(place)
     if kept:
         raise SceneError(
-            f"{place} holds an unfinished sweep with {kept} finished cases; go on with --resume, remove it, or name "
-            "another folder with -o"
+            f"{place} holds an unfinished sweep with {kept} finished cases; continue it with --resume, remove it, or "
+            "name another folder with -o"
         )
     store.clear(place)
 
 
 def _staged(progress):
-    """Return a function of the sweep's progress; off a terminal it speaks ever more rarely."""
+    """Return a function that reports the sweep's progress, without a terminal at growing intervals."""
     steady, begin, last = sys.stderr.isatty(), time.monotonic(), 0.0
 
     def report(at) -> None:
@@ -96,7 +96,7 @@ def _staged(progress):
 
 
 def _rows(result):
-    """Yield the head of a table and a row for each case: values of the axes, outputs, name of the status."""
+    """Yield the header of a table and a row for each case: values of the axes, outputs, name of the status."""
     import numpy as np
 
     axes = list(result["status"].dims)
@@ -131,7 +131,7 @@ def _write(place: Path, result) -> None:
 
 
 def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
-    """Print what came out; exit with status 1 if no case has an answer."""
+    """Print a summary; exit with status 1 if no case was successful."""
     from collections import Counter
 
     rows = _rows(result)

@@ -1,4 +1,4 @@
-"""Scene files: TOML to `Scene`. They are data: expressions pass a whitelist, nothing in a file is executed."""
+"""Scene files: TOML to `Scene`. Expressions are parsed with a whitelist; nothing in a file is executed."""
 
 from symfric.scenefile.build import LawSpec, friction_laws, ready_scenes
 from symfric.scenefile.designs import DesignPlan

@@ -1,4 +1,4 @@
-"""A checked document to a `Scene`: ready models and laws by their signatures, own equations by the parser."""
+"""Build a `Scene` from a checked scene file: ready models and laws by their signatures, own equations by the parser."""
 
 import inspect
 import keyword
@@ -27,7 +27,7 @@ PLAIN = {word: kind for word, kind in kinds.words().items() if word not in OF_EX
 
 @dataclass(frozen=True)
 class LawSpec:
-    """A friction law as the file names it, for reading.
+    """A friction law as written in the file, for display.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class LawSpec:
 
 
 def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]:
-    """Return the public functions of a module or package whose annotation says they return `result`."""
+    """Return the public functions of a module or package with the return annotation `result`."""
     found = inspect.getmembers(module, inspect.isfunction)
     return {
         name: f
@@ -64,7 +64,7 @@ def friction_laws() -> dict[str, Callable]:
 
 
 def build_scene(document: Document, motion=None) -> tuple[Scene, tuple[LawSpec, ...]]:
-    """Return the scene a document describes and its laws for reading; `motion` is that of the ground, read before."""
+    """Return the scene of a document and its laws for display; `motion` is the ground motion, if any."""
     _check_names(document)
     if isinstance(document.scene, ReadyScene):
         scene, specs = _from_library(document, document.scene, motion)
@@ -76,13 +76,13 @@ def build_scene(document: Document, motion=None) -> tuple[Scene, tuple[LawSpec, 
 
 
 def _check_names(document: Document) -> None:
-    """Raise on names that an expression could not hold or that are taken."""
+    """Raise on names that are not valid in expressions or are already used."""
     given = [("values", name) for name in document.values]
     if isinstance(document.scene, OwnScene):
         given += [(f"scene.{k}", n) for k in ("coordinates", "velocities", "z") for n in getattr(document.scene, k)]
     for place, name in given:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z_0-9]*", name):
-            raise SceneError(f"{place}: {shorten(name, 40)!r} is no name; use letters, digits and _")
+            raise SceneError(f"{place}: {shorten(name, 40)!r} is not a name; use letters, digits and _")
         if keyword.iskeyword(name):
             raise SceneError(f"{place}: {name} is a word Python reserves; rename it, for example {name}_")
         if name in RESERVED or name == TIME.name:
@@ -90,7 +90,7 @@ def _check_names(document: Document) -> None:
 
 
 def call(place: str, function: Callable, arguments: Mapping):
-    """Call a function of the model layer; a wrong kind of argument is the file's fault, not ours."""
+    """Call a function of the model layer; a wrong kind of argument is reported as an error of the file."""
     try:
         return function(**arguments)
     except SceneError:
@@ -100,7 +100,7 @@ def call(place: str, function: Callable, arguments: Mapping):
 
 
 def check_arguments(place: str, function: Callable, given: Mapping, elsewhere: str = "") -> None:
-    """Raise on an argument the function does not have and on one it needs."""
+    """Raise on unknown and on missing arguments of a function."""
     parameters = inspect.signature(function).parameters
     for name in given:
         if name not in parameters:
@@ -113,7 +113,7 @@ def check_arguments(place: str, function: Callable, given: Mapping, elsewhere: s
 
 
 def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
-    """Return the law of one contact; `names` are the parameters it may use."""
+    """Return the law of one contact; `names` are the parameters available to it."""
     known = friction_laws()
     if friction.law not in known:
         raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
@@ -146,7 +146,7 @@ def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values:
 
 
 def exact(value: float) -> float | int:
-    """Return a whole number as such, so that equations read 2*x and not 2.0*x."""
+    """Return a whole number as an integer, so that equations show 2*x and not 2.0*x."""
     return int(value) if value.is_integer() and abs(value) < 1e15 else value
 
 
@@ -155,7 +155,7 @@ def _spec(friction: Friction, contact: str) -> LawSpec:
 
 
 def _contact_place(document: Document, i: int) -> str:
-    """Return where the i-th contact stands, for messages."""
+    """Return the place of the i-th contact in the file, for messages."""
     if len(document.friction) == 1:
         return "friction"
     return f"friction.{shorten(document.friction[i].name or i + 1, 30)}"
@@ -203,7 +203,7 @@ def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scen
 
 
 def _check_options(function: Callable, options: Mapping) -> None:
-    """Raise where a number is given as text: the function's default says what it wants."""
+    """Raise if an option is text instead of a number or the reverse, judged by the function's default."""
     for name, value in options.items():
         if name == "law":
             raise SceneError("scene.law: the friction law has its own section; write [friction] with law = ...")
@@ -217,7 +217,7 @@ def _check_options(function: Callable, options: Mapping) -> None:
 
 
 def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[Law, tuple[LawSpec, ...]]:
-    """Return the law of a ready scene, which has one contact that the model places itself."""
+    """Return the law of a ready scene with one contact, whose place the model defines."""
     if "law" not in inspect.signature(function).parameters:
         raise SceneError(f"[friction]: {function.__name__} has its own friction; remove the section")
     if len(document.friction) > 1:
@@ -225,13 +225,13 @@ def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[
     friction = document.friction[0]
     for key in ("slip", "normal", "profile"):
         if getattr(friction, key) is not None:
-            raise SceneError(f"friction.{key}: {function.__name__} places its contact itself; remove {key}")
+            raise SceneError(f"friction.{key}: {function.__name__} defines where its contact acts; remove {key}")
     law = _law(friction, "friction", _real([*values, *document.values]), document.values)
     return law, (_spec(friction, friction.name or ""),)
 
 
 def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple[LawSpec, ...]]:
-    """Return a scene of own equations."""
+    """Return a scene from the equations in the file."""
     states = _real([*section.coordinates, *section.velocities, *section.z])
     parameters = _real(document.values)
     names = {**states, **parameters, TIME.name: TIME}
@@ -284,9 +284,9 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
 
 
 def _check_start(system: System, contacts: list[Contact], initial: Mapping, numbers: Mapping) -> None:
-    """Raise on expressions without a finite value at the start.
+    """Raise on expressions that are not finite at the start.
 
-    In floating point, because exact arithmetic does not end on such as cosh(exp(1e9*x)).
+    Evaluated in floats, because exact arithmetic does not terminate for expressions such as cosh(exp(1e9*x)).
     """
     for name, e in initial.items():
         numbers = {**numbers, sp.Symbol(name, real=True): _value(e, numbers, f"scene.initial.{name}")}
@@ -327,7 +327,7 @@ def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
             result[name] = PLAIN[word]()
         elif word in OF_EXPRESSION:
             if inside is None:
-                raise SceneError(f"{place}: {word} of what? write {word}({scene.system.q[0].name})")
+                raise SceneError(f"{place}: {word} needs an expression; write {word}({scene.system.q[0].name})")
             result[name] = _of_expression(word, inside, names, place, contacts)
         else:
             known = [*PLAIN, *OF_EXPRESSION]
@@ -336,7 +336,7 @@ def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
 
 
 def _of_expression(word: str, inside: str, names, place: str, contacts) -> kinds.Output:
-    """Read an output of an expression; times follow it behind commas."""
+    """Read an output of an expression, with times after commas if it takes any."""
     expression, *times = _at_commas(inside)
     given = [parse_expression(expression, names, place, contacts)]
     if len(fields(OF_EXPRESSION[word])) == 1:
@@ -346,7 +346,7 @@ def _of_expression(word: str, inside: str, names, place: str, contacts) -> kinds
     try:
         numbers = [float(t) for t in times]
     except ValueError:
-        raise SceneError(f"{place}: the times of {word} are numbers behind commas: {word}(x, 0.5, 1)") from None
+        raise SceneError(f"{place}: the times of {word} are numbers after commas: {word}(x, 0.5, 1)") from None
     try:
         if word == "at":
             return kinds.At(given[0], *numbers)

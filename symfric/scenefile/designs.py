@@ -1,4 +1,4 @@
-"""The designs a scene file asks for: the checked tables of ``[design]`` as calls of the functions in ``sf.design``."""
+"""Designs of a scene file: the checked tables of ``[design]`` as calls of functions in ``sf.design``."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from symfric.design.result import Design
 
 MODELS = {"positioning": "drive_slide", "contact_damper": "contact_damper", "isolator": "rolling_isolator"}
-MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # of a motion made from a table
+MAX_SAMPLES, MAX_ITERATIONS = 1_000_000, 1000  # limits of a motion made from a table
 OF_PARAMETERS = ("damper", "contact_damper", "isolator")  # designs whose parameters are values of the scene
 
 _MADE: dict[str, Callable[..., Motion]] = {"synthetic": synthetic, "sine_burst": sine_burst}
@@ -28,14 +28,14 @@ _MADE: dict[str, Callable[..., Motion]] = {"synthetic": synthetic, "sine_burst":
 
 @dataclass(frozen=True)
 class DesignPlan:
-    """What one table of ``[design]`` asks for.
+    """A design to compute: one table of ``[design]``.
 
     Attributes
     ----------
     kind : str
         Name of the function in `symfric.design`.
     arguments : mapping of str
-        Its arguments, those that the table gives.
+        Its arguments, as far as the table gives them.
     """
 
     kind: str
@@ -43,35 +43,35 @@ class DesignPlan:
 
     @property
     def varied(self) -> tuple[str, ...]:
-        """Names of what is designed."""
+        """Names of the design parameters."""
         fixed = {"quench": ("a", "Omega"), "absorber": ("tuning", "damping")}
         given = self.arguments
         return fixed.get(self.kind) or ((given["parameter"],) if "parameter" in given else tuple(given["bounds"]))
 
     def __call__(self, scene: Scene) -> "Design":
-        """Return the design; what cannot be met or makes no sense is raised as by the function itself."""
-        from symfric import design  # slow to load, and most files are read for something else
+        """Compute the design; raises the exceptions of the design function."""
+        from symfric import design  # slow to import, and most files have no design
 
         function = getattr(design, self.kind)
         return function(**self.arguments) if self.kind == "absorber" else function(scene, **self.arguments)
 
 
 def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Motion:
-    """Return the motion of the ground a table describes.
+    """Return the ground motion of a table.
 
     Parameters
     ----------
     place : str
-        Of the table, for messages.
+        Place of the table, for messages.
     folder : Path or None
-        The scene file's, where records are looked for; None if there is no file.
+        Folder of the scene file, relative to which records are found; None if there is no file.
     """
     given = {k: exact(v) if isinstance(v, float) else v for k, v in motion.__pydantic_extra__.items()}
     if motion.kind is not None and motion.file is None:
         function = _MADE[motion.kind]
     elif motion.file is not None and motion.kind is None:
         if folder is None:
-            raise SceneError(f"{place}.file: a record is found beside a scene file, and this text is none")
+            raise SceneError(f"{place}.file: a record's path is relative to a scene file; this scene was given as text")
         function = record_files.read_at2 if motion.file.lower().endswith(".at2") else record_files.read_text
         given = {"path": folder / motion.file, **given}
     else:
@@ -86,7 +86,7 @@ def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Mo
 
 
 def _check_size(place: str, given: Mapping) -> None:
-    """Raise on a motion that would take all memory or time; a synthetic one limits its samples itself."""
+    """Raise on a motion with too many samples or iterations; `synthetic` limits its samples itself."""
     numbers = {k: v for k, v in given.items() if isinstance(v, float | int) and v > 0}
     each = 1 / numbers["dt"] / numbers.get("frequency", 1.0) if "dt" in numbers else 200
     if numbers.get("cycles", 10) * each > MAX_SAMPLES or numbers.get("iterations", 0) > MAX_ITERATIONS:
@@ -94,7 +94,7 @@ def _check_size(place: str, given: Mapping) -> None:
 
 
 def read_designs(asked: questions.Designs, scene: Scene, model: str | None, folder: Path | None) -> tuple:
-    """Return a plan for each table, its ranges and the names it uses checked against the scene.
+    """Return the designs of a file, with ranges and names checked against the scene.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def read_designs(asked: questions.Designs, scene: Scene, model: str | None, fold
     model : str or None
         Name of the ready scene.
     folder : Path or None
-        Where records are looked for.
+        Folder relative to which records are found.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def _arguments(kind: str, section: Section, scene: Scene, model: str | None, fol
 
 
 def _plain(value):
-    """Return what the functions take: dicts for tables, tuples for lists of numbers."""
+    """Convert TOML data to arguments: tables to dicts, lists of numbers to tuples."""
     if isinstance(value, Section):
         return {k: v for k, v in value if v is not None}
     if isinstance(value, dict):

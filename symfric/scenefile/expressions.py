@@ -1,7 +1,7 @@
-"""Expressions of scene files: text to SymPy through a whitelist over Python's `ast`; nothing is ever executed.
+"""Parser of expressions in scene files: text to SymPy by a whitelist over Python's `ast`; nothing is executed.
 
-Every constant is followed by its value in floating point, so that a number too large to write down is refused before
-SymPy is asked to compute it.
+The value of every constant is computed in floating point as well, so that a number too large is an error before SymPy
+evaluates it exactly.
 """
 
 import ast
@@ -24,8 +24,8 @@ MAX_CHARACTERS = 10_000
 MAX_BRACKETS = 50  # depth of nested brackets
 MAX_DEPTH = 60  # depth of the syntax tree, chains of + - * / counted once
 MAX_NODES = 3_000
-MAX_EXPONENT = 64  # of numbers
-MAX_POWER = 16  # of everything else: SymPy expands some of them
+MAX_EXPONENT = 64  # largest exponent of numbers
+MAX_POWER = 16  # largest exponent of other expressions, some of which SymPy expands
 MAX_BRANCHING = 30  # abs, min, max and pieces of piecewise together: SymPy compares them with one another
 LARGEST = 1e300
 
@@ -48,7 +48,8 @@ FUNCTIONS: dict[str, tuple[Callable, Callable[[float], float]]] = {  # SymPy's f
 EXTREMES: dict[str, tuple[Callable, Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
 OF_CONTACTS = {"friction_force": friction_force, "slip": slip}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
-IN_COMPARISONS = ("abs", "sin", "cos")  # where pieces meet is solved for, which SymPy can do for simple functions
+# the boundary of a condition is solved for, which SymPy can do for simple functions
+IN_COMPARISONS = ("abs", "sin", "cos")
 RESERVED = {*FUNCTIONS, *EXTREMES, *OF_CONTACTS, "piecewise", "pi"}
 
 REFUSED = {  # syntax with a cure better than "use numbers, names, ..."
@@ -67,20 +68,20 @@ REFUSED = {  # syntax with a cure better than "use numbers, names, ..."
 
 @dataclass(frozen=True)
 class _Term:
-    """An expression and, where it is a constant, its value."""
+    """An expression and, if it is constant, its value."""
 
     expr: sp.Expr
     value: float | None = None
 
 
 def shorten(value: object, length: int = 60) -> str:
-    """Return what a value looks like on one line, control characters escaped, cut to `length`."""
+    """Return a value as one line of text, control characters escaped, cut to `length`."""
     text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(value))
     return text if len(text) <= length else text[: length - 3] + "..."
 
 
 def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contacts: Sequence[str] = ()) -> sp.Expr:
-    """Read one expression.
+    """Parse one expression.
 
     Parameters
     ----------
@@ -88,9 +89,9 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
         Numbers, names, ``+ - * / **``, brackets, the functions of `FUNCTIONS`, ``min``, ``max``, ``pi`` and
         ``piecewise((value, condition), ..., otherwise)``.
     names : mapping of name to Expr
-        What each name means; any other is refused.
+        Meaning of each name; any other is an error.
     place : str
-        Where the text stands, for messages: ``scene.force[0]``.
+        Place of the text, for messages: ``scene.force[0]``.
     contacts : sequence of str
         Contacts that ``friction_force("name")`` and ``slip("name")`` may ask for.
 
@@ -109,8 +110,8 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
     except SceneError:
         raise
     except (TypeError, ValueError, ArithmeticError, AttributeError, NotImplementedError, RecursionError):
-        # SymPy raises these where a min, max or comparison meets what may be complex, such as acos(x) for x > 1
-        raise SceneError(f"{place}: {shorten(text)!r} is not real or too involved; write it simpler") from None
+        # SymPy raises these if an argument of min, max or a comparison may be complex, such as acos(x) for x > 1
+        raise SceneError(f"{place}: {shorten(text)!r} is not real or too complicated; simplify it") from None
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{place}: {shorten(text)!r} is not finite; look for a division by zero")
     if result.has(sp.I):
@@ -119,7 +120,7 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
 
 
 def _syntax_tree(text: str, place: str) -> ast.expr:
-    """Return Python's syntax tree of the text, or raise; limits first, because the parser recurses."""
+    """Return Python's syntax tree of the text; size limits are checked first, because the parser recurses."""
     if len(text) > MAX_CHARACTERS:
         raise SceneError(f"{place}: {len(text)} characters; an expression has at most {MAX_CHARACTERS}")
     text = re.sub(r"\s+", " ", text).strip()
@@ -131,7 +132,7 @@ def _syntax_tree(text: str, place: str) -> ast.expr:
         if depth > MAX_BRACKETS:
             raise SceneError(f"{place}: more than {MAX_BRACKETS} nested brackets at character {position + 1}")
     if "\\" in text:
-        raise SceneError(f"{place}: a backslash is no part of an expression")
+        raise SceneError(f"{place}: an expression must not contain a backslash")
     try:
         return ast.parse(_apart(text), mode="eval").body
     except SyntaxError as error:
@@ -143,18 +144,18 @@ def _syntax_tree(text: str, place: str) -> ast.expr:
             hint = "write * between factors"
         raise SceneError(f"{place}: cannot read {shorten(text)!r}{at}; {hint}") from None
     except (ValueError, RecursionError, MemoryError, OverflowError):
-        raise SceneError(f"{place}: {shorten(text, 30)!r} is nested too deeply or too long; write it simpler") from None
+        raise SceneError(f"{place}: {shorten(text, 30)!r} is nested too deeply or too long; simplify it") from None
 
 
 def _apart(text: str) -> str:
-    """Separate numbers from words that follow at once, of which Python's parser would warn; names in quotes stay."""
+    """Insert a space between a number and a word, which avoids a warning of Python's parser; quoted names stay."""
     parts = re.split(r"('[^']*'|\"[^\"]*\")", text)
     parts[::2] = [_NUMBER_BEFORE_WORD.sub(r"\g<0> ", part) for part in parts[::2]]
     return "".join(parts)
 
 
 class _Reader:
-    """Walks one syntax tree; counts what it has seen."""
+    """Converts one syntax tree and counts its branches and nesting."""
 
     def __init__(self, names: Mapping[str, sp.Expr], place: str, contacts: tuple[str, ...]):
         self.names, self.place, self.contacts = names, place, contacts
@@ -162,18 +163,18 @@ class _Reader:
         self.comparing = False
 
     def refuse(self, message: str) -> NoReturn:
-        """Raise with the place."""
+        """Raise `SceneError` with the place of the expression."""
         raise SceneError(f"{self.place}: {message}")
 
     def term(self, node: ast.AST, depth: int = 0) -> _Term:
-        """Return what a node means, with its value if the names cancelled."""
+        """Return the expression of a node, with its value if all names cancelled."""
         result = self.read(node, depth)
         if result.value is None and result.expr.is_number:
             return _Term(result.expr, self.evaluate(lambda: float(result.expr)))
         return result
 
     def read(self, node: ast.AST, depth: int) -> _Term:
-        """Return what a node means."""
+        """Return the expression of a node."""
         self.nodes += 1
         if self.nodes > MAX_NODES:
             self.refuse(f"more than {MAX_NODES} terms; split the expression")
@@ -212,7 +213,7 @@ class _Reader:
         return _Term(sp.Integer(value) if isinstance(value, int) else sp.Float(value), float(value))
 
     def name(self, name: str) -> _Term:
-        """Return the meaning of a name."""
+        """Return the expression of a name."""
         if name in self.names:
             return _Term(self.names[name])
         if name == "pi":
@@ -227,12 +228,12 @@ class _Reader:
         return _Term(operation(*(t.expr for t in terms)), value)
 
     def value_of(self, operation: Callable[..., float], terms: Sequence[_Term]) -> float | None:
-        """Return the value of an operation on constants; None if one of the terms is none."""
+        """Return the value of an operation on constants; None if one of the terms is not constant."""
         values = [t.value for t in terms if t.value is not None]
         return self.evaluate(operation, *values) if len(values) == len(terms) else None
 
     def evaluate(self, operation: Callable[..., float], *values: float) -> float:
-        """Return the value of an operation on numbers, or say what is wrong with it."""
+        """Return the value of an operation on numbers; raise if it is not defined."""
         try:
             value = operation(*values)
         except ZeroDivisionError:
@@ -271,7 +272,7 @@ class _Reader:
         return _Term((sp.Add if adding else sp.Mul)(*(t.expr for t in terms)), value)
 
     def power(self, base: _Term, exponent: _Term) -> _Term:
-        """Return a power with an exponent of reasonable size."""
+        """Return a power, with its exponent checked."""
         if self.comparing and exponent.value not in (1, 2, 3, 4):
             self.refuse("a comparison takes the exponents 1 to 4 only")
         if exponent.value is not None:
@@ -284,7 +285,7 @@ class _Reader:
         return self.combine(lambda a, b: a**b, base, exponent)
 
     def call(self, node: ast.Call, depth: int) -> _Term:
-        """Return a known function of its arguments."""
+        """Return a call of a known function."""
         if not isinstance(node.func, ast.Name):
             self.refuse("only known functions can be called, such as sin(x)")
         name = node.func.id
@@ -313,7 +314,7 @@ class _Reader:
         return _Term(symbolic(*(t.expr for t in terms)), value)
 
     def branch(self, count: int) -> None:
-        """Count what SymPy compares pairwise."""
+        """Count the branches, which SymPy compares pairwise."""
         self.branching += count
         if self.branching > MAX_BRANCHING:
             self.refuse(f"more than {MAX_BRANCHING} of abs, min, max and pieces of piecewise; split the expression")

@@ -1,4 +1,4 @@
-"""The types of the keys of a scene file; what is wrong with one is said in words that follow its place."""
+"""Types of the keys of a scene file; error messages are worded to follow the place of the key."""
 
 from typing import Annotated, Any
 
@@ -6,13 +6,13 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from symfric.scenefile.expressions import LARGEST, shorten
 
-MAX_TABLES = 200  # entries of one table or list
-MAX_UNIT = 40  # letters; a picture has no room for more
-MAX_AXIS = 100_000  # values of one axis of a sweep
+MAX_TABLES = 200  # most entries of one table or list
+MAX_UNIT = 40  # most letters of a unit, which figures can show
+MAX_AXIS = 100_000  # most values of one axis of a sweep
 
 
 def _number(value) -> float:
-    """Return a TOML number as a float; anything else is an error, a number in quotes too."""
+    """Return a TOML number as a float; anything else is an error, also a number in quotes."""
     if isinstance(value, str):
         raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -28,17 +28,17 @@ def _term(value) -> float | str:
 
 
 def _coefficient(value) -> float | str | list[float | str]:
-    """Return what a friction law takes: a number, an expression, or a list of them."""
+    """Return a coefficient of a friction law: a number, an expression, or a list of them."""
     return [_term(v) for v in value] if isinstance(value, list) else _term(value)
 
 
 def _option(value) -> float | str | bool | list:
-    """Return an option of a ready scene."""
+    """Return a checked option of a ready scene."""
     return value if isinstance(value, bool) else _coefficient(value)
 
 
 def _mass(value) -> list[list[float | str]]:
-    """Return the rows of the mass matrix: one entry, the diagonal, or all rows may be given."""
+    """Return the rows of the mass matrix, given as one entry, the diagonal, or all rows."""
     entries = as_list(value)
     if any(isinstance(row, list) for row in entries):
         if not all(isinstance(row, list) for row in entries):
@@ -54,7 +54,7 @@ def _axis(value) -> list[float]:
             raise ValueError(f"has {len(value)} values; give 1 to {MAX_AXIS}")
         return [_number(v) for v in value]
     if not isinstance(value, dict) or set(value) != {"start", "stop", "count"}:
-        raise ValueError("is no axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
+        raise ValueError("is not an axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
     start, stop, count = _number(value["start"]), _number(value["stop"]), value["count"]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_AXIS:
         raise ValueError(f"has the count {shorten(count, 20)}; write a whole number from 1 to {MAX_AXIS}")
@@ -69,7 +69,7 @@ def _text(value) -> str:
 
 
 def as_list(value) -> list:
-    """Let a single entry stand for a list of one."""
+    """Return a single entry as a list of one."""
     return value if isinstance(value, list) else [value]
 
 
@@ -93,6 +93,6 @@ Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
 
 class Section(BaseModel):
-    """A table that knows its keys."""
+    """Base of all sections: a table with fixed keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -11,12 +11,12 @@ Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MAX_TABLES)]
 
 
 def _path_as_table(value):
-    """Let the path of a record stand for a table with it."""
+    """Convert the path of a record to a table."""
     return {"file": value} if isinstance(value, str) else value
 
 
 class Motion(Section):
-    """A motion of the ground: a record's path, or ``kind`` with the arguments of the function in ``sf.motions``."""
+    """A ground motion: the path of a record, or ``kind`` with the arguments of a function in ``sf.motions``."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Option]
@@ -29,7 +29,7 @@ Ground = Annotated[Motion, BeforeValidator(_path_as_table)]
 
 
 class QuenchLimits(Section):
-    """``[design.quench.limits]``."""
+    """Keys of ``[design.quench.limits]``."""
 
     friction: Positive | None = None
     acceleration: Positive | None = None
@@ -37,7 +37,7 @@ class QuenchLimits(Section):
 
 
 class Quench(Section):
-    """``[design.quench]``."""
+    """Keys of ``[design.quench]``."""
 
     speeds: Range
     Omega: Range
@@ -48,7 +48,7 @@ class Quench(Section):
 
 
 class Damper(Section):
-    """``[design.damper]``."""
+    """Keys of ``[design.damper]``."""
 
     parameter: Text
     bounds: Range
@@ -60,7 +60,7 @@ class Damper(Section):
 
 
 class Positioning(Section):
-    """``[design.positioning]``."""
+    """Keys of ``[design.positioning]``."""
 
     parameter: Literal["sigma", "mu1", "mu2", "epsilon"]
     bounds: Range
@@ -68,7 +68,7 @@ class Positioning(Section):
 
 
 class Absorber(Section):
-    """``[design.absorber]``; the mass ratio may stand in ``[values]`` of the ready scene."""
+    """Keys of ``[design.absorber]``; the mass ratio may stand in ``[values]`` of the ready scene."""
 
     mass_ratio: Positive | None = None
     criterion: Literal["hinf", "h2", "decay", "self-excited"] = "hinf"
@@ -79,7 +79,7 @@ class Absorber(Section):
 
 
 class ContactDamper(Section):
-    """``[design.contact_damper]``."""
+    """Keys of ``[design.contact_damper]``."""
 
     bounds: Ranges
     residual: Positive | None = None
@@ -87,7 +87,7 @@ class ContactDamper(Section):
 
 
 class IsolatorLimits(Section):
-    """``[design.isolator.limits]``."""
+    """Keys of ``[design.isolator.limits]``."""
 
     acceleration: Positive | None = None
     velocity: Positive | None = None
@@ -96,7 +96,7 @@ class IsolatorLimits(Section):
 
 
 class Isolator(Section):
-    """``[design.isolator]``."""
+    """Keys of ``[design.isolator]``."""
 
     motions: Annotated[list[Ground], Field(min_length=1, max_length=MAX_MOTIONS)]
     bounds: Ranges
@@ -106,7 +106,7 @@ class Isolator(Section):
 
 
 class Designs(Section):
-    """``[design]``: one table for each question, named like the function in ``sf.design``."""
+    """``[design]``: one table for each design, named like the function in ``sf.design``."""
 
     quench: Quench | None = None
     damper: Damper | None = None

@@ -1,4 +1,4 @@
-"""The door for scene files: a path or text to a `SceneFile`, every finding one line that names file, place and cure."""
+"""Read scene files: path or text to a `SceneFile`; every error is one line that names file, place and cure."""
 
 import re
 import tomllib
@@ -20,16 +20,16 @@ from symfric.scenefile.expressions import shorten
 from symfric.scenefile.schema import Sweep, read_document
 
 MAX_BYTES = 1_000_000
-MAX_NESTING = 40  # brackets in TOML itself; its reader recurses
-MAX_DOTS = 20  # parts of a dotted key
+MAX_NESTING = 40  # nested brackets in TOML, whose reader recurses
+MAX_DOTS = 20  # most parts of a dotted key
 MAX_MESSAGE = 400
-MAX_CASES = 1_000_000  # of a sweep
+MAX_CASES = 1_000_000  # most cases of a sweep
 TOKEN = re.compile(r"""[\w-]+|"[^"\n]*"|'[^'\n]*'|\S""")
 
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What ``[sweep]`` asks for.
+    """A sweep to compute: the contents of ``[sweep]``.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class SweepPlan:
     coordinate : str
         State whose vibration is measured.
     settle, window : float or None
-        Time to wait for the steady vibration and time to measure it over; None: chosen from the scene.
+        Settling time and measuring window; None to choose them from the scene.
     """
 
     parameter: str
@@ -55,7 +55,7 @@ class SweepPlan:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene with what its file asks about it.
+    """The contents of a scene file: scene, labels, sweep and designs.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class SceneFile:
     designs: tuple[DesignPlan, ...]
 
     def plan(self, kind: str) -> DesignPlan | None:
-        """Return the design of a kind, None if the file asks for none."""
+        """Return the design of a kind, None if the file has none."""
         return next((p for p in self.designs if p.kind == kind), None)
 
 
@@ -102,12 +102,12 @@ def read_scene_file(path: str | Path) -> SceneFile:
 
 
 def read_scene_text(text: str, name: str = "scene file") -> SceneFile:
-    """Read the text of a scene file; `name` stands for the file in messages. It can name no records."""
+    """Read a scene file given as text; `name` is used in messages. It cannot refer to records."""
     return _named(name, lambda: text, None)
 
 
 def _named(name: str, text_of, folder: Path | None) -> SceneFile:
-    """Read, with the file's name before every message."""
+    """Read a scene file, with its name in front of every error message."""
     shown = shorten(name, 120)
     try:
         return _scene_file(name, text_of(), folder)
@@ -119,7 +119,7 @@ def _named(name: str, text_of, folder: Path | None) -> SceneFile:
 
 
 def _text_of(path: Path) -> str:
-    """Return the text of a file of sensible size."""
+    """Return the text of a file, of limited size."""
     try:
         if path.is_dir():
             raise SceneError("is a folder; name a scene file in it")
@@ -137,7 +137,7 @@ def _text_of(path: Path) -> str:
             raise
         raise SceneError(f"cannot be read ({reason}); check the path and its permissions") from None
     if len(data) > MAX_BYTES:
-        raise SceneError(f"is larger than {MAX_BYTES // 1000} kB; a scene file is a page of text")
+        raise SceneError(f"is larger than {MAX_BYTES // 1000} kB; the limit for a scene file")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -165,7 +165,7 @@ def _toml(text: str) -> dict:
 
 
 def _check_nesting(text: str) -> None:
-    """Raise on nesting that would make the TOML reader recurse, or, for dotted keys, search in quadratic time."""
+    """Raise on deep nesting, on which the TOML reader recurses, and on long dotted keys, on which it is slow."""
     for number, line in enumerate(text.splitlines(), 1):
         if line.count("[") > MAX_NESTING and "[" * MAX_NESTING in line.replace(" ", ""):
             raise SceneError(f"more than {MAX_NESTING} nested brackets (at line {number})")
@@ -183,7 +183,7 @@ def _check_nesting(text: str) -> None:
 
 
 def _check_letters(value, place: str = "") -> None:
-    """Raise on control characters in keys and texts: terminals obey them, and no page or picture can show them."""
+    """Raise on control characters in keys and texts, which terminals execute and pages cannot show."""
     if isinstance(value, dict):
         for key, inner in value.items():
             inside = f"{place}.{shorten(key, 40)}" if place else shorten(key, 40)
@@ -233,7 +233,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
 
 @alone(SYMBOLIC)
 def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
-    """Return the parameters that drive a contact like a belt: those a slip holds beside the velocities."""
+    """Return the belt speeds: parameters that occur in a slip besides the velocities."""
     found = []
     for contact in scene.contacts:
         drive = contact.slip.subs(dict.fromkeys(scene.system.u, 0))
@@ -242,7 +242,7 @@ def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
 
 
 def _grid(sweep: Sweep, plan: SweepPlan | None, scene: Scene) -> dict[str, tuple[float, ...]]:
-    """Return the axes of ``[sweep.grid]``, or that of the plan."""
+    """Return the axes of ``[sweep.grid]``, or the axis of ``[sweep]``."""
     if not sweep.grid:
         return {plan.parameter: tuple(np.linspace(plan.start, plan.stop, plan.number).tolist())} if plan else {}
     names = [s.name for s in scene.parameters]
@@ -257,7 +257,7 @@ def _grid(sweep: Sweep, plan: SweepPlan | None, scene: Scene) -> dict[str, tuple
 
 
 def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
-    """Return the plan with its names checked and the belt speed where no parameter is named; None for a grid alone."""
+    """Return the checked sweep, by default over the belt speed; None if only a grid is given."""
     alone = all(v is None for v in (sweep.parameter, sweep.coordinate, sweep.settle, sweep.window))
     if sweep.from_ is None and sweep.to is None and alone and sweep.grid:
         return None

@@ -1,4 +1,4 @@
-"""The sections of a scene file and the types of their keys; pydantic's findings become one line with place and cure."""
+"""Sections of a scene file and the types of their keys; errors of pydantic become one line with place and cure."""
 
 from typing import Annotated
 
@@ -28,7 +28,7 @@ from symfric.scenefile.questions import Designs, Ground
 
 
 class ReadyScene(Section):
-    """``[scene]`` with a model; its other keys are arguments of the model's function."""
+    """The section ``[scene]`` of a ready model; its other keys are arguments of the model's function."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Option]
@@ -39,7 +39,7 @@ class ReadyScene(Section):
 
 
 class OwnScene(Section):
-    """``[scene]`` with own equations."""
+    """The section ``[scene]`` with own equations."""
 
     coordinates: Names
     velocities: Names
@@ -65,7 +65,7 @@ class Friction(Section):
 
 
 class Sweep(Section):
-    """``[sweep]``: one parameter over equally spaced values, and how the vibration is measured at each.
+    """The section ``[sweep]``: equally spaced values of one parameter, and the measurement of the vibration.
 
     ``[sweep.grid]`` is for ``symfric sweep``: values, or start, stop and count, for each of several parameters.
     """
@@ -105,7 +105,7 @@ def read_document(raw: dict) -> Document:
     Raises
     ------
     SceneError
-        Naming ``section.key`` and the cure; the first finding only.
+        Naming ``section.key`` and the cure; only the first error.
     """
     data = dict(raw)
     contacts, places = _friction_tables(data.pop("friction", None), data.pop("contact", None))
@@ -146,7 +146,7 @@ def _friction_tables(friction, contact) -> tuple[list[dict], list[str]]:
 
 
 def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ()):
-    """Return the data as a section, or raise the first finding as one line."""
+    """Return the data as a section, or raise the first error as one line."""
     if isinstance(data, dict) and len(data) > MAX_TABLES:
         raise SceneError(f"{place or 'the file'} has {len(data)} keys; at most {MAX_TABLES} are read")
     try:
@@ -159,7 +159,7 @@ def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ())
 
 
 def _one_line(kind: type[Section], finding: ErrorDetails, place: str, extra: tuple[str, ...]) -> str:
-    """Turn one of pydantic's findings into place, what is wrong and cure."""
+    """Return an error of pydantic as place, problem and cure."""
     where, section = place, kind
     path = list(finding["loc"])
     for i, step in enumerate(path):
@@ -192,7 +192,7 @@ def _one_line(kind: type[Section], finding: ErrorDetails, place: str, extra: tup
 
 
 def _inner(section: type[Section], step) -> type[Section]:
-    """Return the section a key leads to, where it is one."""
+    """Return the section class of a key, None if the key is not a section."""
     field = section.model_fields.get(step) if isinstance(step, str) else None
     kinds = () if field is None else (field.annotation, *getattr(field.annotation, "__args__", ()))
     return next((k for k in kinds if isinstance(k, type) and issubclass(k, Section)), section)

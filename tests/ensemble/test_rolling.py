@@ -132,7 +132,7 @@ def test_the_table_is_made_from_a_folder_of_records(tmp_path, motions):
     ("arguments", "message"),
     [
         (["rolling-table-4"], "no figure 'rolling-table-4'; did you mean rolling-table-3?"),
-        (["rolling-table-3", "--records", "nowhere"], "nowhere is no folder of records"),
+        (["rolling-table-3", "--records", "nowhere"], "nowhere is not a folder of records"),
     ],
 )
 def test_bad_input_is_one_line(arguments, message, tmp_path):

@@ -81,10 +81,10 @@ def test_a_grid_alone_leaves_the_study_without_a_range():
         (BELT + "[sweep]\ncoordinate = 'x'\n[sweep.grid]\nv_b = [1]\n", "sweep.from is missing; add it"),
         (BELT + "[sweep.grid]\nv_c = [1]\n", "sweep.grid: no value 'v_c'; did you mean v_b?"),
         (BELT + "[sweep.grid]\nv_b = []\n", "sweep.grid.v_b has 0 values"),
-        (BELT + "[sweep.grid]\nv_b = 3\n", "sweep.grid.v_b is no axis; write a list"),
+        (BELT + "[sweep.grid]\nv_b = 3\n", "sweep.grid.v_b is not an axis; write a list"),
         (BELT + "[sweep.grid]\nv_b = ['a']\n", "sweep.grid.v_b is the string 'a', not a number"),
         (BELT + "[sweep.grid]\nv_b = [nan]\n", "sweep.grid.v_b is nan; it must be finite"),
-        (BELT + "[sweep.grid]\nv_b = {start = 0, stop = 1}\n", "sweep.grid.v_b is no axis"),
+        (BELT + "[sweep.grid]\nv_b = {start = 0, stop = 1}\n", "sweep.grid.v_b is not an axis"),
         (BELT + "[sweep.grid]\nv_b = {start = 0, stop = 1, count = 1e9}\n", "sweep.grid.v_b has the count"),
         (BELT + "[sweep.grid]\nv_b = {start = 0, stop = 1, count = 0}\n", "sweep.grid.v_b has the count 0"),
         (
@@ -141,7 +141,7 @@ def test_ctrl_c_leaves_what_is_finished(tmp_path):
     assert 0 < kept < 1500
     refused = call(path, "-o", out)
     assert refused.exit_code == 2
-    assert f"holds an unfinished sweep with {kept} finished cases; go on with --resume" in refused.stderr
+    assert f"holds an unfinished sweep with {kept} finished cases; continue it with --resume" in refused.stderr
     path.write_text(path.read_text().replace("0.4", "0.3"))
     assert "holds another sweep" in call(path, "-o", out, "--resume").stderr
     path.write_text(path.read_text().replace("0.3", "0.4").replace("horizon = 400", "horizon = 400.0"))

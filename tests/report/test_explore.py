@@ -211,9 +211,7 @@ def test_a_taken_port_is_one_line():
         port = taken.getsockname()[1]
         done = CliRunner().invoke(main, ["explore", str(EXAMPLES / "belt.toml"), "-q", "--port", str(port)])
     assert done.exit_code == 2
-    assert (
-        done.stderr == f"Error: port {port} cannot be served on: it is taken or not allowed; name another with --port\n"
-    )
+    assert done.stderr == f"Error: port {port} cannot be used: it is taken or not allowed; name another with --port\n"
 
 
 def test_without_bokeh_the_cure_is_named(monkeypatch):

@@ -104,7 +104,7 @@ BAD = [
     (ROD + ISOLATOR + f"motions = [{BURST}]\n", "[design.isolator] takes the ready scene rolling_isolator"),
     (HOUSE + ISOLATOR, "design.isolator.motions is missing"),
     (HOUSE + ISOLATOR + "motions = []\n", "design.isolator.motions"),
-    (HOUSE + ISOLATOR + 'motions = ["a.at2"]\n', "motions[0].file: a record is found beside a scene file"),
+    (HOUSE + ISOLATOR + 'motions = ["a.at2"]\n', "motions[0].file: a record's path is relative to a scene file"),
     (HOUSE + ISOLATOR + "motions = [{ pga = 1 }]\n", "design.isolator.motions[0] needs one of file"),
     (HOUSE + ISOLATOR + 'motions = [{ kind = "noise" }]\n', "motions[0].kind is 'noise'; it must be"),
     (HOUSE + ISOLATOR + 'motions = [{ kind = "synthetic", sed = 1 }]\n', "no argument 'sed'; did you mean seed?"),

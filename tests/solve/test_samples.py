@@ -119,7 +119,7 @@ def test_in_a_scene_file():
         ("samples(x)", "empty"),
         ("samples(x, 2, 1)", "increase"),
         ("samples(x, -1)", "not be negative"),
-        ("samples(x, soon)", "numbers behind commas"),
+        ("samples(x, soon)", "numbers after commas"),
         ("at(x, 1, 2)", "takes one time"),
         ("max(x, 1)", "takes one expression"),
         ("integral(x, 1)", "takes one expression"),
