@@ -1,4 +1,4 @@
-"""Tuned mass damper on an undamped main mass: the response, and what tuning and damping are best for.
+"""Tuned mass damper on an undamped main mass: response, and optimal tuning and damping for several criteria.
 
 One main mass on a spring, omega1 = 1; on it a mass ``mu`` times as large, on a spring tuned to ``f = omega2/omega1``
 and a damper ``zeta = c2/(2 m2 omega2)``. Every formula is proved in derivations/absorber.py.
@@ -15,7 +15,7 @@ from symfric.model.symbols import finite
 
 
 class Symbols(NamedTuple):
-    """Letters of the formulas."""
+    """Symbols of the formulas."""
 
     mu: sp.Symbol
     f: sp.Symbol
@@ -41,7 +41,8 @@ class Tuned(NamedTuple):
 
 
 SYMBOLS = Symbols(*sp.symbols("mu f zeta g", positive=True))
-_REAL = 1e-7  # imaginary part over size of a root that is taken as real: rounding parts a double one by its root
+# relative imaginary part up to which a root counts as real, because rounding splits double roots
+_REAL = 1e-7
 
 
 @alone(SYMBOLIC)
@@ -207,7 +208,7 @@ def fastest_decay(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 
 @alone(SYMBOLIC)
 def widest_stability(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
-    """Return how much negative damping of the main mass an absorber can stabilise, and with what tuning and damping.
+    """Return the tuning and damping that stabilise the largest negative damping of the main mass, and that damping.
 
     Returns
     -------
@@ -235,7 +236,7 @@ def _squares(mu, f, zeta, g):
 def _result(mass_ratio, symbolic: bool, *formulas: sp.Expr) -> Tuned:
     if symbolic:
         return Tuned(*formulas)
-    mu = sp.Rational(_positive(mass_ratio, "mass_ratio"))  # exact, so that what cancels for small mu keeps its digits
+    mu = sp.Rational(_positive(mass_ratio, "mass_ratio"))  # exact, to avoid cancellation for small mu
     return Tuned(*(float(e.subs(SYMBOLS.mu, mu).evalf(17)) for e in formulas))
 
 

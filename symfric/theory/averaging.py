@@ -1,4 +1,4 @@
-"""Van der Pol averaging of one coordinate about steady sliding: how fast the amplitude grows and where it rests."""
+"""Van der Pol averaging of one coordinate about steady sliding: amplitude rate and stationary amplitudes."""
 
 from dataclasses import dataclass, replace
 
@@ -64,7 +64,7 @@ def average(scene: Scene, order: int = 1) -> SlowFlow:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """One contact seen from the oscillator: slip ``side (W + V cos theta)``, ``V = |J| omega A``.
+    """Friction of one contact in an oscillator, with slip ``side (W + V cos theta)``, ``V = |J| omega A``.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Oscillator:
     position, omega, mass : Expr
         Of the equilibrium, natural frequency, mass.
     force : Expr
-        Without the contacts, in q and u.
+        Force without the contacts, in q and u.
     frictions : tuple of Friction
     values : dict of Symbol to float
         Of the parameters that remain.
@@ -217,7 +217,7 @@ def _first_order(o: Oscillator) -> SlowFlow:
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand polynomials; leave integrals and branches as they were built."""
+    """Expand polynomials; integrals and branches are left unchanged."""
     return sp.expand(expr) if not expr.has(sp.Integral) else expr
 
 
@@ -234,7 +234,7 @@ def _smooth_mean(o: Oscillator, weight: int) -> sp.Expr:
 
 
 def _friction_means(o: Oscillator, friction: Friction):
-    """Return the amplitudes at which the formula changes, and the two means of the friction's acceleration."""
+    """Return the amplitudes at which the formula changes, and the two means of the acceleration by friction."""
     A, contact = AMPLITUDE, friction.contact
     V = friction.pull * o.omega * A
     load = contact.normal * contact.profile * friction.pull / o.mass

@@ -1,4 +1,4 @@
-"""A decay that was computed: where its energy went, and how close each turning point was to sticking."""
+"""Analysis of a computed decay: energy balance, and distance of each turning point from the stick limit."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -12,21 +12,21 @@ from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
-ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene that the balance takes
+ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene used in the balance
 
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Where the energy of a contact damper went, J.
+    """Energy balance of a contact damper, J.
 
     Attributes
     ----------
     input : float
-        Of the start: in the spring and of motion.
+        Initial energy, potential and kinetic.
     viscous, contact : float
-        Taken by the damper, by the contact.
+        Dissipated by the damper, and by the contact.
     elastic, kinetic : float
-        Left at the end: in the spring, because the rod sticks beside its middle, and of motion, 0 once it rests.
+        Remaining at the end: in the spring, because the rod sticks beside its middle, and of motion, 0 once it rests.
     """
 
     input: float
@@ -42,12 +42,12 @@ class EnergyBalance:
 
     @property
     def gap(self) -> float:
-        """What the balance lacks, over the input; about the tolerance of the run."""
+        """Relative error of the balance; about the tolerance of the run."""
         return self._lacking(self.viscous + self.contact + self.elastic + self.kinetic)
 
     @property
     def printed_gap(self) -> float:
-        """What the balance (5) as printed lacks, over the input: it has no place for what stays in the spring."""
+        """Relative error of the balance (5) as printed, which omits the energy that remains in the spring."""
         return self._lacking(self.viscous + self.contact)
 
     def _lacking(self, found: float) -> float:
@@ -63,7 +63,7 @@ class EnergyBalance:
 
 @dataclass(frozen=True, eq=False)
 class Decisions:
-    """Times at which a mass came to rest on its contact, and whether it stuck there.
+    """Times at which the slip of a contact reached zero, and the distance from sticking at each.
 
     Attributes
     ----------
@@ -79,12 +79,12 @@ class Decisions:
 
     @property
     def closest(self) -> float:
-        """The margin nearest to 0; near 0, a small change of the numbers makes a half cycle more or less."""
+        """The margin nearest to 0; if it is near 0, a small change of parameters adds or removes a half cycle."""
         return float(self.margin[np.argmin(np.abs(self.margin))]) if self.margin.size else math.nan
 
     @property
     def last(self) -> float:
-        """The margin of the last decision."""
+        """The margin at the last of these times."""
         return float(self.margin[-1]) if self.margin.size else math.nan
 
     def _repr_html_(self) -> str:
@@ -126,7 +126,7 @@ def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
 
 
 def energy_balance(run) -> EnergyBalance:
-    r"""Return where the energy of a contact damper went.
+    r"""Return the energy balance of a contact damper.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def energy_balance(run) -> EnergyBalance:
     Raises
     ------
     SceneError
-        If the scene is another one or the outputs are not wanted.
+        If the scene is another one or lacks these outputs.
 
     Notes
     -----
@@ -156,7 +156,7 @@ def energy_balance(run) -> EnergyBalance:
 
 
 def decisions(run) -> Decisions:
-    """Return how close a mass was to the stick limit whenever its contact stopped sliding.
+    """Return the distance of a mass from the stick limit whenever its contact stopped sliding.
 
     The time of a decay jumps with the parameters where a turning point just reaches the limit; `Decisions.closest` says
     how far that is.

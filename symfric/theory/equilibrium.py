@@ -1,4 +1,4 @@
-"""Steady sliding: the states at rest while every contact slips."""
+"""Steady sliding: equilibria at which every contact slips."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.theory.sliding import Field, field_of
 
-STARTS = 12  # random starts after the scene's own and zero
+STARTS = 12  # number of random starts after the scene's own and zero
 _SEED = 31
-_ROUNDING = 1e-15  # of the terms of a slip: what is left of one that vanishes
-_LADDER = np.logspace(-40, 40, 161)  # speeds of any unit: a smooth law vanishes at the least of them, and not at others
+_ROUNDING = 1e-15  # rounding error of a slip relative to its terms
+_LADDER = np.logspace(-40, 40, 161)  # speeds covering any unit, at which a law is checked to vanish smoothly at zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,7 +107,7 @@ def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
     p : ndarray
         Parameters, as `Field.vector` returns them.
     start : ndarray, shape (n_x,)
-        Where to look first; its velocities are ignored.
+        First start; its velocities are ignored.
     """
     n, n_x = field.n, len(field.states)
     free = np.r_[0:n, 2 * n : n_x]
@@ -133,7 +133,7 @@ def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _sizes(field: Field, p: np.ndarray, origin: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Return how large the coordinates and further states may be: as the start, and the first step from there."""
+    """Return sizes of the coordinates and further states, from the start and the first Newton step."""
     with np.errstate(all="ignore"):
         signs = field.directions(origin, p)
         slopes, value = np.abs(field.jacobian(origin, p, signs)[:, free]), np.abs(field.value(origin, p, signs))
@@ -154,7 +154,7 @@ def _scatter(rng, size, free, n_x):
 def _newton(field: Field, p, guess, free, sizes) -> np.ndarray | None:
     """Run SciPy's hybrid method, then plain Newton steps down to rounding; None if the residual stays.
 
-    Unknowns are parts of their sizes, and the equations of what these change.
+    Unknowns are scaled by their sizes, and the equations by the changes that these cause.
     """
     from scipy import optimize
 
@@ -207,7 +207,7 @@ def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
 
 
 def _terms(contact: Contact, values: Mapping[sp.Symbol, float]) -> float:
-    """Return the sum of the magnitudes of the terms of a slip: what its rounding is a part of."""
+    """Return the sum of the magnitudes of the terms of a slip, the scale of its rounding error."""
     terms = sum((sp.Abs(term) for term in sp.Add.make_args(sp.expand(contact.slip))), sp.Integer(0))
     symbols = tuple(sorted(terms.free_symbols, key=str))
     return float(numeric_function(symbols, terms)(*(values[s] for s in symbols)))

@@ -1,4 +1,4 @@
-"""Means over one period of powers of sine and cosine times a friction law that may change its sign on the way."""
+"""Means over one period of powers of sine and cosine times friction, whose sign may change within the period."""
 
 import itertools
 from collections.abc import Callable
@@ -30,7 +30,7 @@ class Range(NamedTuple):
 
 
 def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr) -> tuple[Range, ...]:
-    """Split half a period of the slip velocity ``w = W + V cos theta``, W >= 0, V > 0, where w or the law turns.
+    """Split half a period of the slip ``w = W + V cos theta``, W >= 0, V > 0, at zeros of w and breaks of the law.
 
     Parameters
     ----------

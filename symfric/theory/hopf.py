@@ -1,4 +1,4 @@
-"""Where steady sliding starts to oscillate, and whether it does so gently or by a jump."""
+"""Hopf points of steady sliding, and whether they are supercritical or subcritical."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, field_of
 from symfric.theory.stability import linearise
 
-DEGENERATE = 1e-9  # of the cubic coefficient relative to the terms it is the sum of
+DEGENERATE = 1e-9  # cubic coefficient relative to the sum of its terms' magnitudes that counts as zero
 
 
 @dataclass(frozen=True, repr=False)
 class HopfPoint:
-    """A pair of eigenvalues on the imaginary axis.
+    """A Hopf point: a pair of eigenvalues on the imaginary axis.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
 
 
 def _tracker(scene: Scene, symbol, low: float, high: float):
-    """Return the scene's field and a function from a value to its leading eigenvalue, following the equilibrium."""
+    """Return the sliding equations and a function from a parameter value to the leading eigenvalue."""
     ends = [scene.where({symbol: v}) for v in (low, high)]
     field = field_of(ends[1 if low == 0 else 0], vary=(symbol,))
     numbers, others = ends[0].numbers(), ends[0].parameter_values()
@@ -136,7 +136,7 @@ def _tracker(scene: Scene, symbol, low: float, high: float):
 
 
 def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
-    """Return the value at which the growth rate changes its sign, to rounding."""
+    """Return the parameter value at which the growth rate changes its sign, to rounding."""
     from scipy import optimize
 
     def growth(value):

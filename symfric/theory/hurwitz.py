@@ -11,12 +11,12 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 
-MOST_STATES = 4  # of a symbolic criterion; beyond, the determinants fill pages
+MOST_STATES = 4  # limit of the symbolic criterion, whose determinants grow very long
 
 
 @dataclass(frozen=True, repr=False)
 class Hurwitz:
-    """Verdict of the Routh-Hurwitz criterion on ``c_0 s^n + c_1 s^(n-1) + ... + c_n``.
+    """Result of the Routh-Hurwitz criterion for ``c_0 s^n + c_1 s^(n-1) + ... + c_n``.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def characteristic_coefficients(matrix: np.ndarray) -> tuple:
 
     Notes
     -----
-    Faddeev-LeVerrier recursion; it cancels many digits in double precision, none that matter here.
+    Faddeev-LeVerrier recursion; it would lose many digits in double precision.
     """
     import mpmath
 

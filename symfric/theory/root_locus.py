@@ -15,7 +15,7 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
 from symfric.theory.stability import linearise
 
-ROUNDING = 1e-10  # of a change of the state matrix, relative to the change
+ROUNDING = 1e-10  # rounding error of a change of the state matrix, relative to the change
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,7 +27,7 @@ class RootLocus:
     parameter : str
     values : ndarray, shape (n,)
     poles : ndarray of complex, shape (n_x, n)
-        A row follows one eigenvalue from value to value.
+        Each row holds one eigenvalue along the parameter.
     """
 
     parameter: str
@@ -70,7 +70,7 @@ class RootLocus:
 
 @alone(SYMBOLIC)
 def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLocus:
-    """Follow the eigenvalues of steady sliding along a parameter, a damper for example.
+    """Compute the eigenvalues of steady sliding along a parameter, for example a damping.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
 
 @alone(SYMBOLIC)
 def damper_loop(scene: Scene, parameter: Key):
-    """Return the linearised scene with a damper cut out, so that closing the loop with a gain puts it in.
+    """Return the linearised scene without a damper, as an open loop whose feedback gain is the damping.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def damper_loop(scene: Scene, parameter: Key):
 
 
 def _state_matrices(scene: Scene, symbol: sp.Symbol, values: Sequence[float]) -> list[np.ndarray]:
-    """Return the state matrix at each value of a parameter; steady sliding is followed."""
+    """Return the state matrix of steady sliding at each value of a parameter."""
     field = field_of(scene, vary=(symbol,))
     some = scene.where({symbol: 1.0})
     numbers, others = some.numbers(), some.parameter_values()

@@ -1,4 +1,4 @@
-"""Shaking-table models of a rolling isolator: the factors of similarity, and the responses returned from a model."""
+"""Similarity of shaking-table models of a rolling isolator: scale factors, and responses converted to full scale."""
 
 from dataclasses import dataclass, fields
 from typing import NamedTuple
@@ -49,7 +49,7 @@ class Factors:
 
     @property
     def friction_distortion(self) -> float | sp.Expr:
-        """Coefficient of friction that a model under unscaled gravity seems to have, over the one that it has."""
+        """Apparent over true coefficient of friction of a model under unscaled gravity."""
         return self.gravity_2 / self.gravity_1
 
     def __repr__(self) -> str:
@@ -118,7 +118,7 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
 
 
 def returned_ratio(model, prototype, factor):
-    """Return the response of a model, taken back to full scale, over that of the prototype.
+    """Return the response of a model, converted to full scale, over that of the prototype.
 
     Parameters
     ----------

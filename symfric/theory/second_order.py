@@ -14,7 +14,7 @@ from symfric.errors import SceneError
 from symfric.model.symbols import SPEED
 from symfric.theory.slow_flow import SlowFlow
 
-ORDER = 3  # powers of e carried
+ORDER = 3  # highest power of e
 _A = sp.Symbol("A", positive=True)
 
 
@@ -72,7 +72,7 @@ def expansion(monomials: tuple[tuple[int, int], ...]) -> Expansion:
 
 
 def _residual(x, f, g, monomials, c, i, k):
-    """Return the coefficient of e^k in ``x'' + x + e h`` with what is known so far."""
+    """Return the coefficient of e^k in ``x'' + x + e h`` with the terms known so far."""
     speed = _rate_of(x, f, g, i)
     left = _sum(_rate_of(speed, f, g, i)[k], x[k])
     for (m, n), factor in zip(monomials, c, strict=True):

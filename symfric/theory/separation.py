@@ -1,4 +1,4 @@
-"""Direct separation of motions: the slow scene under a fast harmonic force, its contacts with their effective laws."""
+"""Direct separation of motions: the slow scene under a fast harmonic force, with effective friction laws."""
 
 from dataclasses import dataclass, replace
 
@@ -69,7 +69,7 @@ class HarmonicForce:
     ----------
     frequency : Expr
     steady : tuple of Expr, length n
-        The forces without it.
+        The forces without the harmonic part.
     velocity : pair of Matrix (n, 1)
         Fast velocity as coefficients of sine and cosine.
     """
@@ -245,7 +245,7 @@ def _plus(value, change: sp.Expr):
 
 
 def _rebuilt(scene: Scene, system: System, contacts: tuple[Contact, ...], start: dict) -> Scene:
-    """Return the scene with only the values that something still uses."""
+    """Return the scene with only the values that its expressions use."""
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     used = used.union(*(v.free_symbols for v in start.values() if isinstance(v, sp.Expr)))
     outputs = [o.expr.free_symbols for o in scene.outputs.values() if isinstance(o, OutputOfExpression)]

@@ -1,4 +1,4 @@
-"""The equations of a scene while every contact slips one way: smooth, compiled once, with exact derivatives.
+"""The smooth equations of a scene while every contact slips in a fixed direction, compiled with exact derivatives.
 
 With J = dw/du the slip directions and s_i = sign(w_i) held fixed,
 
@@ -79,7 +79,7 @@ class Field:
         return np.array([values[p] for p in self.parameters], dtype=float)
 
     def directions(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Return the sign of each slip; +1 where it vanishes, which only smooth laws may meet."""
+        """Return the sign of each slip; +1 where it is zero, which occurs for smooth laws only."""
         return np.where(self.slip(x, p, np.ones(len(self.contacts))) < 0, -1.0, 1.0)
 
     @alone(SYMBOLIC)
@@ -116,7 +116,7 @@ class Field:
 
     @cached_property
     def _curved(self) -> list[tuple[int, int, list[tuple[int, ...]], ca.Function]]:
-        """Number of rows, order, places (row, columns in increasing order) and values of the derivatives in use."""
+        """Number of equations, order, indices (row, increasing columns) and values of the nonzero derivatives."""
         rows = ((self._sides, (2, 3)), (ca.vec(self._mass.T), (1, 2)))
         found = []
         for graph, orders in rows:
@@ -131,7 +131,7 @@ class Field:
 
 
 def _derivatives(graph: ca.SX, y: ca.SX, order: int):
-    """Yield places and entries of the derivatives of order 1, 2, ..., each combination of columns once."""
+    """Yield indices and entries of the derivatives of order 1, 2, ..., each combination of columns once."""
     places: list[tuple[int, ...]] = [(row,) for row in range(graph.numel())]
     entries = ca.densify(graph)
     for _ in range(order):
@@ -151,7 +151,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
     ----------
     scene : Scene
     vary : tuple of Symbol
-        Parameters that will change: an excitation that vanishes only for their present values counts as present.
+        Parameters that will change; an excitation that is zero only for their present values counts as present.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def friction_of(contact: Contact, sign: sp.Expr, states: tuple[sp.Symbol, ...]) 
 
 
 def branches(expr: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
-    """Write kinks in the states as Piecewise, whose derivatives are taken branch by branch and hold no impulses."""
+    """Write kinks in the states as Piecewise, whose derivatives are taken in each branch and contain no impulses."""
 
     def kink(build):
         def rewrite(*arguments):

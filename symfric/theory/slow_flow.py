@@ -1,4 +1,4 @@
-"""The averaged equation of one amplitude, and where it rests."""
+"""Slow flow: the averaged equation of one amplitude, and its stationary amplitudes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from symfric.model.symbols import Key, name_of, nearest
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlowFlow:
-    """Slow change of an amplitude: ``A' = rate(A)``.
+    """Slow flow of an amplitude: ``A' = rate(A)``.
 
     Call it with numbers, ``flow(A)`` or ``flow(A, {"v_b": 0.3})``, for the rate.
 
@@ -73,7 +73,7 @@ class SlowFlow:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the rate against the amplitude, mark where it rests, and return the Axes."""
+        """Draw the rate against the amplitude with the stationary amplitudes; return the Axes."""
         if ax is None:
             ax = new_axes()
         top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
@@ -113,7 +113,7 @@ class SlowFlow:
 
 
 def _where_it_bends(rate: Callable) -> float:
-    """Return about the least amplitude at which the relative rate is not that of small ones; 1 if there is none."""
+    """Return about the least amplitude at which the relative rate deviates from that of small amplitudes; else 1."""
     grid = np.geomspace(1e-40, 1e40, 641)
     with np.errstate(all="ignore"):
         relative = rate(grid) / grid
@@ -126,7 +126,7 @@ def _where_it_bends(rate: Callable) -> float:
 
 
 def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return every amplitude at which the rate changes its sign, and whether it is stable.
+    """Return all stationary amplitudes, at which the rate changes its sign, and whether each is stable.
 
     Parameters
     ----------

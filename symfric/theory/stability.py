@@ -1,4 +1,4 @@
-"""Stability of steady sliding: the linearised equations, what theorems say of them, and what the eigenvalues say."""
+"""Stability of steady sliding: linearised equations, stability theorems and eigenvalues."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +14,7 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_hurwitz
 from symfric.theory.sliding import Field, field_of
 
-ROUNDING = 1e-12  # of a matrix entry relative to the matrix
+ROUNDING = 1e-12  # size of a matrix entry relative to the matrix below which it is zero
 PARTS = ("damping", "gyroscopic", "stiffness", "circulatory")
 
 
@@ -55,22 +55,22 @@ class Stability:
 
     @property
     def damping(self) -> np.ndarray:
-        """``(B + B^T)/2``, (n, n): dissipates where it is positive definite."""
+        """Damping matrix ``(B + B^T)/2``, (n, n): dissipative if it is positive definite."""
         return (self.B + self.B.T) / 2
 
     @property
     def gyroscopic(self) -> np.ndarray:
-        """``(B - B^T)/2``, (n, n): does no work."""
+        """Gyroscopic matrix ``(B - B^T)/2``, (n, n): does no work."""
         return (self.B - self.B.T) / 2
 
     @property
     def stiffness(self) -> np.ndarray:
-        """``(K + K^T)/2``, (n, n): forces with a potential."""
+        """Stiffness matrix ``(K + K^T)/2``, (n, n): forces with a potential."""
         return (self.K + self.K.T) / 2
 
     @property
     def circulatory(self) -> np.ndarray:
-        """``(K - K^T)/2``, (n, n): forces without a potential, such as friction under a load that moves."""
+        """Circulatory matrix ``(K - K^T)/2``, (n, n): forces without a potential, such as friction."""
         return (self.K - self.K.T) / 2
 
     @cached_property
@@ -139,7 +139,7 @@ class Stability:
 
 @alone(SYMBOLIC)
 def stability(scene: Scene) -> Stability:
-    """Judge steady sliding by the definiteness of its matrices and by its eigenvalues.
+    """Determine the stability of steady sliding from the definiteness of its matrices and from its eigenvalues.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def stability(scene: Scene) -> Stability:
 
 @alone(SYMBOLIC)
 def stability_of_matrices(M, B, K) -> Stability:
-    """Judge ``M q'' + B q' + K q = 0`` by the definiteness of its matrices and by its eigenvalues.
+    """Determine the stability of ``M q'' + B q' + K q = 0`` from its matrices and eigenvalues.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def _square(matrix, name: str) -> np.ndarray:
 
 
 def _verdict(M, B, K, found: tuple[str, str], matrix: np.ndarray, names: tuple[str, ...]) -> Stability:
-    """Return what matrices prove with what the eigenvalues say beside it."""
+    """Return the result of the definiteness criteria together with that of the eigenvalues."""
     definiteness, reason = found
     eigenvalues = _eigenvalues(matrix)
     growth = float(eigenvalues[0].real)
@@ -223,7 +223,7 @@ def _verdict(M, B, K, found: tuple[str, str], matrix: np.ndarray, names: tuple[s
 
 
 def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
-    """Return the eigenvalues, largest real part first; with more digits where fast ones would drown slow ones."""
+    """Return the eigenvalues, largest real part first; with more digits if their magnitudes differ widely."""
     values = np.linalg.eigvals(matrix).astype(complex)
     sizes = np.abs(values)
     if np.min(sizes) < 1e-4 * np.max(sizes):
@@ -251,7 +251,7 @@ _STATES = "first-order states stand beside the coordinates, and the theorems spe
 
 
 def judge(M: np.ndarray, B: np.ndarray, K: np.ndarray) -> tuple[str, str]:
-    """Return what the matrices of ``M q'' + B q' + K q = 0`` prove, and the theorem or what is missing for it.
+    """Apply definiteness criteria to ``M q'' + B q' + K q = 0``; return the result, and the theorem or what is missing.
 
     Notes
     -----

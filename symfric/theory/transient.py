@@ -1,4 +1,4 @@
-"""How long friction lets a free oscillator move: the exact stop under Coulomb friction, and the averaged decay."""
+"""Decay of a free oscillator by friction: exact stop under Coulomb friction, and averaged decay time."""
 
 import itertools
 import math
@@ -24,7 +24,7 @@ from symfric.theory.decay import energy_balance as energy_balance
 
 
 class Symbols(NamedTuple):
-    """Letters of `symfric.scenes.coulomb_oscillator`."""
+    """Symbols of `symfric.scenes.coulomb_oscillator`."""
 
     delta: sp.Symbol
     delta_s: sp.Symbol
@@ -33,7 +33,7 @@ class Symbols(NamedTuple):
 
 
 class DamperSymbols(NamedTuple):
-    """Letters of the averaged contact damper; A is the amplitude, v_c the speed over which its friction falls."""
+    """Symbols of the averaged contact damper; A is the amplitude, v_c the speed over which its friction falls."""
 
     A: sp.Symbol
     omega_n: sp.Symbol
@@ -64,12 +64,12 @@ DAMPER = DamperSymbols(
     v_c=sp.Symbol("v_c", positive=True),
 )
 
-_SIGNIFICANT = 45.0  # e^-45 is below the rounding of what is left
+_SIGNIFICANT = 45.0  # exponent beyond which a term is below rounding
 
 
 @alone(SYMBOLIC)
 def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> int | sp.Expr:
-    r"""Return how many half cycles a mass on a spring makes on a rough floor before it stays at rest.
+    r"""Return the number of half cycles of a mass on a spring on a rough floor until it stays at rest.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
 
 @alone(SYMBOLIC)
 def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> float | Fraction | sp.Expr:
-    """Return where the mass of `half_cycles` stays at rest, in the unit of x0; same arguments.
+    """Return the final position of the mass of `half_cycles`, in the unit of x0; same arguments.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
 
 @alone(SYMBOLIC)
 def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return when the mass of `half_cycles` comes to rest for good, ``N pi/omega_n``; derivations/handbook/stop.py."""
+    """Return the time at which the mass of `half_cycles` stops, ``N pi/omega_n``; derivations/handbook/stop.py."""
     if symbolic:
         return _count(SYMBOLS) * sp.pi / SYMBOLS.omega_n
     exact = _exact(_given(delta, delta_s, x0, omega_n))
@@ -136,7 +136,7 @@ def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = Fal
 
 @alone(SYMBOLIC)
 def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> float | np.ndarray | sp.Expr:
-    r"""Return the mean braking of exponential friction under a harmonic motion, over that of Coulomb friction.
+    r"""Return the mean braking force of exponential friction under a harmonic motion, over that of Coulomb friction.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def _averaged(mean, *, f_n, mu_m, zeta, r, x0, v0, g, v_c) -> float:
 
 
 def _decay_time(integrand, start: float) -> float:
-    """Integrate from 0 to `start`, decade by decade, so that no scale of the integrand is missed."""
+    """Integrate from 0 to `start` decade by decade, so that every scale of the integrand is resolved."""
     from scipy import integrate
 
     decades = max(0, math.ceil(math.log10(start)))
@@ -282,7 +282,7 @@ def _half_cycles(given: Symbols) -> int:
 
 
 def _given(delta, delta_s, x0, omega_n=1) -> Symbols:
-    """Return the numbers as the user gave them, those of a scene if there is one."""
+    """Return the arguments as given, or the values of a scene if one is given."""
     if not isinstance(delta, Scene):
         return Symbols(delta, delta if delta_s is None else delta_s, x0, omega_n)
     if delta_s is not None or x0 != 1 or omega_n != 1:
@@ -302,7 +302,7 @@ def _given(delta, delta_s, x0, omega_n=1) -> Symbols:
 
 
 def _exact(given: Symbols) -> Symbols:
-    """Return the oscillator's numbers as exact ones, in range."""
+    """Return the oscillator's numbers as exact ones, checked."""
     if given.delta is None:
         raise SceneError("no delta; give numbers or a scene, or ask for the formula with symbolic=True")
     exact = Symbols(*(_rational(v, name) for v, name in zip(given, Symbols._fields, strict=True)))
@@ -345,7 +345,7 @@ def _between(low: Fraction, high: Fraction) -> Fraction:
 
 
 def _positive(value, what: str, zero: bool = False) -> float:
-    """Return a finite number above zero, or not below it."""
+    """Return a finite number, checked to be positive or not negative."""
     if value is None:
         raise SceneError(f"no {what}; give a number, or ask for the formula with symbolic=True")
     number = finite(value, what)

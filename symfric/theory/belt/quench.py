@@ -200,7 +200,7 @@ def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool
 
 @alone(SYMBOLIC)
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the mean power that the excitation spends at quasi-equilibrium, dimensionless.
+    """Return the mean power of the excitation at quasi-equilibrium, dimensionless.
 
     Notes
     -----

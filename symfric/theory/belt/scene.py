@@ -1,4 +1,4 @@
-"""The symbols of the belt's closed forms, and the numbers a ready scene gives them."""
+"""Symbols of the belt's closed forms, and their values in a ready scene."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from symfric.model.symbols import SPEED
 
 
 class Symbols(NamedTuple):
-    """Letters of the closed forms; the first five are those of `symfric.scenes.mass_on_belt`."""
+    """Symbols of the closed forms; the first five are those of `symfric.scenes.mass_on_belt`."""
 
     v_b: sp.Symbol
     beta: sp.Symbol
@@ -90,7 +90,7 @@ def cubic_parameters(law: Law) -> tuple[float, float, float]:
         raise SceneError(f"{other}; sf.hopf and sf.average take any law")
     c0, c1, c3 = (c.get(n, 0.0) for n in (0, 1, 3))
     if c1 == 0 == c3:
-        v_m = 1.0  # friction that does not depend on speed: nothing depends on v_m
+        v_m = 1.0  # arbitrary: friction does not depend on speed
     elif c1 * c3 < 0:
         v_m = float(np.sqrt(-c1 / (3 * c3)))
     else:
@@ -105,7 +105,7 @@ def cubic_parameters(law: Law) -> tuple[float, float, float]:
 
 @alone(SYMBOLIC)
 def value(formula: sp.Expr, given: Symbols, extra: tuple[tuple[sp.Symbol, float], ...] = ()) -> float:
-    """Evaluate a formula in `SYMBOLS` on numbers."""
+    """Evaluate a formula in `SYMBOLS` for numbers."""
     letters = (*SYMBOLS, *(s for s, _ in extra))
     (result,) = numeric(letters, (formula,))(*given, *(v for _, v in extra))
     return float(result)

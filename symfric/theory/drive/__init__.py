@@ -1,4 +1,4 @@
-"""One slide drawn by a drive, two slides in friction: closed forms of Guida, Nilvetti and Pappalardo."""
+"""Closed forms of Guida, Nilvetti and Pappalardo for one driven slide and for two slides in contact."""
 
 from symfric.theory.drive.grazing import (
     SlidesCycle,

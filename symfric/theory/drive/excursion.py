@@ -1,4 +1,4 @@
-"""Closed-form orbit of ``w'' + 2 mu(w) w' + w = 0`` with one slope below a corner of w and another above it.
+"""Closed-form orbits of ``w'' + 2 mu(w) w' + w = 0``, where mu has one value below a corner of w and another above.
 
 With w = x' this is the slide on a piecewise-linear friction characteristic: differentiating its equation of motion
 removes the constant forces, and w' does not jump at the corner, because the friction is continuous there.
@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from symfric.errors import SceneError
 from symfric.model.symbols import finite
 
-STEEPEST = 1e12  # slopes mu up to which the closed forms were checked
-ROUNDING = 8.881784197001252e-16  # four units in the last place, the least that SciPy's brentq takes
+STEEPEST = 1e12  # largest slope mu for which the closed forms were verified
+ROUNDING = 8.881784197001252e-16  # least relative tolerance of SciPy's brentq
 
 
 def slope(value, name: str) -> float:
-    """Return a slope mu as a float, or say what is wrong with it."""
+    """Return a slope mu as a float; raise if it is out of range."""
     mu = finite(value, name)
     if abs(mu) > STEEPEST:
         raise SceneError(f"{name} is {mu:g}; slopes up to {STEEPEST:g} in size are taken")
@@ -46,7 +46,7 @@ class Flow:
     fast: float = field(init=False)
 
     def __post_init__(self):
-        # the roots of the factors keep the digits that 1 - mu^2 loses at |mu| = 1, and do not overflow
+        # the square roots of both factors avoid the cancellation of 1 - mu^2 at |mu| = 1, and overflow
         side = 1 - abs(self.mu)
         omega, q = (math.sqrt(max(e, 0.0)) * math.sqrt(1 + abs(self.mu)) for e in (side, -side))
         large = abs(self.mu) + q
@@ -55,7 +55,7 @@ class Flow:
             object.__setattr__(self, name, value)
 
     def responses(self, s: float) -> tuple[float, float, float, float, float]:
-        """Return S, A, I and S' after time s, all times the factor that comes last: at most 1, against overflow."""
+        """Return S, A, I and S' after time s, multiplied by the fifth value, a factor <= 1 against overflow."""
         mu, omega, q = self.mu, self.omega, self.q
         if q > 0:
             down = min(self.slow, 0.0) * s
@@ -126,7 +126,7 @@ def _ramp(rate: float, s: float, down: float) -> float:
 def rise(flow: Flow, w: float, v: float, level: float) -> float | None:
     """Return the speed at which the orbit that rises from (w, v >= 0) reaches a level above w; None if it turns first.
 
-    An overdamped orbit that only tends to w = 0 turns nowhere, and reaches no level above.
+    An overdamped orbit that tends to w = 0 has no turning point, and reaches no level above.
     """
     end = flow.turn(w, v)
     if end == math.inf:
@@ -141,9 +141,9 @@ def rise(flow: Flow, w: float, v: float, level: float) -> float | None:
 
 
 def fall(flow: Flow, w: float, v: float) -> float | None:
-    """Return the speed < 0 at which the orbit that leaves w upwards with v >= 0 comes back to w.
+    """Return the speed < 0 at which the orbit that leaves w upwards with v >= 0 returns to w.
 
-    None if it never does because it decays towards 0; infinite if it never turns, and grows for ever.
+    None if it decays towards 0 without returning; infinite if it grows without turning.
     """
     top = flow.turn(w, v)
     if top == math.inf:
@@ -168,7 +168,7 @@ def _crossing(flow: Flow, w: float, v: float, level: float, start: float, end: f
 
 
 def excursion(floor: float, v: float, corner: float, inner: float, outer: float) -> tuple[float, bool]:
-    """Follow the orbit that leaves w = `floor` upwards with ``w' = v`` >= 0 until it comes back.
+    """Compute the orbit that leaves w = `floor` upwards with ``w' = v`` >= 0 until it returns.
 
     Parameters
     ----------
@@ -193,5 +193,5 @@ def excursion(floor: float, v: float, corner: float, inner: float, outer: float)
 
 
 def descent(flow: Flow, level: float, v: float, floor: float) -> float:
-    """Return ``|w'|`` at the floor of the orbit that leaves a level with ``w' = -v`` <= 0; 0 if it never gets there."""
+    """Return ``|w'|`` at the floor of the orbit that leaves a level with ``w' = -v`` <= 0; 0 if it never reaches it."""
     return rise(flow, -level, v, -floor) or 0.0

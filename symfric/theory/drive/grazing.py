@@ -1,7 +1,7 @@
 """Stick-slip of two slides: the smallest static friction with a limit cycle, and the cycles above it.
 
-With a smaller static friction the slides break loose more gently, and the slip that follows comes back to w = 0 less
-deep. The cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
+With a smaller static friction the slip phase starts with a smaller excess force, and its minimum of w is higher. The
+cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
 """
 
 from dataclasses import dataclass
@@ -28,10 +28,10 @@ from symfric.theory.drive.pair import (
 )
 from symfric.theory.drive.slides import ratios
 
-DIPS = 6  # of the slip after a long stick that are tried as the one that grazes
-LOOK = 2**15  # samples of that slip
-LARGEST = 1e6  # delta that is looked for
-REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of the stick's memory, where Newton's method needs help
+DIPS = 6  # number of minima of w, in the slip after a long stick, tried as the grazing one
+LOOK = 2**15  # number of samples of that slip
+LARGEST = 1e6  # largest delta sought
+REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # homotopy: weights of the dependence of the stick on the previous slip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,7 +43,7 @@ class SlidesCycle:
     fs1 : float
         Static friction over ``m1 omega1 v``.
     slip_time, stick_time : float
-        In units of 1/omega1.
+        Durations in units of 1/omega1.
     ranges : tuple of two floats
         Largest less smallest eta1, and eta2.
     landing, release : ndarray, shape (4,)
@@ -72,7 +72,7 @@ class SlidesCycle:
 
     @property
     def stick_fraction(self) -> float:
-        """Part of the period in which the slides stick."""
+        """Fraction of the period in which the slides stick."""
         return self.stick_time / self.period
 
     @property
@@ -103,7 +103,7 @@ class SlidesCycle:
 
 
 def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> float:
-    """Return the smallest static friction fs1 with which two slides have a limit cycle of one slip and one stick.
+    """Return the smallest static friction fs1 at which two slides have a limit cycle of one slip and one stick.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> Sl
 
 
 def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") -> SlidesCycle:
-    """Return the limit cycle of two slides in closed form: linear flows, joined by Newton's method.
+    """Return the limit cycle of two slides from closed-form linear flows, matched by Newton's method.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") 
 def two_slides_thresholds(
     parameter: str, values: Floats, *, r=None, zeta=None, s1=None, s2=None, fc1=1.0, damping: str = "omega1"
 ) -> np.ndarray:
-    """Return the smallest fs1 with a limit cycle for many values of one parameter, each from the one before.
+    """Return the smallest fs1 with a limit cycle for many values of one parameter, by continuation.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def _kinetic(fc1) -> float:
 
 
 def _onset(pair: Pair, fc1: float) -> tuple[Orbit, str]:
-    """Return the orbit of the smallest delta and how its family ends; raise `NotFound` if there is none."""
+    """Return the orbit of the smallest delta, and the kind of end of its family; raise `NotFound` if there is none."""
     dips = _dips(pair)
     if not dips:
         raise NotFound("two slides of these values do not cycle: the slip after a long stick does not come back")
@@ -243,7 +243,7 @@ def _onset(pair: Pair, fc1: float) -> tuple[Orbit, str]:
 
 
 def _dips(pair: Pair) -> list[tuple[float, float, np.ndarray]]:
-    """Return time, delta and state where a slip after a long stick would graze w = 0, the smallest delta first."""
+    """Return time, delta and state where a slip after a long stick would graze w = 0, smallest delta first."""
     a, b = pair.ramp()
     t, fundamental = _long_slip(pair)
     rise, fall = 1 + fundamental @ a @ W, fundamental @ b @ W
@@ -255,13 +255,13 @@ def _dips(pair: Pair) -> list[tuple[float, float, np.ndarray]]:
 
 
 def _again(pair: Pair, fc1: float, before: Orbit | None) -> tuple[Orbit, str] | None:
-    """Return the onset next to the grazing orbit of a neighbouring pair, None if it has gone."""
+    """Return the onset near the grazing orbit of a neighbouring parameter value, None if it no longer exists."""
     orbit = None if before is None else closed(pair, before, landing=0.0)
     return _least(pair, fc1, orbit) if orbit is not None and passes(pair, orbit, fc1) else None
 
 
 def _long_slip(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (n,) and fundamental matrices (n, 4, 4) of slip until it has died out or gone round often."""
+    """Return times (n,) and fundamental matrices (n, 4, 4) of slip, until it has decayed or after many periods."""
     rates = np.abs(np.linalg.eigvals(pair.slip).real)
     turns = 2 * np.pi * max(1.0, pair.zeta)
     end = min(40 / np.min(rates), 40 * turns)
@@ -270,14 +270,14 @@ def _long_slip(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _stuck(pair: Pair, y: np.ndarray, slip: float, delta: float) -> Orbit:
-    """Return a guess: the stick from y lasts until the load is delta."""
+    """Return a guess of an orbit: the stick from y lasts until the load is delta."""
     longest = 2 * (delta + abs(pair.load @ y)) * (1 + pair.r * pair.zeta**2) + 20 * max(1.0, pair.zeta)
     t, states = path(pair.sticking, y, longest)
     return Orbit(y, float(slip), float(t[max(1, int(np.argmax(pair.load @ states >= delta)))]))
 
 
 def _remembering(pair: Pair, guess: Orbit, **load) -> Orbit | None:
-    """Close an orbit at once, or let the stick remember the slip before it more and more."""
+    """Close an orbit directly, or by a homotopy in the dependence of the stick on the previous slip."""
     orbit = closed(pair, guess, **load)
     if orbit is not None:
         return orbit
@@ -290,7 +290,7 @@ def _remembering(pair: Pair, guess: Orbit, **load) -> Orbit | None:
 
 
 def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
-    """Return the orbit of the smallest delta of the family that a grazing orbit begins, and how it ends."""
+    """Return the orbit of the smallest delta in the family that starts at a grazing orbit, and the kind of its end."""
     delta = difference(pair, graze)
     before = graze
     for k in range(40):
@@ -304,7 +304,7 @@ def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
 
 
 def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, str] | None:
-    """Return the orbit between two where delta has its least value."""
+    """Return the orbit of least delta between two orbits (a fold)."""
     from scipy.optimize import brentq
 
     loads = [float(pair.load @ orbit.y) for orbit in (first, second)]
@@ -314,7 +314,7 @@ def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, s
 
 
 def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | None:
-    """Return the end of the family of cycles that strong friction has, followed towards weaker friction."""
+    """Return the end of the family of cycles, continued from strong friction towards weaker friction."""
     orbit = next((o for k in range(12) if (o := _after_a_long_stick(pair, fc1, delta * 2**k)) is not None), None)
     if orbit is None:
         return None
@@ -335,14 +335,14 @@ def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | Non
 
 
 def _touch(pair: Pair, orbit: Orbit) -> str:
-    """Return what becomes of a slip that goes on after it has touched w = 0."""
+    """Return the continuation of a slip phase after it touched w = 0."""
     t, fundamental = _long_slip(pair)
     later = 1 + fundamental[t > 1e-3 * orbit.slip] @ orbit.y @ W
     return "grazing" if np.all(later > 0) else "longer slip"
 
 
 def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | None:
-    """Return the orbit of a delta by following the family from its least; None if it does not reach that far."""
+    """Return the orbit of a delta by continuation from the least one; None if the family does not reach it."""
     from scipy.optimize import brentq
 
     start = pair.load @ least.y
@@ -379,7 +379,7 @@ def _after_a_long_stick(pair: Pair, fc1: float, delta: float) -> Orbit | None:
 
 
 def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
-    """Return an orbit in the source's coordinates, with what a user asks of it."""
+    """Return an orbit as a `SlidesCycle`, in the source's coordinates."""
     out = released(pair, orbit)
     rest = np.array([-fc1, pair.r * pair.zeta**2 * fc1, 0.0, 0.0])
     phases = ((pair.slipping, out, orbit.slip), (pair.sticking, orbit.y, orbit.stick))

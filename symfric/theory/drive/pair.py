@@ -1,4 +1,4 @@
-"""Two slides in friction between events: linear flows, and the periodic orbits with one stick that they make up.
+"""Two slides in contact: linear flows between events, and periodic orbits with one stick composed of them.
 
 With y = (eta1 + fc1, eta2 - r zeta^2 fc1, eta1', eta2'), deviations from steady sliding, forward slip is ``y' = A y``
 and sticking ``y' = M y`` with ``w = 1 + h.y = 0``. The friction that sticking needs is ``fc1 + f.y``, and a stick ends
@@ -13,7 +13,7 @@ import numpy as np
 from symfric.errors import NotFound
 
 W = np.array([0.0, 0.0, 1.0, -1.0])  # h
-SAMPLES = 2048  # of one phase of an orbit
+SAMPLES = 2048  # samples of one phase of an orbit
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Pair:
 
     def __post_init__(self):
         held = np.array([[1.0, 0.0, 2 * self.s1, 0.0], [0.0, 1 / self.zeta**2, 0.0, 2 * self.d2]])
-        common = -(self.r * held[0] + held[1]) / (1 + self.r)  # of r (24)_1 + (24)_2, in which the friction cancels
+        common = -(self.r * held[0] + held[1]) / (1 + self.r)  # from r (24)_1 + (24)_2, in which the friction cancels
         rates = np.eye(2, 4, 2)
         object.__setattr__(self, "slip", np.vstack([rates, -held]))
         object.__setattr__(self, "stick", np.vstack([rates, common, common]))
@@ -75,9 +75,9 @@ class Pair:
         return np.linalg.solve(to, inner @ to)
 
     def ramp(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return a and b, shape (4,): after a long stick the slides break loose at ``y = a + b delta``.
+        """Return a and b, shape (4,): after a long stick the slip starts at ``y = a + b delta``.
 
-        Then both move on steadily, ``r eta1' + eta2'/zeta^2 = 0``, without acceleration.
+        At the end of the stick both move steadily, ``r eta1' + eta2'/zeta^2 = 0``, without acceleration.
         """
         ratio = self.r * self.zeta**2
         u1, u2 = -1 / (1 + ratio), ratio / (1 + ratio)
@@ -95,9 +95,9 @@ class Orbit:
     Attributes
     ----------
     y : ndarray, shape (4,)
-        Where the slip ends.
+        State at the end of the slip.
     slip, stick : float
-        Times of the two phases.
+        Durations of the two phases.
     """
 
     y: np.ndarray
@@ -106,7 +106,7 @@ class Orbit:
 
 
 def path(flow: Callable, y: np.ndarray, end: float, number: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (n,) and states (4, n) of a flow from y on, n - 1 equal steps, n a power of two."""
+    """Return times (n,) and states (4, n) of a flow from y, in n - 1 equal steps."""
     states = y[:, None]
     while (k := states.shape[1]) < number:
         states = np.hstack([states, flow(k * end / (number - 1)) @ states])
@@ -120,9 +120,9 @@ def closed(pair: Pair, guess: Orbit, *, landing=None, release=None, share: float
     ----------
     guess : Orbit
     landing, release : float
-        One of them: the load f.y where the slip ends, or where the stick ends.
+        One of them: the load f.y at the end of the slip, or at the end of the stick.
     share : float
-        How much of what the stick remembers of the slip before it counts, 0 to 1; for continuation.
+        Weight of the dependence of the stick on the previous slip, 0 to 1; for the homotopy.
 
     Notes
     -----
@@ -158,7 +158,7 @@ def closed(pair: Pair, guess: Orbit, *, landing=None, release=None, share: float
 
 
 def landed(pair: Pair, guess: Orbit, landing: float) -> Orbit:
-    """Close an orbit whose slip ends with a load between those of two closed ones; raise `NotFound` if it does not."""
+    """Close an orbit whose slip ends with a load between those of two closed ones; raise `NotFound` if that fails."""
     orbit = closed(pair, guess, landing=landing)
     if orbit is None:
         raise NotFound(f"the cycle of two slides whose slip ends with the load {landing:.12g} does not close")
@@ -188,7 +188,7 @@ def slope(pair: Pair, orbit: Orbit) -> float:
 
 
 def passes(pair: Pair, orbit: Orbit, fc1: float) -> bool:
-    """Whether an orbit obeys the friction: w > 0 throughout the slip, and the load within its bounds in the stick."""
+    """Whether an orbit satisfies the friction law: w > 0 during slip, and the load within bounds during stick."""
     out = released(pair, orbit)
     delta = pair.load @ out
     if delta <= 0:
@@ -205,7 +205,7 @@ def passes(pair: Pair, orbit: Orbit, fc1: float) -> bool:
 
 
 def multipliers(pair: Pair, orbit: Orbit) -> np.ndarray:
-    """Return the two Floquet multipliers that are not zero of themselves, largest first.
+    """Return the two Floquet multipliers that are not identically zero, largest first.
 
     Notes
     -----
@@ -221,7 +221,7 @@ def multipliers(pair: Pair, orbit: Orbit) -> np.ndarray:
 
 
 def turns(flow: Callable, y: np.ndarray, end: float, row: int) -> np.ndarray:
-    """Return a coordinate at both ends of a phase and wherever its velocity vanishes in between."""
+    """Return the values of a coordinate at both ends of a phase and at zeros of its velocity in between."""
     from scipy.optimize import brentq
 
     t, states = path(flow, y, end)

@@ -1,4 +1,4 @@
-"""Two slides in friction, the first one drawn: linear stability of steady sliding, Guida (23)-(27)."""
+"""Linear stability of steady sliding of two slides in contact, Guida (23)-(27)."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from symfric.model.symbols import finite
 
 
 class Symbols(NamedTuple):
-    """Letters of the closed forms: mass and frequency ratio, damping ratios over omega1, slope of the friction."""
+    """Symbols of the closed forms: mass and frequency ratio, damping ratios over omega1, slope of the friction."""
 
     r: sp.Symbol
     zeta: sp.Symbol
@@ -31,7 +31,7 @@ HURWITZ = (FIRST + SECOND) * STIFF * DEFINITE + (1 - 1 / zeta**2) ** 2 * FIRST *
 
 @dataclass(frozen=True, repr=False)
 class SlopeLimits:
-    """How steeply the friction may fall with the sliding speed before steady sliding of two slides is unstable.
+    """Limits of the slope of the friction law for stable steady sliding of two slides.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 @alone(SYMBOLIC)
 def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = "omega1") -> SlopeLimits:
-    """Return the slopes of friction below which steady sliding is no longer certain, and no longer stable.
+    """Return the slopes of friction for the sufficient and for the exact condition of stable steady sliding.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = 
 
 
 def ratios(r, zeta, s1, s2, damping: str) -> tuple[float, float, float, float]:
-    """Return r, zeta, s1 and d2 of one reading of s2, checked."""
+    """Check r, zeta, s1 and s2; return r, zeta, s1 and d2 for one interpretation of s2."""
     given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
     for name, value in given.items():
         given[name] = finite(value, name)

@@ -1,4 +1,4 @@
-"""Stick-slip of one slide drawn over a way: the difference of static and kinetic friction from which it lasts."""
+"""Threshold of stick-slip of one driven slide: least difference of static and kinetic friction."""
 
 import math
 
@@ -8,7 +8,7 @@ from symfric.theory.drive.excursion import excursion, slope
 
 
 def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> float:
-    """Return the friction difference eps_crit above which a drawn slide keeps sticking and slipping.
+    """Return the friction difference eps_crit above which a driven slide has a stick-slip cycle.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)
 
 @dataclass(frozen=True, repr=False)
 class PositioningError:
-    """How far a slide moves on after its drive has stopped.
+    """Positioning error of a slide after its drive has stopped.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ def positioning_error(
     damper: str = "ground",
     sigma: float = 0.0,
 ) -> PositioningError:
-    """Return how far a slide moves on after its drive has stopped.
+    """Return the positioning error of a slide after its drive has stopped.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def _type(mu2: float) -> str:
 
 
 def _damper_share(damper: str, sigma: float) -> float:
-    """Return what the damper adds to the slopes after the stop, but not to the force of steady sliding."""
+    """Return the slope that the damper adds after the stop but not in steady sliding."""
     sigma = finite(sigma, "sigma")
     if sigma < 0:
         raise SceneError(f"sigma is {sigma:g}; a damper's ratio is >= 0")
@@ -193,7 +193,7 @@ def _damper_share(damper: str, sigma: float) -> float:
 
 
 def _from_motion(mu1: float, mu2: float, lam: float, shift: float) -> PositioningError:
-    """Return the error of a slide that has the drive's speed when the drive stops."""
+    """Return the error of a slide that moves with the drive's speed when the drive stops."""
     first, second = 2 * (mu1 - shift), 2 * (mu2 - shift)
     if 0 < lam < first:
         speed = lam / first
@@ -204,7 +204,7 @@ def _from_motion(mu1: float, mu2: float, lam: float, shift: float) -> Positionin
             f"lam is {lam:g}: no speed of steady sliding belongs to it (tan(alpha1) = {first:g}, tan(alpha2) = "
             f"{second:g} without the damper on the support); see excess"
         )
-    deceleration = 2 * shift * speed  # by the damper, whose support has stopped
+    deceleration = 2 * shift * speed  # by the damper, whose support no longer moves
     corner = min(speed, 1.0)
     if speed > 1:
         deceleration = descent(Flow(mu2), speed, deceleration, 1.0)
