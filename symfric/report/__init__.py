@@ -1,1 +1,1 @@
-"""Pictures and pages: what a scene file asks, computed, drawn and written."""
+"""Studies of scene files, reproductions of sources, and the interactive explorer, as HTML pages."""

@@ -1,6 +1,7 @@
-"""The explorer's page: sliders beside live pictures.
+"""The explorer's page: sliders and live figures.
 
-BokehJS takes some texts as HTML, and any text with TeX in it; what a scene file says is given to it as plain text.
+BokehJS interprets some texts as HTML, and any text with TeX in it; texts of a scene file are therefore passed as plain
+text.
 """
 
 import time
@@ -12,9 +13,9 @@ from symfric.report.explorer.views import Explorer
 from symfric.report.study.figures import BLUE, GREEN, ORANGE
 from symfric.templates import template
 
-AT_ONCE = 0.015  # s for points of the amplitude diagram in an answer; the others follow in lots of as long
+AT_ONCE = 0.015  # time per batch of points of the amplitude diagram, s
 STEPS = 200
-WAIT = 20  # ms between two lots of points
+WAIT = 20  # time between two batches, ms
 
 
 def page(explorer: Explorer) -> Callable:
@@ -35,7 +36,7 @@ def page(explorer: Explorer) -> Callable:
                 column(*labelled, note, width=320),
                 column(*plots, sizing_mode="stretch_width", min_width=320),
                 sizing_mode="stretch_width",
-                styles={"flex-wrap": "wrap"},  # below one another on a phone
+                styles={"flex-wrap": "wrap"},  # stacked on narrow screens
             )
         )
         answer = _answering(doc, explorer, sources, sliders, note)
@@ -79,7 +80,7 @@ def _sliders(explorer: Explorer) -> dict:
 
 
 def _figure(title: str, x: str, y: str):
-    """Return an empty picture; its labels are plain text."""
+    """Return an empty figure; its labels are plain text."""
     from bokeh.models import PlainText
     from bokeh.plotting import figure
 
@@ -94,7 +95,7 @@ def _figure(title: str, x: str, y: str):
 
 
 def _plots(explorer: Explorer) -> tuple[dict, list]:
-    """Return the sources of the pictures by name, and the pictures."""
+    """Return the data sources of the figures by name, and the figures."""
     from bokeh.models import ColumnDataSource
 
     system, units = explorer.file.scene.system, explorer.file.units
@@ -121,7 +122,7 @@ def _plots(explorer: Explorer) -> tuple[dict, list]:
 
 
 def _answering(doc, explorer: Explorer, sources: dict, sliders: dict, note) -> Callable[[], None]:
-    """Return what answers a change: motion and friction at once, points of the diagram as time allows."""
+    """Return the callback of a slider: updates motion and friction at once, and the amplitude diagram in batches."""
     state = {"change": 0}
 
     def answer() -> None:
@@ -150,7 +151,7 @@ def _answering(doc, explorer: Explorer, sources: dict, sliders: dict, note) -> C
 
 
 def _show(source, points: list[tuple[float, float]], anew: bool) -> None:
-    """Put points in order of their place."""
+    """Show points in increasing order of the abscissa."""
     x, y = (np.array(part, dtype=float) for part in (zip(*points, strict=True) if points else ((), ())))
     if not anew:
         x, y = np.concatenate([source.data["x"], x]), np.concatenate([source.data["y"], y])

@@ -1,4 +1,4 @@
-"""The server of the explorer: on this machine's loopback, and for pages of its own address only."""
+"""The server of the explorer, reachable only from this machine and from pages of its own address."""
 
 from collections.abc import Callable
 from urllib.parse import urlsplit
@@ -17,10 +17,10 @@ FORBIDDEN = 403
 
 
 class OwnPages(BokehTornado):
-    """Answers what names this server's address, and nothing else, whatever the path.
+    """Request router that accepts only requests whose Host and Origin are this server's address.
 
-    A page elsewhere can have its own name point to this machine (DNS rebinding) and would then read what is served
-    here: its requests carry that name as their Host. The socket of another page carries that page as its Origin.
+    A foreign page can let its own name point to this machine (DNS rebinding) and would then read the data served here;
+    its requests carry that name as their Host. A socket opened by another page carries that page as its Origin.
     """
 
     def __init__(self, pages: dict[str, Application], port: int):
@@ -28,7 +28,7 @@ class OwnPages(BokehTornado):
         super().__init__(pages, extra_websocket_origins=sorted(self._hosts), absolute_url=f"http://localhost:{port}/")
 
     def find_handler(self, request: HTTPServerRequest, **arguments):
-        """Return what answers a request of any path, files and sockets too."""
+        """Return the handler of a request of any path, including files and sockets."""
         if not self._own(request):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
         return super().find_handler(request, **arguments)
@@ -47,7 +47,7 @@ def _host_of(origin: str) -> str:
 
 
 def serve(fill: Callable, port: int, ready: Callable[[str], None]) -> None:
-    """Serve a page on this machine's loopback until interrupted.
+    """Serve a page on the loopback address until interrupted.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the explorer shows for one set of values: computed fast enough to follow a slider."""
+"""Data of the explorer's figures for one set of values."""
 
 import itertools
 import time
@@ -20,16 +20,17 @@ from symfric.scenefile import SceneFile, belt_speeds
 from symfric.solve.routes import Program, prepare
 
 SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
-SHOWN = 0.25  # of the horizon, its end, where a fast excitation fills the whole phase portrait
+SHOWN = 0.25  # last fraction of the horizon shown under a fast excitation, which would fill the phase portrait
 TOLERANCE = 1e-7
-SETTLE = 4  # horizons before the amplitude is measured
+SETTLE = 4  # settling time in horizons before the amplitude is measured
 FIXED = "times are the same for every frequency of the excitation"
-MOST_ZEROS = 3  # values that are zero leave the equations: each choice of them is compiled before the page opens
+# most values that are zero, which are dropped from the equations: each choice of them is compiled in advance
+MOST_ZEROS = 3
 
 
 @dataclass(frozen=True)
 class Range:
-    """What a slider covers.
+    """Range of a slider.
 
     Attributes
     ----------
@@ -46,7 +47,7 @@ class Range:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Numbers of the first two pictures.
+    """Data of the first two figures.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Explorer:
-    """A scene prepared for being asked again and again.
+    """Prepared programs of a scene for repeated evaluation.
 
     Attributes
     ----------
@@ -79,7 +80,7 @@ class Explorer:
     swept : str
         Parameter of the amplitude diagram; "" if there is none to sweep.
     speeds : ndarray, shape (POINTS,)
-        Its values, in the order in which they are computed: coarse first.
+        Its values, in the order of computation: coarse first.
     """
 
     file: SceneFile
@@ -91,7 +92,7 @@ class Explorer:
     friction: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     def excited(self, values: Mapping[str, float]) -> bool:
-        """Return whether time enters the equations with some values."""
+        """Whether time enters the equations for some values."""
         return is_excited(self.file.scene.where(values))
 
     def view(self, values: Mapping[str, float]) -> View:
@@ -111,7 +112,7 @@ class Explorer:
         return float("nan") if run.advice else 0.5 * float(run["high"] - run["low"])
 
     def amplitudes(self, values: Mapping[str, float], seconds: float) -> Iterator[list[tuple[float, float]]]:
-        """Yield points of the amplitude diagram as many at a time as the seconds allow, coarse first."""
+        """Yield batches of points of the amplitude diagram, each computed within a given time, coarse first."""
         points: list[tuple[float, float]] = []
         begin = time.perf_counter()
         for at in self.speeds if self.swept else ():
@@ -123,7 +124,7 @@ class Explorer:
 
 
 def explorer(file: SceneFile) -> Explorer:
-    """Prepare a scene file; everything that will be needed is compiled here.
+    """Prepare a scene file: compile all programs that the explorer needs.
 
     Raises
     ------
@@ -174,7 +175,7 @@ def _coarse_first(values: np.ndarray) -> np.ndarray:
 
 
 def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...]:
-    """Return a range around each value; those that are zero take the bounds of the design, or 0 to 1."""
+    """Return a range around each value; of a zero value, the bounds of the design, or 0 to 1."""
     plan = file.plan("quench")
     bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
     found = []
@@ -189,7 +190,7 @@ def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...
 
 
 def _choices_of_zeros(ranges: tuple[Range, ...]) -> list[dict[str, float]]:
-    """Return values for every choice of which of the zero ones stay zero."""
+    """Return a set of values for every choice of which zero values stay zero."""
     zeros = [r for r in ranges if r.value == 0][:MOST_ZEROS]
     base = {r.name: r.value for r in ranges}
     choices = itertools.product((False, True), repeat=len(zeros))
@@ -228,7 +229,7 @@ def _reach(file: SceneFile) -> float:
 
 
 def _curves(parameters, law, fast, top: float, values: Mapping[str, float]) -> tuple:
-    """Return both curves; the mean over a period of the fast slip is that of as many phases."""
+    """Return both curves; the mean over a period of the fast slip is computed from equally spaced phases."""
     given = [values[s.name] for s in parameters]
     v = np.linspace(top / SPEEDS, top, SPEEDS)
     q = abs(float(fast(*given)))

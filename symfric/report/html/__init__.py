@@ -1,1 +1,1 @@
-"""Parts of HTML pages."""
+"""Parts of HTML pages: equations, versions, galleries, ticks."""

@@ -1,4 +1,4 @@
-"""One page that shows what was made again, with what the sources say and what was found."""
+"""One page of reproduced figures and tables, with the claims of the sources and the results."""
 
 from collections.abc import Mapping
 
@@ -11,12 +11,12 @@ VERDICTS = {True: "true", False: "not so", None: "open"}
 
 
 def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str, str]) -> str:
-    """Return the page.
+    """Return the page as HTML.
 
     Parameters
     ----------
     made : mapping of name to (Entry, Made, seconds)
-        The pictures lie beside the page, as ``name.png``.
+        The figures are in the folder of the page, as ``name.png``.
     versions : mapping of str to str
     """
     return render(
@@ -29,7 +29,7 @@ def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str
 
 
 def _source(source: str, made: Mapping[str, tuple[Entry, Made, float]]) -> dict:
-    """Return what the page shows of one source."""
+    """Return the template data of one source."""
     return {
         "name": source,
         "title": SOURCES[source],

@@ -1,4 +1,4 @@
-"""Equations for a browser: presentation MathML, through SymPy's printer with what a reader of mechanics expects."""
+"""Equations as presentation MathML, by SymPy's printer with the notation of mechanics."""
 
 import inspect
 import re
@@ -15,7 +15,7 @@ from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.scenefile import LawSpec, friction_laws
 
-SHOWN = {  # what SymPy prints, and what a browser is given
+SHOWN = {  # functions as SymPy prints them, and their replacements
     "<mo>&lt;=</mo>": "<mo>≤</mo>",
     "<mo>&gt;=</mo>": "<mo>≥</mo>",
     "<mo>==</mo>": "<mo>=</mo>",
@@ -28,15 +28,15 @@ ENTITY = re.compile(r"&(#x?)?\w+;")
 W, MU, BAR, EQUALS = Markup("<mi>w</mi>"), Markup("<mi>μ</mi>"), Markup("<mo>|</mo>"), Markup("<mo>=</mo>")
 OPEN, CLOSE, DOT = Markup("<mo>(</mo>"), Markup("<mo>)</mo>"), Markup("<mo>·</mo>")
 COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
-HIDDEN = "D_of_"  # before a velocity's name: its rate, written with a dot
+HIDDEN = "D_of_"  # prefix of a velocity's name that stands for its rate, written with a dot
 
 
 class _Printer(MathMLPresentationPrinter):
-    """Velocities' rates with a dot, cases with a brace, and every text escaped that is not SymPy's own entity."""
+    """MathML printer: rates of velocities with a dot, cases with a brace, all other texts escaped."""
 
     def __init__(self):
         super().__init__()
-        unescaped = self.dom.createTextNode  # SymPy's, which writes what it is given
+        unescaped = self.dom.createTextNode  # SymPy's own method, which does not escape
         self.dom.createTextNode = lambda text: unescaped(text if ENTITY.fullmatch(text) else str(escape(text)))
 
     def _print_Symbol(self, sym, style="plain"):
@@ -84,7 +84,7 @@ class _Printer(MathMLPresentationPrinter):
 
 @alone(SYMBOLIC)
 def to_mathml(expr) -> Markup:
-    """Return the inside of a ``<math>`` element."""
+    """Return the contents of a ``<math>`` element."""
     text = _Printer().doprint(sp.sympify(expr))
     for printed, shown in SHOWN.items():
         text = text.replace(printed, shown)
@@ -92,23 +92,23 @@ def to_mathml(expr) -> Markup:
 
 
 def block(parts: Iterable[Markup], label: str) -> Markup:
-    """Return one displayed equation from its parts; `label` is what a screen reader says."""
+    """Return one displayed equation from its parts; `label` is the text for screen readers."""
     inside = Markup("").join(parts)
     return Markup('<math display="block" aria-label="{}"><mrow>{}</mrow></math>').format(label, inside)
 
 
 def inline(expr) -> Markup:
-    """Return an expression within a sentence."""
+    """Return an inline expression as MathML."""
     return Markup("<math>{}</math>").format(to_mathml(expr))
 
 
 def operator(sign: str) -> Markup:
-    """Return an operator."""
+    """Return an operator as MathML."""
     return Markup("<mo>{}</mo>").format(sign)
 
 
 def number_in_letters(value: float) -> Markup:
-    """Return a number as it stands in a matrix."""
+    """Return a number in the form used in a matrix."""
     mantissa, _, exponent = f"{abs(value):.6g}".partition("e")
     sign = operator("−") if value < 0 else ""
     power = Markup("<mo>·</mo><msup><mn>10</mn><mn>{}</mn></msup>").format(int(exponent)) if exponent else ""
@@ -158,7 +158,7 @@ def _dotted(symbol: sp.Symbol) -> Markup:
 
 @alone(SYMBOLIC)
 def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
-    """Return a contact's law in its own letters where the file names it, else as it is."""
+    """Return the law of a contact in symbols if the file names it, else with its numbers."""
     if spec is None or spec.law in ("custom", "piecewise_linear"):
         return contact.law
     function = friction_laws()[spec.law]

@@ -1,10 +1,10 @@
-"""Numbers along an axis."""
+"""Tick labels of axes."""
 
 from matplotlib.ticker import ScalarFormatter
 
 
 class Ticks(ScalarFormatter):
-    """Set the power of ten beside an axis as mathematics, but not every number on it, which takes far longer."""
+    """Tick formatter that typesets only the power of ten as mathematics; typesetting every number is much slower."""
 
     def __call__(self, x, pos=None):
         return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")

@@ -1,4 +1,4 @@
-"""Versions of the package and of what its numbers rest on."""
+"""Versions of the package and of the packages that it uses."""
 
 import platform
 from collections.abc import Mapping
@@ -16,11 +16,11 @@ def package_version(name: str) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions a page should state."""
+    """Return the versions shown on a page."""
     found = {name: package_version(name) for name in ("symfric", *BESIDE)}
     return {"python": platform.python_version(), **found}
 
 
 def used(versions: Mapping[str, str]) -> str:
-    """Return the packages that were there, with their versions."""
+    """Return the installed packages among those given, with their versions."""
     return ", ".join(f"{name} {version}" for name, version in versions.items() if version != "not installed")

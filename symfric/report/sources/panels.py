@@ -1,4 +1,4 @@
-"""Figures of curves over common axes: as data, and as one way to draw them."""
+"""Figures made of panels of curves: their data, and functions that draw them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ WIDTHS = {"solid": 1.1, "dashed": 1.1, "dotted": 1.0, "none": 1.0}
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One curve.
+    """One curve of a panel.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def plot_panel(panel: Panel, ax=None):
         ax.set_yscale("log")
         for axis in (ax.xaxis, ax.yaxis):
             plain_ticks(axis)
-    limits = {"xlim": panel.x_range, "ylim": panel.y_range}  # None would end the scaling to the values that follow
+    limits = {"xlim": panel.x_range, "ylim": panel.y_range}  # None would switch off autoscaling
     ax.set(title=panel.title, xlabel=panel.x_label, ylabel=panel.y_label, **{k: v for k, v in limits.items() if v})
     ax.title.set_fontsize(10)
     _note_values(ax, panel)
@@ -158,7 +158,7 @@ def _note_values(ax, panel: Panel) -> None:
 
 
 def plot_figure(data: FigureData, axes=None) -> np.ndarray:
-    """Draw a figure with all its panels; return the Axes, of a new figure that no global state knows unless given."""
+    """Draw a figure with all its panels; return the Axes, of a new figure without global state unless given."""
     if axes is None:
         from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""What a figure or a table of a source is here: how it is computed, drawn and written, and what it shows."""
+"""Registry entries of reproduced figures and tables: how they are computed, drawn, written and judged."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ _Data = TypeVar("_Data")
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a computation is given.
+    """Inputs of a computation.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Finding:
-    """What a source says and what was found.
+    """A claim of a source, and the result.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Made:
-    """A figure or table that was made again.
+    """A reproduced figure or table.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def _nothing(_data) -> tuple[Finding, ...]:
 
 @dataclass(frozen=True)
 class Entry(Generic[_Data]):
-    """How a figure or table is made again; computing and drawing stay apart.
+    """The recipe of a reproduced figure or table; computing and drawing are separate functions.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Entry(Generic[_Data]):
     takes_records: bool = False
 
     def make(self, inputs: Inputs | None = None) -> Made:
-        """Compute, draw and write."""
+        """Compute a figure or table, draw it and write its text."""
         data = self.compute(Inputs() if inputs is None else inputs)
         return Made(
             None if self.draw is None else np.ravel(self.draw(data))[0].figure,
@@ -114,7 +114,7 @@ SOURCES = {
 
 
 def title(name: str) -> str:
-    """Return a name as words: source, and its figure or table."""
+    """Return a name as a title: source, and its figure or table."""
     source, _, rest = name.partition("-")
     kind, _, number = rest.rpartition("-")
     if rest[0].isdigit():

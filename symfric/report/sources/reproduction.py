@@ -1,4 +1,4 @@
-"""Figures and tables of the sources by name, and what of them is not made again."""
+"""Registry of the reproduced figures and tables by name, and of those that are not reproduced."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ NOT_MADE = {
 
 
 def reproductions() -> dict[str, Entry]:
-    """Return everything that can be made again by name: source after source, figures in their order."""
+    """Return all registry entries by name, ordered by source and number."""
     from symfric.report.sources import handbook, sketches, thomsen, younes_ashour
     from symfric.report.sources.guida import figures as guida
     from symfric.report.sources.guida import phase_planes
@@ -36,7 +36,7 @@ def _order(name: str) -> tuple:
 
 
 def chosen(names: Sequence[str]) -> dict[str, Entry]:
-    """Return those that are named, all unless any is.
+    """Return the named entries, or all if no name is given.
 
     Raises
     ------

@@ -80,7 +80,7 @@ def _block(ax, left: float, low: float, width: float, height: float, name: str, 
 
 def _arrow(ax, x: float, y: float, dx: float, dy: float, name: str) -> None:
     ax.annotate("", (x + dx, y + dy), (x, y), arrowprops={"arrowstyle": "->", "color": ORANGE})
-    ax.update_datalim([(x, y - 0.1), (x + dx, y + max(dy, 0.0) + 0.35)])  # of what is drawn, not of its words
+    ax.update_datalim([(x, y - 0.1), (x + dx, y + max(dy, 0.0) + 0.35)])  # limits of the drawing, without its labels
     ax.text(
         x + 0.5 * dx, y + 0.5 * dy + (0.06 if dy == 0 else 0), name, ha="center" if dy == 0 else "left", va="bottom"
     )

@@ -1,4 +1,4 @@
-"""Which pictures a study has, with what a reader who cannot see them is told."""
+"""Figures of a study, with captions and alternative texts."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ MOST_COORDINATES = 6
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture for the page.
+    """A figure of the page.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Picture:
 
 
 def pictures(result: StudyResult) -> dict[str, list[Picture]]:
-    """Draw what the result holds, by section of the page."""
+    """Draw the figures of a result, by section of the page."""
     makers = {
         "stability": _stability,
         "motion": _motion,

@@ -1,4 +1,4 @@
-"""Predicted beside computed: each formula that applies, and the number the solver gives for the same quantity."""
+"""Table of predictions: each applicable formula and the computed value of the same quantity."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -37,7 +37,7 @@ class Row:
 
 
 def closed_forms_apply(file: SceneFile) -> bool:
-    """Return whether the belt's closed forms hold: the ready scene with the cubic law, not excited."""
+    """Whether the belt's closed forms apply: the ready scene with the cubic law, not excited."""
     cubic = not file.laws or file.laws[0].law == "cubic"
     return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
 
@@ -50,11 +50,11 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -
     base : Scene
         Of the slow motion if the file's scene is excited.
     equilibrium, onset, steady : result or None
-        What the study found.
+        Results of the study.
     designs : tuple of DesignResult
     """
     rows = []
-    steady = steady if steady is not None and steady.settled else None  # nothing to compare with otherwise
+    steady = steady if steady is not None and steady.settled else None  # an unsettled vibration cannot be compared
     if steady is not None:
         rows += _of_vibration(file, base, equilibrium, steady)
     if closed_forms_apply(file):
@@ -63,7 +63,7 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -
         if found.design.value is not None:
             rows += of_design(file, found.plan, found.design.value)
     first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
-    rows.sort(key=lambda r: first[r.quantity])  # one quantity after the other
+    rows.sort(key=lambda r: first[r.quantity])  # grouped by quantity
     return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
 
 
@@ -76,7 +76,7 @@ def _try(formula: Callable[[], float]) -> float:
 
 
 def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row]:
-    """Return averaging against the steady vibration, or the position of rest where nothing vibrates."""
+    """Compare averaging with the steady vibration, or the equilibrium position if there is no vibration."""
     from symfric.theory.averaging import average
 
     name = file.sweep.coordinate if file.sweep else base.system.q[0].name
@@ -105,7 +105,7 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row
 
 
 def _of_belt(scene: Scene, onset, steady) -> list[Row]:
-    """Return the belt's closed forms against eigenvalues and motions."""
+    """Compare the belt's closed forms with eigenvalues and motions."""
     from symfric.theory import belt
 
     rows = []
@@ -160,7 +160,7 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
 
 
 def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
-    """Return the closed forms of a design, and what it says of itself against the event-driven model."""
+    """Compare a design with closed forms and with its verification on the event-driven model."""
     rows = []
     if closed_forms_apply(file) and plan.kind == "quench":
         rows += _of_quench(file.scene, plan.arguments, design)
@@ -173,7 +173,7 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
 
 
 def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
-    """Return the closed forms for the smallest intensity against the design."""
+    """Compare the closed forms of the smallest intensity with the design."""
     from symfric.theory import belt
 
     if asked["minimise"] != "intensity" or asked["margin"] or asked.get("limits"):
@@ -185,7 +185,7 @@ def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
 
 
 def _of_damper(asked: Mapping, design: Design) -> list[Row]:
-    """Return the onset of vibration with the designed damping against the speed that decided, if stability did."""
+    """Compare the onset of vibration under the designed damping with the critical speed, if stability was limiting."""
     from symfric.theory import belt
 
     if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):

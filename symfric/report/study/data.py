@@ -11,7 +11,7 @@ from symfric.report.study.study import Answer, StudyResult
 
 
 def plain(value):
-    """Return JSON's own types; NaN and infinity become None."""
+    """Convert to JSON types; NaN and infinity become None."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray):

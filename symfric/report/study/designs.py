@@ -1,4 +1,4 @@
-"""The designs of a study in sentences and rows; plain text, the page escapes it."""
+"""Texts and table rows of the designs of a study, as plain text that the page escapes."""
 
 from collections.abc import Mapping
 
@@ -25,7 +25,7 @@ STATUS = {
 
 
 def interval(pair) -> str:
-    """Return the ends of a range."""
+    """Return a range as text."""
     return f"{pair[0]:g} to {pair[1]:g}"
 
 
@@ -35,7 +35,7 @@ def heading(plan: DesignPlan) -> str:
 
 
 def asked(plan: DesignPlan) -> str:
-    """Return what the file asks for, as a sentence."""
+    """Return the design problem as a sentence."""
     return f"Asked: {_QUESTIONS[plan.kind](plan.arguments)}{_limits(plan.arguments)}."
 
 
@@ -101,7 +101,7 @@ def _limits(given: Mapping) -> str:
 
 
 def found(design: Design) -> list[str]:
-    """Return what became of a design and what the full model says of it."""
+    """Return the result of a design and of its verification as sentences."""
     active = ", ".join(design.active)
     lines = [f"Status: {STATUS.get(design.status, design.status)}."]
     lines[0] += f" Active bounds and conditions: {active}." if active else ""
@@ -112,14 +112,14 @@ def found(design: Design) -> list[str]:
 
 
 def rows(plan: DesignPlan, design: Design, file: SceneFile) -> list[tuple[str, float, str]]:
-    """Return name, value and unit of what was designed and of what was optimised."""
+    """Return name, value and unit of the design parameters and of the objective."""
     made = [(name, value, file.units.get(name, "")) for name, value in design.values.items()]
     label, unit = objective(plan, file)
     return [*made, (label, design.objective, unit)]
 
 
 def objective(plan: DesignPlan, file: SceneFile) -> tuple[str, str]:
-    """Return what was optimised and its unit, as far as either is known."""
+    """Return the name of the objective and its unit, as far as known."""
     given = plan.arguments
     match plan.kind:
         case "quench":
@@ -137,7 +137,7 @@ def objective(plan: DesignPlan, file: SceneFile) -> tuple[str, str]:
 
 
 def sentence(plan: DesignPlan, design: Design, file: SceneFile) -> str:
-    """Return one sentence for a reader in a hurry."""
+    """Return the sentence of the summary."""
     pairs = ((k, v, file.units.get(k, "")) for k, v in design.values.items())
     values = ", ".join(f"{k} = {v:.5g}{' ' + unit if unit else ''}" for k, v, unit in pairs)
     if plan.kind == "quench":

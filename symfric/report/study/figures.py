@@ -1,4 +1,4 @@
-"""Pictures of a study; nothing is computed here. Each takes ``ax=None`` and returns the Axes."""
+"""Plot functions of a study. Each takes ``ax=None`` and returns the Axes."""
 
 import base64
 import io
@@ -22,19 +22,19 @@ def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
 
 
 def in_brackets(unit: str | None) -> str:
-    """Return a unit as it follows a name; its dollar signs are no mathematics."""
+    """Return a unit in brackets, with dollar signs escaped."""
     return " [" + unit.replace("$", r"\$") + "]" if unit else ""
 
 
 def new_axes():
-    """Return the Axes of a new figure that no global state knows."""
+    """Return the Axes of a new figure without global state."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=SIZE, layout="constrained").add_subplot()
 
 
 def tidy(ax):
-    """Set ticks, grid and spines as all pictures have them; return the Axes."""
+    """Apply the common style of ticks, grid and spines; return the Axes."""
     from symfric.report.html.ticks import Ticks
 
     if ax.get_xscale() == ax.get_yscale() == "linear":
@@ -91,7 +91,7 @@ def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: 
 
 
 def plot_friction(curve, unit: str = "", ax=None):
-    """Draw a contact's coefficient of friction against sliding speed, and what fast vibration makes of it."""
+    """Draw a contact's coefficient of friction against sliding speed, and the effective one under fast vibration."""
     ax = new_axes() if ax is None else ax
     ax.plot(curve.speed, curve.coefficient, color=BLUE, label="friction law")
     ax.plot(0, curve.stick, "o", color=BLUE, markersize=5, label="largest while sticking")
@@ -169,14 +169,14 @@ def png(figure) -> bytes:
 
 @alone(DRAWING)
 def _saved(figure, kind: str, **options) -> bytes:
-    """Return the content of a file of a figure; letters that the font lacks are boxes in it, and that is no news."""
+    """Return the content of a figure file, without warnings on letters that the font lacks."""
     from matplotlib import rc_context
 
     stream, log = io.BytesIO(), logging.getLogger("matplotlib.mathtext")
     level = log.level
     log.setLevel(logging.ERROR)
     try:
-        # a filter that stays: to restore what was before is wrong where other threads change filters meanwhile
+        # a permanent filter: restoring the previous ones would not be thread-safe
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from", UserWarning)
         with rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}):
             figure.savefig(stream, format=kind, **options)

@@ -1,4 +1,4 @@
-"""Friction of each contact as a curve, with what a fast excitation makes of it."""
+"""Friction curve of each contact, with the effective curve under a fast excitation."""
 
 from dataclasses import dataclass
 

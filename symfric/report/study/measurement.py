@@ -1,4 +1,4 @@
-"""What the solver says: one motion with its stick intervals, and the steady vibration over a range of values."""
+"""Computed results of a study: one motion with its stick intervals, and the steady vibration over a range of values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ from symfric.orbits.steady_state import (
 )
 from symfric.scenefile import SweepPlan
 
-SAMPLES = 4000  # of a motion to draw
-PATH = "motion of the study"  # an output's name no file is likely to use
+SAMPLES = 4000  # samples of a motion to draw
+PATH = "motion of the study"  # name of an additional output, unlikely to occur in a file
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,18 +57,18 @@ class Motion:
     energy_residual: float
 
     def sticking(self, contacts: Sequence[str], ends: bool = True) -> np.ndarray:
-        """Return whether any of some contacts sticks at each time, shape (n_t,), with or without the ends."""
+        """Whether any of some contacts sticks at each time, shape (n_t,), with or without the ends of the intervals."""
         sticks = {name: self.sticks[name] for name in contacts}
         return sticking(self.t, sticks, 0.0 if ends else 1e-12 * self.t[-1])
 
 
 def as_run(scene: Scene) -> Scene:
-    """Return the scene with its trajectory wanted beside its outputs."""
+    """Return the scene with its trajectory as an additional output."""
     return scene.wanting({**scene.outputs, PATH: Trajectory()})
 
 
 def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
-    """Compute the scene's motion and whatever scalar outputs it wants."""
+    """Simulate the scene; return its motion and scalar outputs."""
     from symfric.solve.routes import simulate
 
     run = simulate(as_run(scene), tolerance=tolerance)
@@ -93,7 +93,7 @@ def vibrations(
 ) -> list[Vibration]:
     """Return the steady vibration for each value of a parameter; NaN where a run failed.
 
-    The range is measured twice, one window after the other: where both differ, the motion had not settled.
+    The range is measured in two consecutive windows; where they differ, the motion had not settled.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def vibrations(
         times = schedule(scene, plan.settle, plan.window, varied)
         return _measured(scene, times, plan.coordinate, {parameter: np.asarray(values)}, progress)
     found = []
-    for k, v in enumerate(values):  # each has its own times
+    for k, v in enumerate(values):  # settling times depend on the value
         progress(k / len(values))
         one = scene.where({parameter: float(v)})
         found += _measured(one, schedule(one, plan.settle, plan.window), plan.coordinate, {}, None)
@@ -116,7 +116,7 @@ def vibrations(
 
 
 def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, progress) -> list[Vibration]:
-    """Return the steady vibration for values by the name of their parameter, or for those of the scene."""
+    """Return the steady vibration for given parameter values, or for those of the scene."""
     x = state_symbol(scene, coordinate)
     told = lambda k: (lambda f: progress((k + f) / 3)) if progress else None  # noqa: E731
     extremes = {"high": Max(x), "low": Min(x)}
@@ -132,7 +132,7 @@ def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, p
 
 
 def _of_windows(one: tuple[float, float], two: tuple[float, float], reach: float, note: str) -> Vibration:
-    """Return what two windows say; without a period of the excitation there is one only."""
+    """Return the vibration from two windows, or from one if the excitation has no period."""
     if not np.all(np.isfinite(two)):
         return Vibration(np.nan, np.nan)
     return Vibration(*two, note=note or ("its range still changes" if still_changes(one, two, reach) else ""))

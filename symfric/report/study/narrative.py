@@ -1,4 +1,4 @@
-"""A study in sentences; plain text, the page escapes it."""
+"""Text of a study, as plain sentences that the page escapes."""
 
 import math
 
@@ -19,19 +19,19 @@ def paragraphs(text: str) -> list[str]:
 
 
 def shown(value) -> str:
-    """Return a number, the text of an expression, or a list of them."""
+    """Return a number, an expression, or a list of them as text."""
     if isinstance(value, list):
         return "[" + ", ".join(shown(v) for v in value) + "]"
     return value if isinstance(value, str) else f"{value:g}"
 
 
 def counted(n: int, noun: str) -> str:
-    """Return a number of things."""
+    """Return a count with its noun in singular or plural."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
 
 
 def percent(value: float) -> str:
-    """Return a relative difference."""
+    """Return a relative difference as a percentage."""
     if not math.isfinite(value):
         return "–"
     if abs(value) < 1e-12:
@@ -47,7 +47,7 @@ def _measure(value: float, name: str, file: SceneFile) -> str:
 
 
 def scene_in_words(file: SceneFile) -> str:
-    """Return what moves, what rubs, from where and for how long."""
+    """Return a sentence on coordinates, contacts, start and horizon."""
     scene = file.scene
     q, u = scene.system.q, scene.system.u
     pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
@@ -70,7 +70,7 @@ def scene_in_words(file: SceneFile) -> str:
 
 
 def role(symbol: sp.Symbol, file: SceneFile) -> str:
-    """Return what a value does, where the scene tells."""
+    """Return the role of a value in the scene, as far as known."""
     roles = []
     if symbol in belt_speeds(file.scene):
         roles.append("drives a contact")
@@ -82,7 +82,7 @@ def role(symbol: sp.Symbol, file: SceneFile) -> str:
 
 
 def summary(result: StudyResult) -> list[str]:
-    """Return the three or four sentences a reader in a hurry needs."""
+    """Return the summary, three or four sentences."""
     file, lines = result.file, []
     speeds = belt_speeds(file.scene)
     at = f" at {speeds[0].name} = {_measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
@@ -118,7 +118,7 @@ def _settled(result: StudyResult) -> str:
 
 
 def onset(result: StudyResult) -> str:
-    """Return where steady sliding starts to vibrate, and how."""
+    """Return the sentence on the Hopf point."""
     found = result.hopf.value
     if found is None:
         return f"Onset of vibration: {result.hopf.note}."
@@ -135,7 +135,7 @@ def onset(result: StudyResult) -> str:
 
 
 def motion(result: StudyResult) -> str:
-    """Return how the motion was computed and how far it can be trusted."""
+    """Return the sentences on the motion: route, status and accuracy."""
     m = result.motion.found
     sticks = sum(len(v) for v in m.sticks.values())
     text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
@@ -154,7 +154,7 @@ def amplitude_heading(result: StudyResult) -> str:
 
 
 def amplitude(result: StudyResult) -> list[str]:
-    """Return what the sweep shows."""
+    """Return the sentences on the sweep."""
     sweep, half = result.sweep.found, result.sweep.found.half_range
     lines = []
     failed = int(np.sum(~np.isfinite(half)))

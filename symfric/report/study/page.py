@@ -1,4 +1,4 @@
-"""One self-contained HTML page of a study: no script, no network, pictures and style inside."""
+"""One self-contained HTML page of a study, without scripts or external files."""
 
 import math
 
@@ -21,7 +21,7 @@ from symfric.templates import render
 
 
 def page(result: StudyResult) -> str:
-    """Return the page."""
+    """Return the page as HTML."""
     route = result.explanation.note if result.explanation.value is None else str(result.explanation.value)
     drawn = designs_shown(result)
     return render(
@@ -51,7 +51,7 @@ def page(result: StudyResult) -> str:
 
 
 def number(value: float, digits: int = 6) -> str:
-    """Return a number for reading."""
+    """Return a number as text."""
     if not math.isfinite(value):
         return "–"
     mantissa, _, exponent = f"{value:.{digits}g}".replace("-", "−").partition("e")
@@ -60,7 +60,7 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def inline_name(name: str) -> Markup:
-    """Return a name as mathematics within a sentence."""
+    """Return a name as inline mathematics."""
     return inline(sp.Symbol(name))
 
 
@@ -91,7 +91,7 @@ def _values(result: StudyResult) -> list[list[str]]:
 
 
 def _balance(result: StudyResult) -> dict | None:
-    """Return where the forces balance and how fast the contacts slide there."""
+    """Return the equilibrium and the sliding speeds there."""
     at = result.equilibrium.value
     if at is None:
         return None

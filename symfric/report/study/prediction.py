@@ -1,4 +1,4 @@
-"""What the formulas say: averaged amplitudes and closed forms over a range of values."""
+"""Predicted amplitudes over a range of values: averaging and closed forms."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ from symfric.model.scene import Scene
 from symfric.theory.averaging import average
 from symfric.theory.slow_flow import SlowFlow, stationary
 
-RARE = 16  # values at which a slow flow in numbers is built anew, where one in symbols serves them all
+RARE = 16  # most values for numeric slow flows, each built anew; a symbolic one serves all values
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A predicted amplitude.
+    """A curve of predicted amplitudes.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The main job: everything a scene file asks, computed; drawing and writing come after, from the result alone."""
+"""Compute the study of a scene file; drawing and writing use its result alone."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -33,20 +33,20 @@ if TYPE_CHECKING:
 Progress = Callable[[str, float], None]
 _Found = TypeVar("_Found", covariant=True)
 _Given = ParamSpec("_Given")
-FINE = 201  # points of a predicted curve, at most
+FINE = 201  # most points of a predicted curve
 EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True, eq=False)
 class Answer(Generic[_Found]):
-    """What one question gave: a value, or the reason why there is none."""
+    """Result of one part of a study: a value, or the reason why there is none."""
 
     value: _Found | None
     note: str = ""
 
     @property
     def found(self) -> _Found:
-        """The value of a question that has one."""
+        """The value, which must exist."""
         if self.value is None:
             raise LookupError(self.note)
         return self.value
@@ -88,7 +88,7 @@ class SweepResult:
 
 @dataclass(frozen=True, eq=False)
 class DesignResult:
-    """One design the file asks for.
+    """One design of the file.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class QuenchResult:
 
 @dataclass(frozen=True, eq=False)
 class StudyResult:
-    """Everything a page needs.
+    """All results of a study.
 
     Attributes
     ----------
@@ -159,11 +159,11 @@ class StudyResult:
 
     @property
     def plan(self) -> SweepPlan:
-        """The file's sweep, or the measuring it would do without one."""
+        """The file's sweep, or a default measurement without one."""
         return measuring(self.file)
 
     def skipped(self) -> dict[str, str]:
-        """Return what has no answer and why."""
+        """Return the parts without a result, with reasons."""
         topics = ["slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep"]
         if not self.designs or self.file.plan("quench") is not None:
             topics.append("quench")
@@ -177,7 +177,7 @@ class StudyResult:
 
 
 def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> Answer[_Found]:
-    """Ask; an expected failure becomes the reason why there is no answer."""
+    """Call a function; an expected exception becomes the reason for a missing value."""
     try:
         return Answer(question(*given, **named))
     except EXPECTED as error:
@@ -185,14 +185,14 @@ def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Gi
 
 
 def measuring(file: SceneFile) -> SweepPlan:
-    """Return the file's sweep, or how to measure the vibration of the first coordinate without one."""
+    """Return the file's sweep, or a default measurement of the first coordinate without one."""
     if file.sweep is not None:
         return file.sweep
     return SweepPlan("", 0.0, 0.0, 0, file.scene.system.q[0].name)
 
 
 def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
-    """Answer everything a scene file asks.
+    """Compute the study of a scene file.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     Returns
     -------
     StudyResult
-        A question without an answer holds the reason; nothing is raised for it.
+        A part without a value holds the reason; no exception is raised.
     """
     from symfric.solve.routes import explain
     from symfric.theory.equilibrium import equilibrium
@@ -297,7 +297,7 @@ def _curves(file: SceneFile, plan: SweepPlan, slow: Answer[Scene]) -> tuple[tupl
 
 
 def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[DesignResult, ...]:
-    """Return every design the file asks for."""
+    """Compute every design of the file."""
     found = []
     for k, plan in enumerate(file.designs):
         progress(k / len(file.designs))
@@ -306,7 +306,7 @@ def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[Design
 
 
 def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer[QuenchResult]:
-    """Return the excitation the file asks for, with one motion without and one with it."""
+    """Return the designed excitation, with one motion without and one with it."""
     found = next((d for d in designs if d.plan.kind == "quench"), None)
     if found is None:
         return Answer(None, "the file has no [design.quench]")
@@ -328,7 +328,7 @@ def _shown(scene: Scene, plan: DesignPlan, design: "Design") -> QuenchResult:
 def _with_excitation(
     scene: Scene, plan: SweepPlan, quenched: QuenchResult, swept: SweepResult, progress: Callable[[float], None]
 ) -> Answer[SweepResult]:
-    """Return the sweep with the half range under the designed excitation beside it."""
+    """Return the sweep with the additional half range under the designed excitation."""
     shaken = scene.where(quenched.design.values)
     found = answer(vibrations, shaken, plan.parameter, swept.values, plan, progress)
     if found.value is None:

@@ -1,4 +1,4 @@
-"""Pictures of drawn slides; nothing is computed here. Each takes ``axes=None`` and returns the Axes."""
+"""Plot functions for the figures of driven slides. Each takes ``axes=None`` and returns the Axes."""
 
 from collections.abc import Sequence
 
@@ -12,14 +12,14 @@ DASHED = (0, (4, 3))
 
 
 def panels(rows: int, columns: int, size: tuple[float, float]) -> np.ndarray:
-    """Return the Axes of a new figure that no global state knows, shape (rows, columns)."""
+    """Return the Axes of a new figure without global state, shape (rows, columns)."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=size, layout="constrained").subplots(rows, columns, squeeze=False)
 
 
 def _legend_above(axes: np.ndarray, columns: int) -> None:
-    """Name the curves of the first panel once, above all panels."""
+    """Draw one legend, of the curves of the first panel, above all panels."""
     handles, labels = axes.flat[0].get_legend_handles_labels()
     axes.flat[0].figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False)
 
@@ -54,7 +54,7 @@ def plot_surfaces(surfaces: Sequence, axes=None):
     """Draw lines of equal eps_crit over both slopes, one panel for each p*; below the grey edge it is 0."""
     axes = panels(1, 2, (9.0, 4.4)) if axes is None else axes
     for ax, found in zip(axes.flat, surfaces, strict=True):
-        square = found.epsilon**2  # rises linearly from the edge, so that straight lines between points will do
+        square = found.epsilon**2  # linear near the edge, so that linear interpolation is accurate
         levels = [e for e in (1.0, 3.0, 10.0, 30.0, 100.0, 1000.0) if np.mean(found.epsilon < e) > 0.06]
         ax.fill_between(found.mu1, 0, found.edge, color="0.85", linewidth=0, label="any difference will do")
         lines = ax.contour(found.mu1, found.mu2, square, [e**2 for e in levels], cmap="viridis", norm="log")
@@ -115,7 +115,7 @@ def plot_slides_motion(motion, axes=None):
 
 
 def plot_readings(found, axes=None):
-    """Draw the smallest fs1 with a cycle against s2 for both readings, and what the source draws."""
+    """Draw the smallest fs1 with a cycle against s2 for both interpretations, and the cases of the source."""
     ax = new_axes() if axes is None else axes
     words = {"omega1": r"$d_2 = s_2$, (24) as printed", "omega2": r"$d_2 = s_2/\zeta$, (23) as printed"}
     for (name, fs1), colour in zip(found.fs1.items(), (BLUE, ORANGE), strict=True):
@@ -134,7 +134,7 @@ def plot_readings(found, axes=None):
 
 
 def plot_stability_gap(gap, axes=None):
-    """Draw the slopes of friction that are proved harmless, those that are harmless too, and those that are not."""
+    """Draw the slopes of friction with proved stability, with stability by eigenvalues, and with instability."""
     ax = new_axes() if axes is None else axes
     top = 1.25 * np.max(gap.exact)
     ax.fill_between(gap.zeta, 0, gap.definite, color=GREEN, alpha=0.25, linewidth=0, label="damping definite: stable")

@@ -23,10 +23,10 @@ class Stop(Slopes):
     lam: float
 
 
-SLOPES: Slopes = {"mu1": -0.3, "mu2": 0.5}  # of figures 2 to 8, ours: the source draws sketches
+SLOPES: Slopes = {"mu1": -0.3, "mu2": 0.5}  # for figures 2 to 8; chosen here, the source has sketches
 FC, EPSILON, SIGMA = 1.0, 0.6, 0.15
 FORWARD = np.linspace(0.0, 5.0, 1001)[1:]
-TYPES: dict[str, Stop] = {  # of figure 9, ours
+TYPES: dict[str, Stop] = {  # for figure 9; chosen here
     "a": {"mu1": -0.5, "mu2": 0.5, "lam": 0.25},
     "b": {"mu1": -0.5, "mu2": 1.5, "lam": 2.0},
     "c": {"mu1": -0.5, "mu2": 0.5, "lam": 2.0},
@@ -41,7 +41,7 @@ def characteristic(mu1: float, mu2: float) -> laws.Law:
 
 
 def both_ways(law: laws.Law, top: float, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return speeds less `shift` and the odd force with its vertical piece at rest."""
+    """Return speeds less `shift` and the odd force, with the vertical segment at rest."""
     v = FORWARD[FORWARD <= top]
     speeds = np.concatenate([-v[::-1], [0.0, 0.0, 0.0, 0.0], v])
     stick, start = float(law.stick), float(law.at_rest)

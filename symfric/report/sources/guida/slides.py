@@ -1,4 +1,4 @@
-"""The numbers of the figures of drawn slides: maps, positioning errors, motions of two slides, limits of stability."""
+"""Data of the figures of driven slides: maps, positioning errors, motions of two slides, limits of stability."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,13 @@ from symfric.theory import drive
 MAP_SLOPES = (-0.1, -0.3, -0.6, -0.9)  # mu1 of the curves of figure 5
 MAP_CORNERS = (-0.1, -0.2, -0.3, -0.4, -0.5, -0.6, -0.7, -0.8)  # p* of its panels
 ERROR_SLOPES = {"guida-10": (-0.1, -0.25, -0.5, -0.75), "guida-11": (-1.0, -1.5, -3.0, -5.0)}  # mu1 of the diagrams
-SECOND_SLOPES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)  # mu2 of their curves, ours: the source does not print its own
+SECOND_SLOPES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)  # mu2 of their curves; chosen here, the source does not print them
 PAIR = {"r": 0.5, "zeta": 2.0, "s1": 0.2, "s2": 0.3, "fc1": 1.0}  # of figure 14
-MOTIONS = {  # what figures 14 to 16 change, and the times they show
+MOTIONS = {  # changed parameters and time range of figures 14 to 16
     "guida-14": ({"fs1": 7.4}, (0.0, 80.0)),
     "guida-15": ({"fs1": 7.8}, (60.0, 140.0)),
-    "guida-16": ({"fs1": 7.4, "s2": 1.3}, (40.0, 140.0)),  # of the text; with the caption's s1 = 1.3 nothing vibrates
+    # from the text; with s1 = 1.3 of the caption there is no vibration
+    "guida-16": ({"fs1": 7.4, "s2": 1.3}, (40.0, 140.0)),
 }
 SAID = {"guida-14": False, "guida-15": True}  # whether the source's figure shows a lasting vibration
 
@@ -98,7 +99,7 @@ class SlidesMotion:
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Both readings of s2 side by side.
+    """Comparison of both interpretations of s2.
 
     Attributes
     ----------
@@ -118,11 +119,11 @@ class Readings:
 
     @property
     def fitting(self) -> tuple[str, ...]:
-        """The readings with which every figure comes out as the source draws it."""
+        """The interpretations that reproduce every figure of the source."""
         return tuple(name for name, found in self.cycles.items() if found == SAID)
 
     def statement(self) -> str:
-        """Return in words which reading the source's figures fit."""
+        """Return as text which interpretation fits the figures of the source."""
         meaning = {"omega1": "d2 = s2, as (24) is printed", "omega2": "d2 = s2/zeta, as (23) defines s2"}
         lines = []
         for name, found in self.cycles.items():
@@ -134,7 +135,7 @@ class Readings:
 
 @dataclass(frozen=True, eq=False)
 class StabilityGap:
-    """Sufficient against exact: how steeply the friction of two slides may fall.
+    """Sufficient and exact limits of the falling slope of friction of two slides.
 
     Attributes
     ----------
@@ -155,7 +156,7 @@ def stability_maps(number: int = 60) -> tuple[StabilityMap, ...]:
 
 
 def _map_curve(mu1: float, p_star: float, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return mu2 and eps_crit; the points crowd where the curve leaves its horizontal beginning."""
+    """Return mu2 and eps_crit; the points are dense where the curve leaves its horizontal start."""
     low = max(zero_edge(mu1, p_star), 0.05)
     mu2 = low + (0.995 - low) * np.linspace(0.0, 1.0, number + 1)[1:] ** 2.5
     mu2[0] = low * (1 + 1e-6)
@@ -226,7 +227,7 @@ def vibrates(figure: str, damping: str) -> bool:
 
 
 def readings(number: int = 60) -> Readings:
-    """Return what both readings of s2 say of figures 14 and 15."""
+    """Evaluate both interpretations of s2 for figures 14 and 15."""
     s2 = np.geomspace(0.05, 3.0, number)
     rest = {k: v for k, v in PAIR.items() if k != "s2"}
     names = ("omega1", "omega2")

@@ -1,4 +1,4 @@
-"""The study of scaled rolling isolation: every damping, friction, model, motion and intensity, and what comes back."""
+"""The study of scaled rolling isolation: responses for every damping, friction, model, motion and intensity."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ DAMPINGS = (1e5, 2e5)  # N s/m
 INTENSITIES = (0.05, 0.1, 0.2, 0.4, 0.8)  # g
 SCALES = (4, 7, 10, 13, 16, 19)
 MASS_OF_TABLE_2 = 0.008163
-RESPONSES = {  # of the scene, and the field of Factors that takes each back to full scale
+RESPONSES = {  # outputs of the scene, and the field of `Factors` that converts each to full scale
     "peak_acceleration": "acceleration",
     "peak_velocity": "velocity",
     "peak_displacement": "length",
@@ -29,7 +29,7 @@ RESPONSES = {  # of the scene, and the field of Factors that takes each back to 
     "residual_end_of_record": "length",
 }
 Profile: TypeAlias = float | tuple[float, float] | tuple[np.ndarray, np.ndarray]  # as `rolling_isolator` takes it
-_RUN_OUT = 20.0  # s of the prototype after the record
+_RUN_OUT = 20.0  # time after the record, s of the prototype
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Model:
     name : str
     factors : Factors
     scaled_gravity : bool
-        Whether gravity is that of the model or as on a shaking table.
+        Whether gravity is scaled too; on a shaking table it is not.
     """
 
     name: str
@@ -180,7 +180,7 @@ def _values(model: Model, C: float, amplitude: float, profiles: Mapping, f: int,
 
 
 def _run(marcher: Marcher, march: March, case: dict, model: Model, motion: Motion, found: dict, at: tuple) -> int:
-    """Run one case and note its responses; return its status."""
+    """Run one case and store its responses; return its status."""
     time = model.factors.time
     p = np.array([case[name] for name in marcher.parameters])
     ends = {"residual": (motion.duration + _RUN_OUT) * time, "residual_end_of_record": motion.duration * time}

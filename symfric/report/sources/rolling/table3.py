@@ -1,4 +1,4 @@
-"""Table 3 of the study of scaled rolling isolation: what the models return, as ranges and as a picture."""
+"""Table 3 of the study of scaled rolling isolation: ranges of the returned ratios, as a table and a figure."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict

@@ -10,7 +10,7 @@ from symfric.theory import belt
 
 QUIET = {"v_b": 0.2, "beta": 0.05, "gamma2": 1.0}
 SHAKEN = {**QUIET, "a": 0.01, "Omega": 50.0}
-SPEEDS = (0.05, 0.2, 0.3, 0.42)  # of the phase planes, ours
+SPEEDS = (0.05, 0.2, 0.3, 0.42)  # belt speeds of the phase planes; chosen here
 TAU, X, V = r"$\tau$", r"$x$", r"$\dot{x}$"
 TOLERANCE = 1e-10
 SAID = {0.2: 0.86, 0.01: 0.83}  # frequency of stick-slip by belt speed, after (29)
@@ -89,7 +89,7 @@ def figure_8() -> FigureData:
 
 
 def _distance(t: np.ndarray, x: np.ndarray, z: np.ndarray) -> str:
-    """Say how far x + a sin(Omega t), the slow part of (37), is from z."""
+    """Return as text the distance between x + a sin(Omega t), the slow part of (37), and z."""
     off = float(np.max(np.abs(x + SHAKEN["a"] * np.sin(SHAKEN["Omega"] * t) - z)))
     return f"x + a sin(Omega tau) stays within {off:.4f} of z"
 

@@ -1,4 +1,4 @@
-"""Where fast vibration quenches, and at what cost: Thomsen, figure 9 and section 5."""
+"""Quenching by fast vibration and its cost: Thomsen, figure 9 and section 5."""
 
 from functools import cache
 
@@ -13,7 +13,7 @@ from symfric.theory import belt
 from symfric.theory.belt.scene import numbers
 
 A = 0.01
-DAMPINGS = (0.05, 0.1)  # the second one is ours: the source does not print its own
+DAMPINGS = (0.05, 0.1)  # the second one is chosen here; the source does not print it
 FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 33.0, 35.0, 40.0)
 FASTEST, SETTLE = 0.46, 300.0  # belt speed and time from which the forced orbit is sought
 OMEGA, SPEED, INTENSITY = r"$\Omega$", r"$v_b$", r"$a\Omega$"

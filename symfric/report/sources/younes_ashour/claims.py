@@ -1,4 +1,4 @@
-"""What Younes and Ashour say in words, tested: each claim under each reading, with the numbers that decide."""
+"""Tests of the verbal claims of Younes and Ashour, under each interpretation, with the deciding numbers."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ Evidence = tuple[bool | None, dict[str, float]]
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to take a claim.
+    """One interpretation of a claim.
 
     Attributes
     ----------
     words : str
     holds : bool or None
-        None if nothing but the source's records could tell.
+        None if only the source's records could decide.
     evidence : dict of str to float
     """
 
@@ -34,7 +34,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the source and what became of it.
+    """A sentence of the source, and the result of testing it.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Claim:
 
 
 def claims() -> tuple[Claim, ...]:
-    """Test every claim; the numbers are computed now."""
+    """Test every claim."""
     return tuple(
         Claim(where, words, tuple(Reading(reading, *test()) for reading, test in readings.items()))
         for where, words, readings in CLAIMS
@@ -160,7 +160,7 @@ def _ratio_with_energy(law: str) -> Evidence:
 
 
 def _role_of_friction(zeta: float) -> Evidence:
-    """Test what halving friction does to the decay time, with much damping against without."""
+    """Test the effect of halving friction on the decay time, with much damping and without."""
     longer = {
         z: averaged_decay_time(10.0, 0.05, zeta=z) / averaged_decay_time(10.0, 0.1, zeta=z) - 1 for z in (0, zeta)
     }
@@ -222,7 +222,7 @@ def _linear_in_energy() -> Evidence:
 
 
 def _aluminium_one_cycle() -> Evidence:
-    """Look for the displacement up to which the aluminium rod stops within one cycle."""
+    """Find the displacement up to which the aluminium rod stops within one cycle."""
     places = np.arange(0.0005, 0.03, 0.0005).tolist()
     counts = {x: decay(FALLING, **RODS["aluminium"], **RIG, x0=x).half_cycles for x in places}
     over = [x for x, n in counts.items() if n > 2]

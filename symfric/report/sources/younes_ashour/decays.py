@@ -1,4 +1,4 @@
-"""Decays of the contact damper by the hundred: compiled once for each law, run with values."""
+"""Many decays of the contact damper, from one compiled program for each law."""
 
 from functools import cache
 from typing import NamedTuple
@@ -12,12 +12,12 @@ from symfric.solve.run import Run
 FALLING, PRINTED = "corrected law", "law as printed"
 LAWS = (FALLING, PRINTED)
 MASS, GRAVITY, START = 0.5, 9.81, 0.01  # kg, of figures 3 and 4; m/s^2, not said; m, said for figure 5
-HORIZON = 100.0  # s; a rod at rest costs nothing
+HORIZON = 100.0  # s; time at rest takes no computing
 TOLERANCE = 1e-11
 
 
 class Decay(NamedTuple):
-    """One decay.
+    """Result of one decay.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Decay(NamedTuple):
     ratio : float
         Viscous over contact energy.
     rest : float
-        Where the rod stays, m.
+        Final position of the rod, m.
     closest : float
         The margin of the decision to stick or to slide that was nearest to the other one; see
         `symfric.theory.transient.decisions`, which says the same of any scene.
