@@ -1,1 +1,1 @@
-"""From SymPy to CasADi: a scene becomes a hybrid automaton of smooth functions with the mode as data."""
+"""Lowering from SymPy to CasADi: a scene becomes a hybrid automaton of smooth functions with the mode as data."""

@@ -37,7 +37,7 @@ class Automaton:
     Attributes
     ----------
     field : casadi.Function
-        ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), wanted expressions (n_e,).
+        ``(y, t, p, m) -> (rate, guards, rows)``: state derivative (n_x,), guards (n_g,), observables (n_e,).
         Guards are positive while the mode is right. Those of a contact are ``d w`` and 1 while it slips,
         ``N mu_s -+ lambda`` while it sticks, ``+-w`` while its force is given.
     gauge : casadi.Function
@@ -95,12 +95,12 @@ class Automaton:
 
     @property
     def n_y(self) -> int:
-        """Number of states of the motion, without derivatives that may follow them."""
+        """Number of states of the motion, without appended derivatives."""
         return self.gauge.size1_in(0) if self.transition is None else self.transition.size1_in(0)
 
     @property
     def coupled(self) -> bool:
-        """Whether two slips have a mass in common."""
+        """Whether the forces of one contact accelerate the slip of another."""
         return self.gauge.nnz_out("slopes") > 0
 
 
@@ -111,9 +111,9 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
     ----------
     scene : Scene
     rows : sequence of Expr
-        Expressions wanted along the run; may contain `friction_force` and `slip`.
+        Observables; may contain `friction_force` and `slip`.
     varied : frozenset of str
-        Parameters that will change although `constants` has them; the others there are built into the equations.
+        Parameters that will change, and are therefore not built into the equations although `constants` has them.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
 
 
 def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automaton:
-    """Build the automaton of contact dynamics, in which it defines the forces and slips that the rows may contain."""
+    """Build the automaton of contact dynamics; defines the forces and slips that observables may contain."""
     contacts, w, load, s, d = model.contacts, model.slip, model.load, model.s, model.d
     rate, friction = model.accelerations(tested=False)
     guards = []
@@ -189,5 +189,5 @@ def _gauge(model: ContactDynamics) -> ca.Function:
 
 
 def _may_lift(load: sp.Expr, model: ContactDynamics) -> bool:
-    """Whether a load varies and may become negative; one like Max(..., 0) only touches zero, to rounding."""
+    """Whether a load varies and may become negative; one such as Max(..., 0) may not."""
     return bool(load.free_symbols & model.moving) and not load.is_nonnegative

@@ -1,4 +1,4 @@
-"""Integrals over the sliding speed inside a law, as Chebyshev series and short sums that the solvers can digest.
+"""Replace the integrals inside an averaged law by Chebyshev series and short sums, which are cheap for the solvers.
 
 The mean of a law over a fast vibration has no closed form in general. As a quadrature it is a hundred copies of the
 law, each of which gets its own Taylor recurrence; as a function of the speed alone it is a short series.
@@ -15,18 +15,19 @@ from symfric.model.laws import Law
 from symfric.model.numeric import NODES, Rule, numeric_function
 from symfric.model.symbols import SPEED
 
-FINEST = 16 * NODES  # nodes of the quadrature that the series are made from
+FINEST = 16 * NODES  # quadrature nodes from which the series are computed
 SHORT = (4, 6, 8, 12)  # numbers of terms of the sums beyond the fast speed
-BEYOND = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0)  # where they begin, against the fast speed
-BRIDGE = 1e-9  # part of the speed on either side of an infinite slope that a line replaces; with less, orders overflow
-_EDGE = 1e-12  # of 1: an angle that begins at the end of an interval
+BEYOND = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0)  # where they begin, relative to the fast speed
+# relative distance on either side of an infinite slope bridged by a line; less makes high orders overflow
+BRIDGE = 1e-9
+_EDGE = 1e-12  # distance of an argument of acos from 1 that counts as zero at the end of an interval
 
 _DISTANCE = sp.Dummy("distance", positive=True)
 
 
 @lru_cache(maxsize=64)
 def without_integrals(kinetic: sp.Expr) -> sp.Expr:
-    """Replace the integrals of a law by what is as good to about 1e-12 and short.
+    """Replace the integrals of a law by short expressions with a relative error of about 1e-12.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def without_integrals(kinetic: sp.Expr) -> sp.Expr:
     Returns
     -------
     Expr
-        With `ChebyshevSeries`; parts that resist keep their integrals.
+        With `ChebyshevSeries`; parts without a short series keep their integrals.
     """
     if any(e.function.has(sp.Integral) for e in kinetic.atoms(sp.Integral)):
         return kinetic
@@ -92,7 +93,7 @@ def _bounded(e: sp.Expr, low: float, high: float) -> sp.Expr | None:
 
 
 def _measured(e: sp.Expr, end: float, side: int) -> Callable:
-    """Return the expression as a function of the distance from one end of an interval, NaN where it is uncertain.
+    """Return the expression as a function of the distance from one end of an interval, NaN where inaccurate.
 
     An angle acos(x) that begins at the end, x = +-1, is taken as an arcsine of the root of the distance: the rounding
     of the speed would cost half the digits there.
@@ -123,7 +124,7 @@ def _measured(e: sp.Expr, end: float, side: int) -> Callable:
 
 
 def _unbounded(e: sp.Expr, low: float) -> sp.Expr | None:
-    """Replace the integrals from `low` on by short sums, if need be after a series up to where they hold."""
+    """Replace the integrals from `low` on by short sums, preceded by a series where the sums are not accurate."""
     distance = np.concatenate([[0.0], np.geomspace(1e-9, 1e3, 60)])
     true = _measured(e, low, 1)
     for factor in BEYOND:
@@ -183,6 +184,6 @@ def bridged(law: Law) -> sp.Expr:
 
 
 def _has_ends(expr: sp.Expr) -> bool:
-    """Whether an expression may hold only from some speed on: inverse functions and roots do."""
+    """Whether an expression may be defined on a part of the speeds only, because of inverse functions and roots."""
     roots = [e for e in expr.atoms(sp.Pow) if not e.exp.is_Integer and SPEED in e.base.free_symbols]
     return bool(roots or expr.atoms(sp.asin, sp.acos))

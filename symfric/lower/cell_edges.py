@@ -1,4 +1,4 @@
-"""Friction at rest on the edge of a cell: which cell carries the force depends on the way the contact would slip.
+"""Friction at rest on the edge of a cell: the cell that bears the force depends on the direction of impending slip.
 
 Let h(q) be the quantity of a switch of a profile that jumps. Where h is zero and stays so, because what would move it
 sticks, the switch has no sign; its entry in the mode is then ``+-ON_EDGE``. A contact that slips moves h by
@@ -21,19 +21,19 @@ from symfric.model.validation import made_of_cells
 if TYPE_CHECKING:
     from symfric.lower.contact_dynamics import ContactDynamics
 
-ON_EDGE = 2.0  # magnitude of the entry of a switch that has no sign
-_ROUNDING = 64 * 2.0**-52  # of a place that is on an edge
-_ALONG = 1e-12  # of the sum of its terms below which rho is zero
+ON_EDGE = 2.0  # magnitude of the mode entry of a switch that is on an edge and has no sign
+_ROUNDING = 64 * 2.0**-52  # relative distance from an edge that counts as zero
+_ALONG = 1e-12  # size of rho relative to its terms below which it is zero
 
 
 @dataclass(frozen=True)
 class Edges:
-    """The switches at which loads jump.
+    """The switches at which friction profiles jump.
 
     Attributes
     ----------
     signs : tuple of SX
-        Of all switches of the scene.
+        Signs of all switches of the scene.
     among : tuple of tuple of int
         For each contact, the switches of its profile; none unless the profile jumps.
     sides : tuple of tuple of SX
@@ -55,7 +55,7 @@ class Edges:
     sizes: ca.SX
 
     def towards(self, i: int, way: ca.SX, expr: ca.SX) -> ca.SX:
-        """Return an expression of the load of contact i for its slip in the direction `way`."""
+        """Return an expression of the load of contact i for slip in the direction `way`."""
         if not self.among[i]:
             return expr
         olds = [self.signs[j] for j in self.among[i]]
@@ -66,7 +66,7 @@ class Edges:
         return ca.substitute(expr, ca.vertcat(*olds), ca.vertcat(*news))
 
     def widest(self, expr: ca.SX) -> ca.SX:
-        """Return the larger of the magnitudes that an expression of loads has on both sides of where the state lies."""
+        """Return the larger of the magnitudes of an expression of loads on both sides of an edge."""
         if not self.switches:
             return ca.fabs(expr)
         signs = ca.vertcat(*(self.signs[j] for j in self.switches))
@@ -78,7 +78,7 @@ class Edges:
 
 
 def edges_of(model: "ContactDynamics") -> Edges:
-    """Find the switches at which loads jump."""
+    """Find the switches at which friction profiles jump."""
     contacts, signs = model.contacts, tuple(model.switches.signs)
     among: list[tuple[int, ...]] = []
     for i, c in enumerate(contacts):
@@ -106,7 +106,7 @@ def _sides(model: "ContactDynamics", i: int, slopes: ca.SX, among: tuple[int, ..
     """Return sgn(rho) for the switches `among` and contact i."""
     contacts, groups = model.contacts, [k for k, _ in model.parallels]
     others = [k for k in range(len(contacts)) if groups[k] != groups[i] and not contacts[k].law.smooth]
-    order = [i, *others]  # of others that cannot all stick while this one slips, those in front do
+    order = [i, *others]  # if not all others can stick while this one slips, the first ones do
     sticks = ca.vertcat(1, *(model.s[k] == HOLDS for k in others))
     pushed = ca.SX([-1.0, *(0.0 for _ in others)])
     J, still = model.slopes[order, :], ca.SX.zeros(model.u.numel())

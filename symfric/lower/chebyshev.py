@@ -14,8 +14,8 @@ from numpy.polynomial.chebyshev import chebval
 
 DEGREES = (8, 12, 16, 20)
 MOST_PIECES = 8
-RESOLVED = 2e-14  # of the largest value: the last coefficients, and the sum of those left out
-ACCURACY = 1e-12  # of the largest value: the error between the points that made the series
+RESOLVED = 2e-14  # size of the last coefficients, and of those omitted, relative to the largest value
+ACCURACY = 1e-12  # error between the interpolation points, relative to the largest value
 
 Samples = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -26,7 +26,7 @@ class ChebyshevSeries(sp.Function):
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable on low <= v <= high.
+    """A transformed variable on low <= v <= high.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Piece:
 
 
 def variables(v: sp.Symbol, low: float, high: float) -> tuple[Variable, ...]:
-    """Return the variables worth trying, the likeliest first; from low = 0 all are regular there."""
+    """Return the candidate variables, the likeliest first; for low = 0 all are regular there."""
     width, half = high - low, (high - low) / 2
     root = lambda e: (e / width) ** sp.Rational(1, 4)  # noqa: E731
     to_high = Variable(root(high - v), 0.0, 1.0, lambda x: (width * (1 - x**4), width * x**4))
@@ -79,12 +79,12 @@ def variables(v: sp.Symbol, low: float, high: float) -> tuple[Variable, ...]:
 
 
 def chebyshev(sample: Samples, v: sp.Symbol, low: float, high: float) -> sp.Expr | None:
-    """Return the series of a function on low <= v <= high, or None if none of the variables makes it short.
+    """Return the series of a function on low <= v <= high, or None if it is not short in any variable.
 
     Parameters
     ----------
     sample : callable
-        ``(v - low, high - v) -> values``, elementwise; NaN where it cannot tell.
+        ``(v - low, high - v) -> values``, elementwise; NaN where it is inaccurate.
     v : Symbol
     low, high : float
 
@@ -105,7 +105,7 @@ def chebyshev(sample: Samples, v: sp.Symbol, low: float, high: float) -> sp.Expr
 
 
 def _pieces(sample: Samples, variable: Variable) -> list[Piece] | None:
-    """Halve the range until every part is resolved."""
+    """Return series on parts of the range, halved until each is resolved."""
     scale = np.max(np.abs(sample(*variable.distances(_lobatto(64, variable.start, variable.stop)))))
     if not np.isfinite(scale):
         return None
@@ -173,7 +173,7 @@ def _odd_piece(sample: Samples, variable: Variable, scale: float) -> Piece | Non
 
 
 def _shortened(c: np.ndarray, scale: float) -> np.ndarray:
-    """Leave out the last coefficients as long as their sum does not count."""
+    """Remove the last coefficients as long as their sum is negligible."""
     left = np.cumsum(np.abs(c[::-1]))[::-1] > RESOLVED * scale
     return c[: max(1, int(np.sum(left)))]
 

@@ -1,4 +1,4 @@
-"""The forces of sticking contacts: a symmetric system of equations in which the mode is data.
+"""The constraint forces of sticking contacts, from equations in which the mode is data.
 
 The forces ``lambda`` of the contacts that stick make ``J (a + M^-1 J^T lambda) + d = 0``. The rows of J are made
 orthogonal to each other in the sense of ``J M^-1 J^T``, by Gram and Schmidt's method, instead of factorising this
@@ -10,14 +10,14 @@ import casadi as ca
 
 # marks of a contact in a mode: what determines its force while it sticks, see `symfric.lower.automaton`; 0 slips
 HOLDS, FOLLOWS, SHARES, AT_BOUND = 1.0, 2.0, 3.0, 4.0
-DISTINCT = 64 * 2.0**-52  # of a row: by less than this its slip differs from that of another only by rounding
-REDUNDANT = DISTINCT**2  # part of its diagonal below which a pivot of the coupling vanishes
+DISTINCT = 64 * 2.0**-52  # relative difference of two rows below which their slips differ only by rounding
+REDUNDANT = DISTINCT**2  # pivot of the coupling relative to its diagonal below which it is zero
 
 
 def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: bool) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return the forces that hold the contacts that stick, zero for the others, and the accelerations by them.
+    """Return the constraint forces of sticking contacts, zero for the others, and the accelerations by them.
 
-    The third is which contacts hold something: 1 for those that stick and do not follow from the ones before them.
+    The third result marks contacts with a constraint of their own: 1 if they stick and do not follow from earlier ones.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: boo
     holds: list[ca.SX] = []
     for i in range(n):
         size = rows[i] @ columns[i]
-        for _ in range(2):  # once leaves a part of the rows before that is as large as rounding over the difference
+        for _ in range(2):  # twice, because once leaves an error of rounding over the difference of the rows
             for j in range(i):
                 part = ca.sparsify(rows[j] @ columns[i])
                 if part.nnz() == 0:
@@ -53,9 +53,10 @@ def hold(J: ca.SX, spread: ca.SX, a: ca.SX, d: ca.SX, sticks: ca.SX, tested: boo
         if tested:
             own = ca.logic_and(own, pivot > REDUNDANT * size)
         holds.append(own)
-        reciprocal.append(own / (1 - own + own * pivot))  # a choice would part the sums that it enters
+        reciprocal.append(own / (1 - own + own * pivot))  # without a condition, which would prevent gathering of sums
         x.append(-(rows[i] @ a + drift[i]) * reciprocal[i])
-    gain = sum((columns[i] * x[i] for i in range(n)), ca.SX(J.shape[1], 1))  # forces may be large that cancel
+    # sum of forces, which may be large and cancel
+    gain = sum((columns[i] * x[i] for i in range(n)), ca.SX(J.shape[1], 1))
     for i in reversed(range(n)):
         x[i] -= sum((factor[i][j] * x[j] for j in range(i + 1, n) if not factor[i][j].is_zero()), ca.SX(0))
     return ca.vertcat(*x), gain, ca.vertcat(*holds)

@@ -1,4 +1,4 @@
-"""The equations of motion of a scene with contacts, as CasADi graphs. This is the one place where they are written.
+"""The equations of motion of a scene with contacts, as CasADi graphs; they are written only here.
 
 With the velocities u = q', the slips w = w(q, u, t), which are affine in u, and the friction forces lambda,
 
@@ -27,14 +27,14 @@ from symfric.model.system import Contact, System
 
 
 class ContactDynamics:
-    """Symbols and graphs of one system: what follows from them is a function of state, time, parameters and mode.
+    """Equations of motion of one system: CasADi symbols and graphs of state, time, parameters and mode.
 
     Parameters
     ----------
     system : System
     contacts : sequence of Contact
     parameters : sequence of Symbol
-        Of which the equations are functions.
+        Parameters that stay symbols in the equations.
     inputs : sequence of Symbol
         Sampled inputs.
     constants : mapping of Symbol to Expr
@@ -97,11 +97,11 @@ class ContactDynamics:
 
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
-        """Write down the equations of a scene."""
+        """Return the equations of a scene."""
         return cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
 
     def copy(self) -> "ContactDynamics":
-        """Return the same equations, free to define symbols and to meet kinks of their own."""
+        """Return a copy, to which symbols and kinks can be added."""
         other = copy(self)
         other.switches, other.moving = self.switches.copy(), set(self.moving)
         other._print = self._print.copy(other.moving, other.switches)
@@ -118,12 +118,12 @@ class ContactDynamics:
         return _column([self.read(e) for e in exprs])
 
     def define(self, symbol: sp.Symbol, graph: ca.SX) -> None:
-        """Let a symbol in expressions read from now on stand for a graph that changes along a run."""
+        """Define a symbol as a graph that changes along a run, for expressions read later."""
         self._print.symbols[symbol] = graph
         self.moving.add(symbol)
 
     def unswitched(self, out: list[ca.SX]) -> list[ca.SX]:
-        """Return expressions in which the signs of the kinks are those of their quantities, no longer data."""
+        """Return expressions in which the signs of kinks are computed from their quantities instead of being data."""
         if not self.switches.signs:
             return out
         signs, quantities = ca.vertcat(*self.switches.signs), ca.vertcat(*self.switches.quantities)
@@ -139,7 +139,7 @@ class ContactDynamics:
 
     @cached_property
     def mass(self) -> ca.SX:
-        """M, sparse, shape (n, n)."""
+        """Mass matrix M, sparse, shape (n, n)."""
         rows = self.system.mass.tolist()
         return ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.read(e) for e in row)) for row in rows)))
 
@@ -155,7 +155,7 @@ class ContactDynamics:
 
     @cached_property
     def slopes(self) -> ca.SX:
-        """J = dw/du, shape (n_c, n)."""
+        """Jacobian of the slips, J = dw/du, shape (n_c, n)."""
         return ca.jacobian(self.slip, self.u) if self.contacts else ca.SX(0, self.u.numel())
 
     @cached_property
@@ -195,17 +195,17 @@ class ContactDynamics:
 
     @cached_property
     def parallels(self) -> list[tuple[int, float | sp.Expr]]:
-        """For each contact the first one of which its slip is a multiple, and the factor."""
+        """For each contact, the first contact of whose slip its own is a multiple, and the factor."""
         return parallels(self)
 
     @cached_property
     def dependent(self) -> list[bool]:
-        """Whether the slip of each contact may follow from those of others that are not multiples of it."""
+        """Whether the slip of each contact may depend linearly on those of others that are not multiples of it."""
         return dependent(self)
 
     @cached_property
     def edges(self) -> Edges:
-        """Where profiles jump: the load there is that of the side to which a contact slips."""
+        """The switches at which profiles jump; the load there is that of the side towards which a contact slips."""
         return edges_of(self)
 
     @cached_property
@@ -217,7 +217,7 @@ class ContactDynamics:
         return sliding
 
     def given(self, i: int) -> ca.SX:
-        """Return the friction force of contact i while it sticks without a constraint of its own."""
+        """Return the friction force of contact i while it sticks without its own constraint."""
         if not self.dependent[i]:
             return ca.SX(0)
         bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
@@ -226,8 +226,8 @@ class ContactDynamics:
     def accelerations(self, tested: bool) -> tuple[ca.SX, ca.SX]:
         """Return u' and the friction forces of all contacts in the mode held by (s, d).
 
-        `tested` says whether the graph itself finds out which sticking contacts are redundant, by conditions on the
-        state, and lets them carry nothing; otherwise the mode says it.
+        With `tested`, the graph determines redundant sticking contacts by conditions on the state, and gives them no
+        force; otherwise the mode marks them.
         """
         n = self.u.numel()
         if not self.contacts:
@@ -246,7 +246,7 @@ class ContactDynamics:
         for k, i in enumerate(sticking):
             friction[i] = slipping[i] + held[k]
             index, factor = self.anchor(i)
-            if index >= 0:  # a body held by the ground follows it exactly, not to rounding
+            if index >= 0:  # exact, so that a body held by the ground follows it without rounding
                 rate[index - n] = ca.if_else(own[k], -drift[k] / factor, rate[index - n])
         return rate, friction
 

@@ -1,4 +1,4 @@
-"""Energy and power of a scene as CasADi functions, for the balance along a run."""
+"""Energy and power of a scene as CasADi functions, for the energy balance of a run."""
 
 import casadi as ca
 
@@ -7,7 +7,7 @@ from symfric.model.scene import Scene
 
 
 def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
-    r"""Return the power of the forces and the kinetic energy.
+    r"""Return CasADi functions of the power of the forces and of the kinetic energy.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Locate the features of a law of friction: speeds at which one of its derivatives changes its sign.
+"""Locate narrow features of a friction law: speeds at which one of its derivatives changes its sign.
 
 A search over speeds that starts from equally spaced ones misses a bump that is narrower than their distance. Here the
 extrema of mu and of its first derivatives are enclosed by interval bounds and bisection, so that none is missed,
@@ -17,18 +17,18 @@ from symfric.model.averaged_law import pieces_between
 from symfric.model.laws import Law
 from symfric.model.symbols import SPEED
 
-ORDERS = (1, 2, 3, 4)  # of the derivatives whose zeros are features
-_PANELS = 16  # intervals of a piece at the start
-_DEPTH = 45  # bisections at most: down to rounding
-_MANY = 20000  # intervals at one depth beyond which the search ends: the law oscillates everywhere
-_FLAT = 1e-9  # of a derivative's size: change over an interval that is no feature
-_AWAY = {"DiracDelta": lambda x, order=0: 0.0 * x}  # of values away from the kinks, which the bounds find
-_APART = 1e-9  # of the range: two zeros nearer than that are one
+ORDERS = (1, 2, 3, 4)  # orders of the derivatives whose zeros are features
+_PANELS = 16  # initial number of intervals of a piece
+_DEPTH = 45  # most bisections, down to rounding
+_MANY = 20000  # most intervals at one depth; with more, the law oscillates everywhere and the search ends
+_FLAT = 1e-9  # change over an interval, relative to the derivative's size, that is not a feature
+_AWAY = {"DiracDelta": lambda x, order=0: 0.0 * x}  # zero away from kinks, which the bounds find separately
+_APART = 1e-9  # distance relative to the range below which two zeros count as one
 
 
 @alone(SYMBOLIC)
 def features(law: Law, low: float, high: float, orders: tuple[int, ...] = ORDERS) -> np.ndarray:
-    """Return the speeds between two at which derivatives of a law change their sign, and its breaks, increasing.
+    """Return the speeds in an interval at which derivatives of a law change their sign, and its breaks, increasing.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def features(law: Law, low: float, high: float, orders: tuple[int, ...] = ORDERS
 
 @alone(SYMBOLIC)
 def narrow(law: Law, low: float, high: float, least: float) -> np.ndarray:
-    """Return speeds that part the narrow features of a law from the rest of it, breaks left out.
+    """Return speeds that separate narrow features of a law from the rest of it, without breaks.
 
     Features closer together than `least` belong together. Of each such group the extrema of mu', its ends, and its ends
     moved outward by its width are returned: between these the law has no detail finer than the distance itself.
@@ -89,7 +89,7 @@ def _of_piece(mu: sp.Expr, low: float, high: float, orders: tuple[int, ...]) -> 
 
 
 def _zeros(expr: sp.Expr, low: float, high: float) -> list[float]:
-    """Return the zeros of an expression at which it changes its sign, of one branch of a law."""
+    """Return the zeros with a change of sign of an expression on one branch of a law."""
     value = sp.lambdify(SPEED, expr, [_AWAY, "scipy", "numpy"])
     bound, rise = enclosure(expr, SPEED), enclosure(sp.diff(expr, SPEED), SPEED)
     edges = np.linspace(low, high, _PANELS + 1)

@@ -1,6 +1,6 @@
-"""What is linear between events, found out once and written down as numbers that follow from the parameters.
+"""Detect equations that are linear between events, and express them by numbers that depend on the parameters.
 
-A kink is a choice by the mode, so a force with an `Abs` or a law of straight lines is linear in every mode.
+The mode fixes the side of each kink, so that a force with an `Abs` or a piecewise linear law is linear in every mode.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from symfric.model.system import System
 
 @dataclass(frozen=True)
 class Oscillator:
-    """One mass without drive, with one contact at the most, as numbers.
+    """Coefficients of one free mass with at most one contact.
 
     Attributes
     ----------
@@ -46,19 +46,19 @@ class Oscillator:
 
 
 def oscillator(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Oscillator:
-    """Write contact dynamics down as one oscillator.
+    """Express contact dynamics as one oscillator.
 
     Parameters
     ----------
     model : ContactDynamics
-        Gets to know the friction force.
+        The friction force is defined in it.
     rows : sequence of Expr
-        Expressions of which extremes are wanted.
+        Observables, extremes of expressions.
 
     Raises
     ------
     NoRoute
-        If they are something else; the message says what.
+        If the scene has another form; the message says why.
     """
     system, contacts = model.system, model.contacts
     if len(system.q) > 1 or system.z:
@@ -87,7 +87,7 @@ def oscillator(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Oscillat
 
 
 def _contact(model: ContactDynamics, mass: ca.SX, lines: list[tuple[sp.Expr, sp.Expr, sp.Expr]]) -> list[ca.SX]:
-    """Return the numbers of the contact."""
+    """Return the coefficients of the contact."""
     (contact,) = model.contacts
     J, c = plane(model, model.slip[0], [model.y[1]], "the slip")
     refuse_if_moving(model, model.load, "the normal load changes")
@@ -98,7 +98,7 @@ def _contact(model: ContactDynamics, mass: ca.SX, lines: list[tuple[sp.Expr, sp.
 
 
 def plane(model: ContactDynamics, e: ca.SX, variables: list[ca.SX], what: str) -> list[ca.SX]:
-    """Return the slopes of a linear expression in the variables, and its value where they are zero."""
+    """Return the slopes of a linear expression in the variables, and its value at zero."""
     v, signs = ca.vertcat(*variables), ca.vertcat(*model.switches.signs)
     slopes = ca.densify(ca.jacobian(e, v))
     rest = ca.substitute(e, v, ca.SX.zeros(v.numel()))
@@ -138,7 +138,7 @@ def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equations that are linear between events, ``x' = A x + a t + b``, guards and wanted rows likewise.
+    """Equations that are linear between events, ``x' = A x + a t + b``, guards and observables likewise.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ class Matrices:
 
 
 def matrices(automaton: Automaton) -> Matrices:
-    """Return the slopes of rates, guards and rows in every state and in time, and their rest.
+    """Return the slopes of rates, guards and observables in every state and in time, and their constants.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def matrices(automaton: Automaton) -> Matrices:
 
 
 def without_harmonics(scene: Scene) -> Scene:
-    """Return the scene with sines, cosines and powers of time as first-order states behind its own.
+    """Return the scene with sines, cosines and powers of time as additional first-order states.
 
     Their equations are linear: ``c' = -Omega s``, ``s' = Omega c`` and ``p_k' = k p_(k-1)``. Time itself stays.
 
@@ -212,18 +212,18 @@ def without_harmonics(scene: Scene) -> Scene:
     return replace(scene, system=system, contacts=contacts, outputs=outputs, initial=initial)
 
 
-_MOST = 40  # functions of time; matrices of more states are slower than the series by far
+_MOST = 40  # most functions of time; larger matrices are much slower than Taylor series
 
 
 class _Clock:
-    """States that stand for functions of time, with their start and rate."""
+    """Additional states for functions of time, with their start and rate."""
 
     def __init__(self, moving: set[sp.Symbol]):
         self._moving = moving
         self.states: dict[sp.Symbol, tuple[float, sp.Expr]] = {}
 
     def read(self, e: sp.Expr) -> sp.Expr:
-        """Return the expression with states in place of functions of time."""
+        """Replace functions of time in an expression by states."""
         e = sp.sympify(e)
         if TIME not in e.free_symbols:
             return e

@@ -1,4 +1,4 @@
-"""Contacts on the same two bodies: they share the force that holds them in proportion to their bounds."""
+"""Load sharing of parallel contacts, in proportion to their static bounds."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -10,14 +10,14 @@ import sympy as sp
 from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
 
-_NEARLY = 1e-6  # part of a row below which what is left of it without others is treated as nothing
+_NEARLY = 1e-6  # relative remainder of a row, orthogonal to others, below which it counts as dependent
 
 if TYPE_CHECKING:
     from symfric.lower.contact_dynamics import ContactDynamics
 
 
 def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
-    """Return for each contact the first one of which its slip is a multiple, and the factor; smooth ones are alone.
+    """Return for each contact the first one of whose slip its own is a multiple, and the factor; not for smooth laws.
 
     The sign of a factor is known, whatever the parameters in it.
     """
@@ -34,9 +34,9 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
 
 
 def dependent(model: "ContactDynamics") -> list[bool]:
-    """Return which contacts may have a slip that follows from those of others, multiples of it aside.
+    """Return which contacts may have a slip that depends linearly on those of several others.
 
-    Whether slopes that vary do cannot be known: all contacts that have velocities in common with these may.
+    With slopes that vary this is not known in advance, so all contacts that share velocities with them count.
     """
     u, groups = model.system.u, [k for k, _ in model.parallels]
     rigid = {k: c.slip for k, c in enumerate(model.contacts) if not c.law.smooth}
@@ -53,7 +53,7 @@ def dependent(model: "ContactDynamics") -> list[bool]:
 
 
 def _in_a_circuit(slopes: dict[int, list[sp.Expr]]) -> set[int]:
-    """Return the rows that follow from others, or nearly; all of them unless they are numbers."""
+    """Return the rows that depend linearly on others, or nearly; all of them unless they are numbers."""
     if len(slopes) < 2:
         return set()
     if not all(e.is_number for row in slopes.values() for e in row):
@@ -69,7 +69,7 @@ def _in_a_circuit(slopes: dict[int, list[sp.Expr]]) -> set[int]:
 
 
 def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:
-    """Return the slopes of a slip and its value at rest if they are numbers."""
+    """Return the slopes of a slip and its value at rest, if these are numbers."""
     row = [*(slip.diff(e) for e in u), slip.xreplace(dict.fromkeys(u, sp.Integer(0)))]
     return np.array(row, dtype=float) if all(e.is_number for e in row) else None
 
@@ -77,9 +77,9 @@ def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:
 def _ratio(
     row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr, moving: set[sp.Symbol]
 ) -> float | sp.Expr | None:
-    """Return what a slip is over another, None unless that is the same at all times; numbers to rounding.
+    """Return the ratio of two slips, None unless it is constant; numbers are compared to rounding.
 
-    It may hold parameters if its sign is known from what is assumed of them.
+    It may contain parameters if their assumptions determine its sign.
     """
     if row is None or other is None:
         ratio = sp.cancel(slip / other_slip)
@@ -104,19 +104,19 @@ def rooms_left(model: "ContactDynamics", friction: ca.SX) -> tuple[ca.SX, list[t
     ----------
     model : ContactDynamics
     friction : SX
-        Of each contact, those of parallel ones carried by the first that sticks.
+        Friction of each contact, where the first sticking one of a parallel group carries the whole force.
 
     Returns
     -------
     friction : SX
     rooms : list of pairs of SX
-        For each contact, what is left to its bound before it slips backwards, and before it slips forwards.
+        For each contact, the reserve to its bound before it slips backwards, and before it slips forwards.
     """
     groups, edges = model.parallels, model.edges
-    same = [_sign(factor) for _, factor in groups]  # way of a contact over that of its group
+    same = [_sign(factor) for _, factor in groups]  # direction of a contact relative to its group
 
     def shared(way: int) -> tuple[list[ca.SX], ca.SX]:
-        """Return bounds and friction where groups are about to slip in the direction `way`."""
+        """Return bounds and friction of the groups for impending slip in the direction `way`."""
         loads = [edges.towards(i, ca.SX(way * s), model.load[i]) for i, s in enumerate(same)]
         bounds = [load * stick for load, stick in zip(loads, ca.vertsplit(model.static), strict=True)]
         return bounds, _in_proportion(model, friction, bounds, groups)
@@ -137,7 +137,7 @@ def _in_proportion(
 ) -> ca.SX:
     """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
 
-    Contacts without any load share nothing: the one with a constraint of its own keeps its force, which exceeds its
+    Contacts without load share nothing: the one with its own constraint keeps its force, which exceeds its
     bound of zero.
     """
     shared = ca.SX(friction)

@@ -1,4 +1,4 @@
-"""Where the discrete variables and the guards of every contact stand. Nothing else knows their places.
+"""Layout of the mode and guard vectors: indices of the discrete variables and guards of every contact.
 
 The mode of a scene is one vector, and so are its guards, which are positive while the mode is right:
 
@@ -19,54 +19,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
-LINE_GUARDS = 2  # of a contact that slips along a line
-GAPS = 3  # rows of such a contact in `symfric.lower.relaxed_guards`: its slip, and what is left to either bound
+LINE_GUARDS = 2  # number of guards of a contact that slips along a line
+GAPS = 3  # rows of such a contact in `symfric.lower.relaxed_guards`: its slip, and the reserve to either bound
 
 
 def direction(i: int, n_c: int) -> int:
-    """Return where in m the direction of contact i stands."""
+    """Return the index in m of the direction of contact i."""
     return n_c + i
 
 
 def sign(j: int, n_c: int) -> int:
-    """Return where in m the sign of switch j stands."""
+    """Return the index in m of the sign of switch j."""
     return 2 * n_c + j
 
 
 def backward(i: int) -> int:
-    """Return the guard of contact i against a slip backwards; while it slips, that of its slip."""
+    """Return the index of the guard of contact i against backward slip; while it slips, of its slip."""
     return LINE_GUARDS * i
 
 
 def forward(i: int) -> int:
-    """Return the guard of contact i against a slip forwards."""
+    """Return the index of the guard of contact i against forward slip."""
     return LINE_GUARDS * i + 1
 
 
 def contact_of(g: int) -> int:
-    """Return the contact to which a guard belongs, if it is one of a contact along a line."""
+    """Return the contact along a line to which a guard belongs, if any."""
     return g // LINE_GUARDS
 
 
 def is_slip(g: int) -> bool:
-    """Whether a guard of a contact along a line is that of its slip while it slips."""
+    """Whether a guard of a contact along a line is the guard of its slip."""
     return g % LINE_GUARDS == 0
 
 
 def switch(j: int, n_c: int) -> int:
-    """Return the guard of switch j."""
+    """Return the index of the guard of switch j."""
     return LINE_GUARDS * n_c + j
 
 
 @dataclass(frozen=True)
 class OtherContact:
-    """A contact of another kind.
+    """A contact that does not slip along a line.
 
     Attributes
     ----------
     name : str
     variables, guards : int
-        How many it has.
+        Their numbers.
     """
 
     name: str
@@ -76,7 +76,7 @@ class OtherContact:
 
 @dataclass(frozen=True)
 class ModeLayout:
-    """The places of one scene.
+    """The layout of one scene.
 
     Attributes
     ----------
@@ -105,22 +105,22 @@ class ModeLayout:
 
     @property
     def first_variable(self) -> int:
-        """Where in m the variables of the other contacts begin."""
+        """Index in m of the first variable of the other contacts."""
         return sign(self.switches, len(self.lines))
 
     @property
     def first_load(self) -> int:
-        """Where the guards of the loads begin."""
+        """Index of the first guard of the loads."""
         return switch(self.switches, len(self.lines))
 
     @property
     def first_other(self) -> int:
-        """Where the guards of the other contacts begin."""
+        """Index of the first guard of the other contacts."""
         return self.first_load + len(self.loads)
 
     @property
     def other_guards(self) -> list[tuple[int, int]]:
-        """For each guard of the other contacts, which of them it belongs to, and its first variable in m or -1."""
+        """For each guard of the other contacts, the index of the contact and of its first variable in m, or -1."""
         found, first = [], self.first_variable
         for k, contact in enumerate(self.others):
             found += [(k, first if contact.variables else -1)] * contact.guards
@@ -152,19 +152,19 @@ class ModeLayout:
         return np.where(m[self.sticking] > 0.5, 0, m[self.directions]).astype(np.int64)
 
     def sign(self, j: int) -> int:
-        """Return where in m the sign of switch j stands."""
+        """Return the index in m of the sign of switch j."""
         return sign(j, len(self.lines))
 
     def switch(self, j: int) -> int:
-        """Return the guard of switch j."""
+        """Return the index of the guard of switch j."""
         return switch(j, len(self.lines))
 
     def direction(self, i: int) -> int:
-        """Return where in m the direction of contact i stands."""
+        """Return the index in m of the direction of contact i."""
         return direction(i, len(self.lines))
 
     def load(self, name: str) -> int:
-        """Return the guard of the load of a contact, -1 if it has none."""
+        """Return the index of the guard of a contact's load, -1 if it has none."""
         return self.first_load + self.loads.index(name) if name in self.loads else -1
 
 
@@ -174,12 +174,12 @@ def slip_gap(i: int) -> int:
 
 
 def backward_gap(i: int) -> int:
-    """Return the row of what is left to the bound against a slip backwards."""
+    """Return the row of the reserve against backward slip."""
     return GAPS * i + 1
 
 
 def forward_gap(i: int) -> int:
-    """Return the row of what is left to the bound against a slip forwards."""
+    """Return the row of the reserve against forward slip."""
     return GAPS * i + 2
 
 

@@ -1,4 +1,4 @@
-"""The one bridge from SymPy to CasADi; it refuses by name what it does not know.
+"""Convert SymPy expressions to CasADi; unknown functions are errors that name them.
 
 Kinks (Abs, Max, Min, conditions of a Piecewise) of quantities that move become *switches*: a sign held as data and a
 guard that stays positive as long as the sign is right. Every printed expression is therefore smooth.
@@ -35,7 +35,7 @@ _UNARY: dict[type, Callable] = {
     sp.erf: ca.erf,
 }
 _RELATIONS = {sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge}
-_LITTLE, _LARGE = 1e-30, 1e30  # factors of an exponential that join its argument, beyond these
+_LITTLE, _LARGE = 1e-30, 1e30  # factors of an exponential outside these limits are moved into its argument
 
 
 def _double(e: sp.Expr) -> float:
@@ -47,7 +47,7 @@ def _double(e: sp.Expr) -> float:
 
 @dataclass
 class Switches:
-    """Signs of the kinks met while printing, each an SX symbol of value -1 or +1, and their guards."""
+    """Signs of the kinks of printed expressions, SX symbols of value -1 or +1, and their guards."""
 
     signs: list[ca.SX] = field(default_factory=list)
     quantities: list[ca.SX] = field(default_factory=list)
@@ -55,7 +55,7 @@ class Switches:
     _known: dict = field(default_factory=dict)
 
     def copy(self) -> "Switches":
-        """Return the same switches, to which others can be added."""
+        """Return a copy, to which switches can be added."""
         return Switches([*self.signs], [*self.quantities], [*self.guards], dict(self._known))
 
     def of(self, quantity: ca.SX, key) -> ca.SX:
@@ -76,7 +76,7 @@ class Printer:
     Attributes
     ----------
     symbols : dict of Symbol to SX
-        What every symbol stands for.
+        SX expression of every symbol.
     moving : set of Symbol
         Symbols that change along a run; kinks of anything else are evaluated, not switched.
     switches : Switches
@@ -96,7 +96,7 @@ class Printer:
     _memo: dict = field(default_factory=dict)
 
     def copy(self, moving: set[sp.Symbol], switches: Switches) -> "Printer":
-        """Return a printer that has printed the same, to which symbols can be added."""
+        """Return a copy with the same cache, to which symbols can be added."""
         return Printer(dict(self.symbols), moving, switches, self.scope, self.nodes, dict(self._memo))
 
     def __call__(self, expr: sp.Expr) -> ca.SX:
@@ -169,7 +169,7 @@ class Printer:
         return b ** self._print(exponent)
 
     def _sum_of(self, integral: sp.Integral) -> ca.SX:
-        """Return the Gauss-Legendre sum of a definite integral; what does not hold its variable is printed once."""
+        """Return the Gauss-Legendre sum of a definite integral; parts without its variable are printed once."""
         ((variable, low, high),) = integral.limits
         start = self._print(low)
         width = self._print(high) - start
@@ -246,7 +246,7 @@ def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:
 
 @lru_cache(maxsize=256)
 def _without(variable: sp.Symbol, e: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Return the largest parts of an expression that do not hold a symbol."""
+    """Return the largest parts of an expression that do not contain a symbol."""
     if isinstance(e, sp.Expr) and variable not in e.free_symbols:
         return () if isinstance(e, sp.Symbol) else (e,)
     return tuple(part for a in e.args for part in _without(variable, a))
@@ -255,7 +255,8 @@ def _without(variable: sp.Symbol, e: sp.Basic) -> tuple[sp.Expr, ...]:
 def _sum(terms: list[ca.SX]) -> ca.SX:
     result = terms[0]
     for term in terms[1:]:
-        result = ca.SX.binary(ca.OP_ADD, result, term)  # as ``+``, which would try other types of operands first
+        # same as ``+`` but faster, since no other operand types are tried
+        result = ca.SX.binary(ca.OP_ADD, result, term)
     return result
 
 

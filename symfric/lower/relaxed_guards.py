@@ -1,8 +1,8 @@
-"""An automaton whose guards can be lifted: motions beyond a touch, as if it did not end a mode.
+"""Relax guards so that trajectories continue past grazing.
 
-At the edge of sticking, or of anything else that a touch of a guard decides, a periodic motion changes its kind and the
-map over a period has a corner. The motion that ignores the touch goes on smoothly; where the least value of its guard
-is zero is the edge.
+At a grazing, such as the onset of sticking, the sequence of events of a periodic orbit changes and the map over a
+period is not differentiable. The motion that ignores the event depends smoothly on parameters; the grazing is where the
+least value of its guard is zero.
 """
 
 from dataclasses import replace
@@ -14,19 +14,19 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.constraint_forces import HOLDS, SHARES
 from symfric.lower.mode_layout import backward, forward
 
-FAR = 1e29  # a row that is not defined in a mode is larger
+FAR = 1e29  # rows that are not defined in a mode have larger values
 
 
-LIFTS = 2  # for each contact: what is added to its guard while it slips, and while it sticks
+LIFTS = 2  # shifts of each contact: of its guard while it slips, and while it sticks
 
 
 def lift_of(i: int, slips: bool) -> int:
-    """Return which of the lifts is that of contact i while it slips, or while it sticks."""
+    """Return the index of the shift of contact i while it slips, or while it sticks."""
     return LIFTS * i + (not slips)
 
 
 def lifted(automaton: Automaton) -> Automaton:
-    """Return the automaton with two more parameters for each contact and its guards as its first rows.
+    """Return the automaton with two guard shifts per contact as parameters and its guards as first observables.
 
     The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks. The
     rows are the guards without them, in the order of `symfric.lower.mode_layout.gaps`: the slip in its direction, and

@@ -1,4 +1,4 @@
-"""One mass on a rough floor under a sampled input, written down as numbers that follow from the parameters."""
+"""One mass on a rough floor under a sampled input, expressed by numbers that depend on the parameters."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from symfric.model.system import Signal
 
 @dataclass(frozen=True)
 class Record:
-    """One mass, one contact with the floor whose friction may change with the place, one sampled input.
+    """One mass with one sampled input and one contact, whose friction may depend on the position.
 
     Attributes
     ----------
@@ -37,21 +37,21 @@ class Record:
 
 
 def record(model: ContactDynamics, signals: Mapping[sp.Symbol, Signal], rows: Sequence[sp.Expr] = ()) -> Record:
-    """Write contact dynamics down as one mass under a record.
+    """Express contact dynamics as one mass under a sampled input.
 
     Parameters
     ----------
     model : ContactDynamics
-        Gets to know the input and the friction force.
+        Input and friction force are defined in it.
     signals : mapping of Symbol to Signal
-        Of its inputs.
+        The sampled inputs.
     rows : sequence of Expr
-        Expressions wanted along the run.
+        Observables.
 
     Raises
     ------
     NoRoute
-        If they are something else; the message says what.
+        If the scene has another form; the message says why.
     """
     system, contacts = model.system, model.contacts
     if len(system.q) > 1 or system.z:
@@ -95,7 +95,7 @@ def record(model: ContactDynamics, signals: Mapping[sp.Symbol, Signal], rows: Se
 
 
 def profile_lines(profile: sp.Expr, q: sp.Symbol) -> list[tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]]:
-    """Return for every cell of a profile, from left to right, its edges and the two numbers of ``mu + slope q``.
+    """Return for every cell of a profile, from left to right, its edges and the coefficients of ``mu + slope q``.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def _folded(e: sp.Expr, q: sp.Symbol) -> sp.Expr:
 
 
 def _upper_edge(condition, q: sp.Symbol) -> sp.Expr | None:
-    """Return the edge below which a branch holds, None if the condition says something else."""
+    """Return the edge below which a branch holds, None if its condition has another form."""
     if condition == sp.true:
         return sp.oo
     if isinstance(condition, sp.StrictLessThan | sp.LessThan) and condition.lhs == q:

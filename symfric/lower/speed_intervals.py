@@ -28,7 +28,7 @@ _RISING: dict[type, Callable[[np.ndarray], np.ndarray]] = {
 
 
 class Unbounded(Exception):
-    """The expression contains a function that has no interval extension here."""
+    """Raised if an expression contains a function without an interval extension here."""
 
 
 def enclosure(expr: sp.Expr, variable: sp.Symbol) -> Callable[[np.ndarray, np.ndarray], Bounds]:

@@ -1,4 +1,4 @@
-"""The variational equations of an automaton, and what an event does to their solutions.
+"""The variational equations of an automaton, and the saltation of their solutions at events.
 
 With ``V = dy/ds`` for every direction s, a parameter or the start of a state,
 
@@ -25,7 +25,7 @@ from symfric.model.scene import Scene
 
 @dataclass(frozen=True)
 class Variations:
-    """An automaton together with its derivatives in some directions.
+    """An automaton with its derivatives in some directions.
 
     Attributes
     ----------
@@ -68,11 +68,11 @@ def varied(
     ----------
     automaton : Automaton
     scene : Scene
-        From which the automaton was made.
+        The scene of the automaton.
     directions : sequence of str
-        Names of parameters in ``automaton.parameters``, or of states, whose starting values are meant.
+        Names of parameters in ``automaton.parameters``, or of states (for their initial values).
     followed : int
-        How many of the rows have derivatives.
+        Number of observables with derivatives.
     second : bool
         Whether second derivatives are wanted; they hold as long as no event occurs.
     """
@@ -125,7 +125,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     layout, n_c = automaton.layout, len(automaton.contacts)
     n_m, n_g = layout.n_mode, layout.n_guards
     before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
-    then = y  # the state behind the event
+    then = y  # the state after the event
     if automaton.transition:
         then = automaton.transition(y, t, p, before, hit[layout.first_other :])[0]
     rate, guards, rows = automaton.field(y, t, p, before)
@@ -155,7 +155,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
             moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
     data = ca.vertcat(p, before, after, hit)
-    n_w = W.shape[1]  # zeros where second derivatives have nothing to say
+    n_w = W.shape[1]  # zero for columns without second derivatives
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
     edges = [layout.switch(j) for j in automaton.at_edges]
@@ -166,7 +166,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
 
 
 def _start(automaton: Automaton, scene: Scene, directions: Sequence[str], pairs) -> ca.Function:
-    """Return how the start depends on the directions."""
+    """Return the derivatives of the initial state in the directions."""
     p = ca.SX.sym("p", len(automaton.parameters))
     symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
     of = {s.name: s for s in scene.values}
