@@ -66,7 +66,7 @@ def _advance(form: Form, problem: Problem, tolerance: float, method: str, turn: 
     constants: list[float] = []
     events = [_event(form, guard, constants) for guard in form.guards]
     options = {"method": method, "rtol": tolerance, "atol": tolerance, "events": [*events, *([turn] if turn else [])]}
-    periods = (form.fastest(), *(signal.dt for signal in problem.scene.inputs.values()))
+    periods = (form.fastest, *(signal.dt for signal in problem.scene.inputs.values()))
     options["max_step"] = min(periods) / 8
     if not options["events"]:
         del options["events"]

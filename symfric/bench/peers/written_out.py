@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.result import Answer
+from symfric.model.excitation import excitation_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 
@@ -52,6 +53,8 @@ class Form:
         What was left to be given, in the order of the arguments.
     apart : bool
         Whether rates and guards hold where the one contact slips only.
+    fastest : float
+        Shortest period of the sines of time; infinite without them.
     """
 
     states: tuple[sp.Symbol, ...]
@@ -71,6 +74,7 @@ class Form:
     hold_rates: tuple[sp.Expr, ...] | None = None
     parameters: tuple[sp.Symbol, ...] = ()
     apart: bool = False
+    fastest: float = math.inf
 
     @property
     def arguments(self) -> tuple[sp.Symbol, ...]:
@@ -82,11 +86,6 @@ class Form:
         if len(self.moving) != 1 or not self.straight:
             return self
         return replace(self, rates=tuple(e.subs(self.moving[0], 1) for e in self.rates), apart=True)
-
-    def fastest(self) -> float:
-        """Return the shortest period of the excitation written in the rates; infinite if there is none."""
-        waves = {a.args[0].diff(TIME) for e in self.rates for a in e.atoms(sp.sin, sp.cos)}
-        return min((2 * math.pi / abs(float(e)) for e in waves if e.is_number and e), default=math.inf)
 
     @property
     def guards(self) -> tuple[sp.Expr, ...]:
@@ -180,7 +179,14 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
         straight=straight,
         hold_rates=_hold_rates(system, holds, limits) if straight else None,
         parameters=given,
+        fastest=_fastest(scene),
     )
+
+
+def _fastest(scene: Scene) -> float:
+    found = excitation_of(scene)
+    rates = np.abs(found.frequencies({s.name: v for s, v in scene.numbers().items()}))
+    return 2 * math.pi / float(np.max(rates)) if found.rates else math.inf
 
 
 def _branched(law, slip: sp.Expr) -> sp.Expr:
@@ -304,7 +310,7 @@ class Loop:
             hold, limit = hold_of(at, k)
             return limit - abs(hold)
 
-        part = min(self._form.fastest(), end - t) / _SAMPLES
+        part = min(self._form.fastest, end - t) / _SAMPLES
         while t < end:
             until = min(t + part, end)
             fallen = [k for k in range(self._contacts) if left(until, k) < 0]
