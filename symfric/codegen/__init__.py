@@ -1,1 +1,1 @@
-"""Machine code from CasADi functions and from compiled loops; knows no physics."""
+"""Generation of machine code from CasADi functions and numba loops, independent of mechanics."""

@@ -1,4 +1,4 @@
-"""Arrays by their addresses, for compiled code that does not own them.
+"""Tables of array addresses, by which compiled code accesses arrays of Python.
 
 Compiled code knows an `ArraySet` as one pointer, to the table of their addresses, and reads from it what
 it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
@@ -9,21 +9,21 @@ from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 
-# annotations of the fields: kind and number of their indices are part of compiled code
+# annotations of the fields: type and number of dimensions are part of compiled code
 Reals = Annotated[np.ndarray, (float, 1)]
 Matrix = Annotated[np.ndarray, (float, 2)]
 Cube = Annotated[np.ndarray, (float, 3)]
 Integers = Annotated[np.ndarray, (int, 1)]
 IntegerMatrix = Annotated[np.ndarray, (int, 2)]
 
-WIDTH = 4  # of the table: address and shape
-WORD = 8  # bytes of every number
+WIDTH = 4  # width of the table: address and shape
+WORD = 8  # bytes per number
 
 
 class Scalars(np.ndarray):
-    """An array of numbers of one kind that have names; Python and compiled code read and write them as attributes.
+    """Base of records of named numbers of one type, which Python and compiled code access as attributes.
 
-    A subclass lists them as annotations and says with ``kind`` whether they are of type float or int.
+    A subclass lists the names as annotations, and sets ``kind`` to float or int.
     """
 
     names: ClassVar[tuple[str, ...]] = ()
@@ -36,7 +36,7 @@ class Scalars(np.ndarray):
 
     @classmethod
     def zeros(cls) -> Self:
-        """Return all of them as zero."""
+        """Return a record of zeros."""
         return np.zeros(len(cls.names), cls.kind).view(cls)
 
 
@@ -52,7 +52,7 @@ def _entry(place: int):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ArraySet:
-    """Arrays that compiled code works on; the annotations of the fields say what they are."""
+    """Base of sets of arrays for compiled code; annotations of the fields define their types."""
 
     @classmethod
     def names(cls) -> list[str]:
@@ -65,12 +65,12 @@ class ArraySet:
 
 
 class Table:
-    """Address and shape of every array of an `ArraySet`, one row for each, and room for the result of a call.
+    """Table of address and shape of every array of an `ArraySet`, with memory for the result of a call.
 
     Attributes
     ----------
     address, result, trouble : int
-        Where the table begins, and where compiled code may leave its result and the reason of a failure. Valid as long
+        Addresses of the table, and of the memory for the result and the reason of a failure. Valid as long
         as this object and the arrays live.
     """
 

@@ -1,4 +1,4 @@
-"""Straight-line CasADi SX functions as machine code, through LLVM and without a C compiler.
+"""Compile straight-line CasADi SX functions to machine code by LLVM, without a C compiler.
 
 A function with one or more dense inputs becomes ``void f(double* in_0, ..., double* out_0, ...)``. Objects are kept on
 disk under a hash of their instructions and of the processor, so that a second process only loads them.
@@ -16,7 +16,7 @@ from symfric.codegen.object_cache import load, store
 from symfric.codegen.target import link, target_key, target_machine
 from symfric.locks import SYMBOLIC, alone
 
-_FORMAT = 5  # of the generated code; part of the cache key
+_FORMAT = 5  # version of the generated code, part of the cache key
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class MachineCode:
     addresses : dict of str to int
         By function name.
     cached : bool
-        Whether the code came from the disk.
+        Whether the code was loaded from the cache.
     """
 
     addresses: dict[str, int]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-# what is singular at a finite argument, where it stays finite or grows slowly: series are short near it
+# operations with a singularity at a finite argument, near which Taylor series converge in short steps only
 BRANCHING = {
     ca.OP_SQRT,
     ca.OP_LOG,
@@ -16,7 +16,7 @@ BRANCHING = {
     ca.OP_ACOSH,
     ca.OP_ATANH,
 }
-# what cannot make a moving quantity infinite, or flat here and steep within a step
+# operations that cannot overflow, and cannot be flat at one time and steep within a step
 ENTIRE = {
     ca.OP_INPUT,
     ca.OP_ADD,
@@ -30,14 +30,14 @@ ENTIRE = {
     ca.OP_SIN,
     ca.OP_COS,
 }
-# what grows beyond all numbers at moderate arguments
+# operations that overflow at moderate arguments
 GROWING = {ca.OP_EXP, ca.OP_EXPM1, ca.OP_SINH, ca.OP_COSH}
 _SATURATING = {ca.OP_EXP, ca.OP_INV, ca.OP_DIV}
 
 
 @dataclass
 class Node:
-    """One instruction in single-assignment form."""
+    """A node: one instruction in single-assignment form."""
 
     op: int
     args: tuple[int, ...]
@@ -50,7 +50,7 @@ class Node:
 
 
 def _sign(op: int, signs: list[int]) -> int:
-    """Return what the signs of the arguments say of that of an operation; zero says nothing."""
+    """Return the sign of an operation from the signs of its arguments; zero if unknown."""
     if op in (ca.OP_SQ, ca.OP_EXP, ca.OP_COSH, ca.OP_SQRT, ca.OP_FABS):
         return 1
     if op in (ca.OP_MUL, ca.OP_DIV):

@@ -1,4 +1,4 @@
-"""Straight-line CasADi SX functions as LLVM assembly, long ones cut into parts."""
+"""Translate straight-line CasADi SX functions to LLVM assembly; long ones are split into parts."""
 
 import struct
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ import llvmlite.binding as llvm
 from symfric.errors import SceneError
 
 # The time to compile a function grows faster than its length. One of more than WHOLE instructions is cut into functions
-# of PART; what later ones need is handed on in memory, where most of it would be kept anyway: as fast to run, measured.
+# of PART instructions, which pass values in memory; this does not slow down the code, as measured.
 WHOLE, PART = 2000, 500
-# `contract` lets a product and a sum become one fused instruction: fewer roundings and shorter chains, at the price of
+# `contract` allows fused multiply-add: fewer roundings and shorter chains, at the price of
 # last bits that differ between processors; sums are never reordered
 _ARITHMETIC = {
     ca.OP_ADD: "fadd contract",
@@ -52,17 +52,17 @@ _INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.
 
 @dataclass(frozen=True)
 class Written:
-    """A function that is LLVM assembly already, with the methods of CasADi's that its compiler calls."""
+    """A function given as LLVM assembly, with the methods of a CasADi function that the compiler uses."""
 
     label: str
     text: str
 
     def name(self) -> str:
-        """Return its name."""
+        """Return the name of the function."""
         return self.label
 
     def serialize(self) -> str:
-        """Return what it is."""
+        """Return the assembly, which identifies the function."""
         return self.text
 
 
@@ -88,7 +88,7 @@ def body(f: ca.Function) -> list[str]:
 
 
 class _Function:
-    """One function while it is written; the value of an instruction is named by its number."""
+    """Writer of one function; the value of an instruction is named by its index."""
 
     def __init__(self, f: ca.Function, cut: bool = True):
         self._f = f
@@ -98,8 +98,8 @@ class _Function:
         self._slots, self._room = self._place()
 
     def _read(self) -> list[tuple[int, ...]]:
-        """Return the instructions whose values each instruction takes."""
-        held: dict[int, int] = {}  # instruction whose value a work register holds
+        """Return the operands of each instruction, as indices of instructions."""
+        held: dict[int, int] = {}  # instruction whose value is in a work register
         sources = []
         for k, op in enumerate(self._ops):
             own = op in (ca.OP_INPUT, ca.OP_CONST)
@@ -109,7 +109,7 @@ class _Function:
         return sources
 
     def _place(self) -> tuple[dict[int, int], int]:
-        """Return where values that later parts need are kept, and how many places there are; places are used again."""
+        """Return the memory slots of values that later parts need, and the number of slots, which are reused."""
         last: dict[int, int] = {}
         for k, sources in enumerate(self._sources):
             part = k // self._part
@@ -133,7 +133,7 @@ class _Function:
         return self._ops[k] not in (ca.OP_INPUT, ca.OP_CONST)
 
     def text(self) -> str:
-        """Return its definition, after those of its parts."""
+        """Return the definition of the function, after those of its parts."""
         f = self._f
         names = [f"%i{k}" for k in range(f.n_in())] + [f"%o{k}" for k in range(f.n_out())]
         declared = ", ".join(f"double* noalias nocapture {n}" for n in names)
@@ -167,7 +167,7 @@ class _Function:
         return lines
 
     def _value(self, lines: list[str], known: dict[int, str], k: int) -> str:
-        """Return the name of a value, read from where it is kept if this part has not had it yet."""
+        """Return the name of a value, loaded from its slot at its first use in this part."""
         if k in known:
             return known[k]
         if self._ops[k] == ca.OP_CONST:

@@ -5,14 +5,14 @@ from numba import types
 
 from symfric.codegen.numba_types import inlined
 
-FAILED = -100  # what `call_loop` returns if the loop divided by zero: no status, and no reason to go on
+FAILED = -100  # result of `call_loop` if the loop divided by zero; neither a status nor a code to call again
 
 
 @inlined
 def call_loop(typing_context, loop, result, trouble, table, fresh):
     """Call numba's ``int (int64* result, void** reason, int64 table, int64 fresh)`` at an integer address.
 
-    Return what the loop returned, or `FAILED`.
+    Return the result of the loop, or `FAILED`.
     """
 
     def generate(context, builder, signature, args):

@@ -1,4 +1,4 @@
-"""Compiled event loops, kept on disk as machine code; numba is loaded only where one has to be compiled.
+"""Load compiled event loops from the disk cache; numba is imported only to compile a missing one.
 
 To load numba and to make it read its own cache takes as long as everything else that a first result needs. A loop gets
 nothing but addresses, so that its machine code can be linked and called without numba, as the models' is.
@@ -23,7 +23,7 @@ from symfric.locks import SYMBOLIC, alone
 
 _IMPORT = re.compile(r"^ *from (symfric[\w.]*) import ", re.MULTILINE)
 _PACKAGE = Path(__file__).parents[1]
-FOLLOWED = ("symfric.codegen", "symfric.solve")  # packages whose imports are sources, too
+FOLLOWED = ("symfric.codegen", "symfric.solve")  # packages whose imported modules count as sources too
 
 
 class Loop(NamedTuple):
@@ -32,21 +32,21 @@ class Loop(NamedTuple):
     Attributes
     ----------
     launch : callable
-        ``(table, fresh) -> int``: start with what is given, or go on after a pause, and return why it stopped.
+        ``(table, fresh) -> int``: start from the given values, or continue after a pause, and return a status or code.
     address : int
-        Of its machine code, for `symfric.codegen.loop_calls.call_loop`.
+        Address of its machine code, for `symfric.codegen.loop_calls.call_loop`.
     """
 
     launch: Callable[[Table, bool], int]
     address: int
 
 
-_opened: dict[str, tuple[Loop, llvm.ExecutionEngine]] = {}  # code lives as long as its engine
+_opened: dict[str, tuple[Loop, llvm.ExecutionEngine]] = {}  # keeps the engines alive, and thereby the code
 
 
 @alone(SYMBOLIC)
 def load_loop(module: str, what: str) -> Loop:
-    """Return the event loop of a module, loaded from the disk or compiled and kept there.
+    """Return the event loop of a module, loaded from the cache, or compiled and stored there.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def load_loop(module: str, what: str) -> Loop:
         Its name; it has a function ``launch(address, fresh)`` of two integers, compiled as
         `symfric.codegen.numba_types` says.
     what : str
-        What is compiled, for the log.
+        Description for the log.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def load_loop(module: str, what: str) -> Loop:
 
 
 def _compiled(module: str) -> bytes:
-    """Return the name of a loop's function and the object that holds it."""
+    """Compile a loop; return the name of its function and the object code."""
     dispatcher = importlib.import_module(module).launch
     dispatcher.compile("int64(int64, int64)")
     (result,) = dispatcher.overloads.values()
@@ -85,7 +85,8 @@ def _compiled(module: str) -> bytes:
 
 def _caller(address: int, what: str) -> Callable[[Table, bool], int]:
     """Return a Python function that calls numba's ``int (int64* result, void** reason, int64, int64)``."""
-    kind = ctypes.CFUNCTYPE(ctypes.c_int, *(4 * [ctypes.c_void_p]))  # pointers pass more quickly, and are as long
+    # declared as pointers, which have the same size and are passed faster
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, *(4 * [ctypes.c_void_p]))
     native = kind(address)
 
     def launch(table: Table, fresh: bool) -> int:
@@ -97,7 +98,7 @@ def _caller(address: int, what: str) -> Callable[[Table, bool], int]:
 
 
 def _key(module: str) -> str:
-    """Return a key that changes with any source that the loop is made from, with the compilers and the processor."""
+    """Return a key that changes with the sources of the loop, the compilers and the processor."""
     parts = [module, version("numba"), target_key(), sources_key(module)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -108,7 +109,7 @@ def sources_key(module: str, followed: tuple[str, ...] = FOLLOWED) -> str:
 
 
 def sources(module: str, followed: tuple[str, ...] = FOLLOWED) -> list[Path]:
-    """Return the files of a module and of what it imports, directly or through modules of the layers `followed`."""
+    """Return the files of a module and of its imports, direct or through modules of the layers `followed`."""
     found: dict[str, Path] = {}
     waiting = [module]
     while waiting:

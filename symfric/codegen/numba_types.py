@@ -21,7 +21,7 @@ from symfric.codegen.array_table import WIDTH, WORD, ArraySet, Scalars
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
-# Products and sums in one instruction; infinities and NaN keep their meaning.
+# fused multiply-add is allowed; infinities and NaN are kept
 _FUSED = {"contract"}
 
 
@@ -44,9 +44,9 @@ def compiled(
     ieee_division: bool = False,
     from_python: bool = False,
 ) -> Callable[_P, _R] | Callable[[Callable[_P, _R]], Callable[_P, _R]]:
-    """Compile a function of numbers and of arrays that it does not own, for other compiled functions to call.
+    """Decorate a function that other compiled functions call, with arrays that it does not own.
 
-    References to arrays are not counted, which would take longer than the work.
+    References to arrays are not counted, which would cost more than the function itself.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def compiled(
 
 
 def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Compile a function as a part of its only caller, `launch` or what that calls."""
+    """Decorate a function that is inlined in its only caller."""
     return njit(inline="always")(function)
 
 
@@ -137,7 +137,7 @@ class _Numbers(AttributeTemplate):
 
 @lower_getattr_generic(Arrays)
 def _field(context, builder, kind, table, name):
-    """Make an array from its row of the table, which does not change while compiled code runs."""
+    """Generate code that builds an array from its row of the table, constant while compiled code runs."""
     row, array = kind.fields[name]
     constant = builder.module.add_metadata([])
 
@@ -161,7 +161,7 @@ def _field(context, builder, kind, table, name):
 
 
 def _place(context, builder, kind, numbers, name):
-    """Return the address of a number."""
+    """Generate code for the address of a number."""
     start = builder.bitcast(numbers, context.get_value_type(kind.number).as_pointer())
     return builder.gep(start, [ir.Constant(ir.IntType(64), kind.places[name])])
 
@@ -179,7 +179,7 @@ def _write(context, builder, signature, args, name):
 
 
 def opener(record: type[ArraySet]) -> Callable:
-    """Return the compiled function that takes the address of the table of an `ArraySet` and returns its arrays."""
+    """Return the compiled function from the address of a table to the arrays of its `ArraySet`."""
     kind = Arrays(record)
 
     @inlined
@@ -193,7 +193,7 @@ def opener(record: type[ArraySet]) -> Callable:
 
 
 def inlined(function: Callable) -> Callable:
-    """Return numba's `intrinsic`, with the type of what compiled functions call: without the typing context."""
+    """Return numba's `intrinsic` with the type of the function that compiled code calls, without typing context."""
     return intrinsic(function)
 
 

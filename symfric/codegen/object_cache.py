@@ -1,4 +1,4 @@
-"""Machine code on disk: loaded only from files that nobody else could have written, and no more of it than a limit."""
+"""Disk cache of machine code, of limited size; loads only files that no other user could have written."""
 
 import contextlib
 import hashlib
@@ -12,18 +12,18 @@ from pathlib import Path
 
 from symfric.files import PART, write_whole
 
-CODE = ".o"  # ends the name of an object
-LIMIT = 512.0  # MiB, unless SYMFRIC_CACHE_SIZE says otherwise
-_AFTER = 0.9  # of the limit: where removing ends
-_LOOK = 1 / 64  # of the limit: how much this process stores between two looks at the folder
-_FRESH = 3600.0  # s; the time of use of an object is set anew after as long, and an unfinished file is left behind
-_stored: dict[Path, float] = {}  # bytes that this process stored since it looked at a folder
+CODE = ".o"  # suffix of an object file
+LIMIT = 512.0  # default size limit, MiB; see SYMFRIC_CACHE_SIZE
+_AFTER = 0.9  # size after removing old objects, relative to the limit
+_LOOK = 1 / 64  # bytes stored between two checks of the folder's size, relative to the limit
+_FRESH = 3600.0  # s; age after which the time of use is updated, and after which unfinished files are removed
+_stored: dict[Path, float] = {}  # bytes stored by this process since its last check of each folder
 
 
 def load(key: str) -> bytes | None:
-    """Return an object, unless it is missing, damaged, or in doubt.
+    """Return an object, None if it is missing, damaged or not trusted.
 
-    Its last 32 bytes are the hash of the rest: that tells of damage, not of who wrote it. Therefore the folder and the
+    Its last 32 bytes are the hash of the rest, which detects damage only. Therefore the folder and the
     file must belong to the user of this process and be writable by no other; where the system has no such owners,
     the folder below the user's profile is trusted.
     """
@@ -39,7 +39,7 @@ def load(key: str) -> bytes | None:
 
 
 def store(key: str, code: bytes) -> None:
-    """Write an object whole or not at all; a cache that cannot be written costs time, not the result."""
+    """Write an object to the cache atomically; failure to write is not an error."""
     place, limit = _folder(), _limit()
     if place is None or len(code) > limit:
         return
@@ -85,9 +85,9 @@ def _limit() -> float:
 
 @contextlib.contextmanager
 def _trusted(place: Path | None) -> Iterator[int | Path | None]:
-    """Yield what files are opened in, None if there is no such folder or another user might have written to it.
+    """Yield the folder as a directory descriptor or path, None if it is missing or not trusted.
 
-    On POSIX that is a descriptor: what was examined is what is read, whoever renames folders meanwhile.
+    On POSIX a descriptor is used, so that the folder that was checked is the one that is read.
     """
     if place is None or os.name != "posix":
         yield place if place is not None and place.is_dir() else None
@@ -113,19 +113,19 @@ def _trusted(place: Path | None) -> Iterator[int | Path | None]:
 
 
 def _doubt(found: os.stat_result) -> str:
-    """Return why the content of a file or folder may be another user's; empty if it may not."""
+    """Return why a file or folder is not trusted; empty if it is."""
     if found.st_uid != os.geteuid():
         return "belongs to another user"
     return "can be written by other users" if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else ""
 
 
 def _read(folder: int | Path, name: str) -> bytes:
-    """Return the content of a file, and note that it was used.
+    """Return the content of a file, and update its time of use.
 
     Raises
     ------
     OSError
-        If it cannot be read or is in doubt.
+        If it cannot be read or is not trusted.
     """
     if not isinstance(folder, int):
         place = folder / name
@@ -145,20 +145,20 @@ def _read(folder: int | Path, name: str) -> bytes:
 
 
 def _make_room(place: Path, limit: float) -> None:
-    """Remove the objects that were not used for the longest time until the rest is well below the limit.
+    """Remove the least recently used objects until the size is below the limit.
 
-    Other processes may store, load and remove meanwhile: what one of them has open stays readable, and what it misses
-    it compiles.
+    Other processes may use the folder at the same time: open files stay readable, and missing objects are compiled
+    again.
     """
     objects = []
     with os.scandir(place) as entries:
         for entry in entries:
-            with contextlib.suppress(OSError):  # gone meanwhile
+            with contextlib.suppress(OSError):  # removed by another process
                 found = entry.stat(follow_symlinks=False)
                 if entry.name.endswith(CODE):
                     objects.append((found.st_mtime, found.st_size, entry.path))
                 elif entry.name.endswith(PART) and time.time() - found.st_mtime > _FRESH:
-                    os.unlink(entry.path)  # of a process that was killed while it wrote
+                    os.unlink(entry.path)  # left by a process that was killed while writing
     total = sum(size for _, size, _ in objects)
     if total <= limit:
         return

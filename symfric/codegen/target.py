@@ -1,4 +1,4 @@
-"""Machine code on this processor: made by LLVM, linked into this process."""
+"""LLVM target machine of this processor, and linking of objects into this process."""
 
 import ctypes
 import ctypes.util
@@ -8,7 +8,7 @@ from functools import cache
 import llvmlite
 import llvmlite.binding as llvm
 
-# functions of the C library that machine code may call
+# C library functions that machine code may call
 _MATHEMATICS = (
     *("exp", "log", "pow", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
     *("atanh", "atan2", "fmin", "fmax", "expm1", "log1p", "hypot", "erf", "floor", "ceil"),
@@ -16,7 +16,7 @@ _MATHEMATICS = (
 
 
 def target_machine(opt: int) -> llvm.TargetMachine:
-    """Return what compiles for this processor."""
+    """Return an LLVM target machine for this processor."""
     _prepare()
     cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     return llvm.Target.from_default_triple().create_target_machine(opt=opt, cpu=cpu, features=features)
@@ -24,14 +24,14 @@ def target_machine(opt: int) -> llvm.TargetMachine:
 
 @cache
 def target_key() -> str:
-    """Return what machine code depends on besides its source: LLVM and the processor."""
+    """Return the part of the cache key that identifies LLVM and the processor."""
     _prepare()
     features = llvm.get_host_cpu_features().flatten()
     return "\n".join([llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), features])
 
 
 def link(code: bytes) -> llvm.ExecutionEngine:
-    """Return an engine that holds the functions of an object; their addresses are valid as long as it lives."""
+    """Link an object; return the engine, during whose lifetime the addresses of its functions are valid."""
     # every engine owns its target machine, so each gets one of its own
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(opt=2))
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -41,7 +41,7 @@ def link(code: bytes) -> llvm.ExecutionEngine:
 
 @cache
 def _prepare() -> None:
-    """Make LLVM ready, and tell it where the C library keeps its functions: it does not search on every system."""
+    """Initialise LLVM and register the addresses of C library functions, which it does not find on every system."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     if sys.platform == "win32":

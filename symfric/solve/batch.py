@@ -1,4 +1,4 @@
-"""Many runs of one program: numbers in as arrays, results out as arrays."""
+"""Results of many runs of one program, as arrays."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -92,7 +92,7 @@ class Batch:
         }
 
     def to_xarray(self):
-        """Return everything as an xarray.Dataset over ``case``; attributes of ``status`` say what its codes mean."""
+        """Return all results as an xarray.Dataset over ``case``; attributes of ``status`` explain its codes."""
         import xarray as xr
 
         codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}
@@ -137,7 +137,7 @@ def _spread(size: int, parts: list[tuple[np.ndarray, np.ndarray | None]]) -> np.
 
 
 def reached(status: np.ndarray) -> np.ndarray:
-    """Return which of some cases ended at their horizon, with or without derivatives."""
+    """Whether each status means that the horizon was reached, with or without derivatives."""
     return (status == Status.OK) | (status == Status.NO_DERIVATIVE)
 
 

@@ -78,7 +78,7 @@ class Numbers:
         return [np.broadcast_to(v, (size,)) for v in numbers]
 
     def rows(self, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
-        """Return starts (n, states) and parameters (n, ...) of many cases; a start that is a formula may be no number.
+        """Return starts (n, states) and parameters (n, ...) of many cases; a start given by a formula may be NaN.
 
         Raises
         ------
@@ -157,7 +157,7 @@ class Compiled:
         threads: int = 1,
         progress: Callable[[float], None] | None = None,
     ) -> Batch:
-        """Run many cases; numbers in as rows, results out as rows, with no Python for a single case.
+        """Run many cases in compiled code, with arrays of values and arrays of results.
 
         Parameters
         ----------
@@ -195,7 +195,7 @@ class Compiled:
         return self._map(read_cases(values, initial), workers_of(threads), progress)
 
     def _map(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
-        other = np.zeros(cases.size, dtype=bool)  # cases with values that are built in otherwise
+        other = np.zeros(cases.size, dtype=bool)  # cases with values that differ from built-in ones
         for name, row in cases.values.items():
             if name in self.built_in:
                 other |= self.built_in[name] != row
@@ -212,7 +212,7 @@ class Compiled:
         )
 
     def _map_own(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
-        """Run cases whose values are not built in otherwise."""
+        """Run cases whose built-in values are unchanged."""
         model, (y, p) = self._model, self._numbers.rows(cases)
         kept = run_cases(model, y, p, threads, progress)
         stats: dict[str, np.ndarray] = dict(zip(COUNTS, np.ascontiguousarray(kept.counted.T), strict=True))
@@ -223,7 +223,7 @@ class Compiled:
 
 
 def _between(progress: Callable[[float], None] | None, low: float, high: float) -> Callable[[float], None] | None:
-    """Return what reports a part of the work, from `low` to `high` of the whole."""
+    """Return a progress function for a part of the work, from `low` to `high` of the whole."""
     if progress is None:
         return None
     tell = progress

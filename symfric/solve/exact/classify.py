@@ -1,4 +1,4 @@
-"""In which form the route `exact` takes a scene: one oscillator in closed form, or matrices for every mode."""
+"""Classify a scene for the `exact` route: an oscillator in closed form, or matrices for every mode."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from symfric.solve.lowered import LoweredScene
 
 @dataclass(frozen=True)
 class Modes:
-    """Equations that are linear in every mode, with their matrices."""
+    """Equations that are linear in every mode, by their matrices."""
 
     automaton: Automaton
     matrices: Matrices
@@ -23,7 +23,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Form:
-    """What a scene that is linear between events was found to be.
+    """Form of a scene that is linear between events.
 
     Attributes
     ----------
@@ -48,12 +48,12 @@ class Form:
 
 
 def form_of(lowered: LoweredScene) -> Form:
-    """Find the form of a scene.
+    """Determine the form of a scene.
 
     Raises
     ------
     NoRoute
-        If it is not linear between events; the message says what is not.
+        If it is not linear between events; the message names the nonlinear part.
     """
     scene, varied = lowered.scene, lowered.varied
     for contact in scene.contacts:
@@ -72,7 +72,7 @@ def form_of(lowered: LoweredScene) -> Form:
 
 
 def _in_closed_form(lowered: LoweredScene) -> Form:
-    """Return the form of one mass that needs no matrices."""
+    """Return the closed form of a single mass, which needs no matrices."""
     scene = lowered.scene
     if scene.inputs:
         recorded = recorded_in(lowered)

@@ -1,4 +1,4 @@
-"""The route `exact`: closed forms between events, for scenes that are linear there."""
+"""The route `exact`: closed forms for scenes that are linear between events."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,8 +23,8 @@ from symfric.solve.observables import wanted_of
 from symfric.solve.program import Compiled, Numbers, check_tolerance
 from symfric.solve.protocol import Answer, Program, Route
 
-ORDER = 28  # of the powers of a matrix
-ROUNDED = 1e-16  # of the variation of a state: what the powers leave out of a step
+ORDER = 28  # highest power of a matrix
+ROUNDED = 1e-16  # truncation error of a step by powers, relative to the variation of a state
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Exact:
     max_steps, max_events : int
         Budgets; a run that needs more ends with a status.
     general : Route, optional
-        For values of parameters that were zero and with which the scene is no longer linear between events; without it
-        these raise `NoRoute`.
+        Route for parameter values, zero when compiled, with which the scene is no longer linear between events; without
+        it these raise `NoRoute`.
     """
 
     name: ClassVar[str] = "exact"
@@ -50,7 +50,7 @@ class Exact:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Take scenes that are linear between events."""
+        """Return whether this route takes a scene: if it is linear between events."""
         try:
             form = scene.once(form_of)
         except NoRoute as reason:
@@ -63,7 +63,7 @@ class Exact:
 
 
 class ExactProgram(Compiled):
-    """A scene in closed form; `run` repeats it with other numbers, from any thread."""
+    """A scene compiled to closed forms; `run` repeats it with other numbers, from any thread."""
 
     _extra: Mapping[str, float] = MappingProxyType({})
 
@@ -85,11 +85,11 @@ class ExactProgram(Compiled):
         self._numbers = Numbers(form.scene, form.parameters, self.built_in)
 
     def __reduce__(self):
-        """Pickle as what it was prepared from."""
+        """Pickle as the arguments of `prepare`."""
         return ExactProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
     def remade(self, varied: frozenset[str]) -> Program:
-        """Return the program in which the parameters `varied` may be anything: what they multiply may not be linear."""
+        """Return the program with the parameters `varied` free instead of built in; the scene may then be nonlinear."""
         lowered = LoweredScene(self.scene, varied)
         try:
             return self.settings.build(lowered, self.tolerance)
@@ -100,7 +100,7 @@ class ExactProgram(Compiled):
 
 
 def _model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
-    """Compile what a form needs."""
+    """Compile the loop of a form."""
     budgets = settings.max_steps, settings.max_events
     match form.problem:
         case Oscillator() as problem:
@@ -113,7 +113,7 @@ def _model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
 
 
 def _closed_model(scene: Scene, problem: Oscillator, budgets: tuple[int, int], n_x: int) -> CompiledModel:
-    """Compile what the closed forms need."""
+    """Compile the loop of the closed forms."""
     wanted = wanted_of(scene)
     code = compile_functions([problem.data])
     first = make_arrays(problem, code.addresses["data"])

@@ -1,4 +1,4 @@
-"""The forces of sticking contacts whose slips depend on each other: all ways to distribute them, by trial.
+"""Constraint forces of sticking contacts with dependent slips, by trial of all distributions.
 
 Independent of the compiled rule of the route `taylor`, see `symfric.solve.loop.sticking_basis`, which it checks.
 """
@@ -14,13 +14,13 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, REDUNDANT, SHARES
 from symfric.lower.mode_layout import backward, forward
 
-_BEYOND = 1e-6  # of a bound: further beyond it no force is tried
-_NOTHING = 1e-9  # of the largest: slips that are zero
+_BEYOND = 1e-6  # relative excess over a bound up to which a force is tried
+_NOTHING = 1e-9  # slip relative to the largest that counts as zero
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Contacts at rest at one instant.
+    """Contacts at rest at one time, with their slip rows.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Rest:
     pull : ndarray, shape (n_c,)
         The slip accelerations that static friction can cause.
     guards : callable
-        Of a mode.
+        Function of a mode.
     """
 
     automaton: Automaton
@@ -40,7 +40,7 @@ class Rest:
     guards: Callable[[np.ndarray], np.ndarray]
 
     def marked(self, m: np.ndarray, first: tuple[int, ...] = ()) -> np.ndarray:
-        """Return the mode with the sticking contacts marked that follow from `first`, then from the strongest."""
+        """Mark the sticking contacts that depend on those of `first`, then on the strongest; return the mode."""
         sticking, m = np.flatnonzero(m[: len(self.rows)]), m.copy()
         rows, columns = self.rows.copy(), self.columns.copy()
         sizes, own, groups = np.sum(rows * columns, axis=1), list[int](), self.automaton.parallels
@@ -56,7 +56,7 @@ class Rest:
         return m
 
     def least_difference(self, still: list[int]) -> float:
-        """Return by how much, relative to its size, a slip differs from those that are zero; one that follows does not.
+        """Return the least relative distance of a slip from the combinations of zero slips, dependent slips excepted.
 
         The least for any contact; infinite if there is none.
         """
@@ -75,9 +75,9 @@ class Rest:
         return least
 
     def distributions(self, m: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield the mode with all marks of its sticking contacts by which they may hold; those far from bounds first.
+        """Yield the mode with all admissible marks of its sticking contacts, those far from bounds first.
 
-        Any independent contacts may have constraints of their own while the others carry nothing or their bounds.
+        Any independent contacts may have their own constraints, while the others have zero force or their bounds.
         """
         plain, n_c = self.marked(m), len(self.rows)
         if FOLLOWS not in plain[:n_c]:
@@ -95,7 +95,7 @@ class Rest:
                 held = np.linalg.lstsq(self.rows[list(own)].T, total - self.rows[others].T @ given, rcond=None)[0]
                 most = bounds[list(own)]
                 room = np.min((most - np.abs(held)) / np.maximum(most + np.abs(held), np.finfo(float).tiny))
-                if room >= -_BEYOND or self.automaton.at_edges:  # there bounds depend on the way
+                if room >= -_BEYOND or self.automaton.at_edges:  # at edges the bounds depend on the direction
                     found.append((room, self._with_given(marked, others, ways)))
         yield from (marked for _, marked in sorted(found, key=lambda e: -e[0]))
 
@@ -107,7 +107,7 @@ class Rest:
         slip_rates: Callable[[np.ndarray], np.ndarray],
         little: np.ndarray,
     ) -> Iterator[np.ndarray]:
-        """Yield modes until one is right, such that only those slip that must; none if no slips depend on each other.
+        """Yield trial modes in which only contacts slip that must; none if all slips are independent.
 
         Where slips that depend on each other move apart, release those that do not follow from the ones `before`. While
         no forces hold the others, release those that slip where all bounds would have to be enlarged the most. Catch
@@ -141,7 +141,7 @@ class Rest:
             m[wrong[int(np.argmin(rates))]] = 1.0
 
     def idle(self, m: np.ndarray, i: int) -> bool:
-        """Whether contact i, which slips, cannot begin to while the others stick."""
+        """Whether the slip of contact i cannot start while the others stick."""
         trial = m.copy()
         trial[i] = FOLLOWS
         return (
@@ -150,7 +150,7 @@ class Rest:
         )
 
     def _needed(self, plain: np.ndarray) -> tuple[list[int], np.ndarray, np.ndarray]:
-        """Return the first sticking contact of each group of parallel ones, ``J^T lambda``, and the groups' bounds."""
+        """Return the first sticking contact of each parallel group, ``J^T lambda``, and the bounds of the groups."""
         n_c, groups = len(self.rows), self.automaton.parallels
         firsts, bounds, total = list[int](), np.zeros(n_c), np.zeros(self.rows.shape[1])
         guards = self.guards(plain)
@@ -169,7 +169,7 @@ class Rest:
         return firsts, total, bounds
 
     def _with_given(self, marked: np.ndarray, others: list[int], ways: tuple[int, ...]) -> np.ndarray:
-        """Return the mode in which the groups of `others` carry nothing, or their bounds against a slip in `ways`."""
+        """Return the mode in which the groups of `others` have zero force, or their bounds against slip in `ways`."""
         m, n_c, groups = marked.copy(), len(self.rows), self.automaton.parallels
         for first, way in zip(others, ways, strict=True):
             for i in (i for i in range(n_c) if way and m[i] == FOLLOWS and groups[i] == groups[first]):
@@ -180,7 +180,7 @@ class Rest:
         return m
 
     def _must_slip(self, plain: np.ndarray) -> np.ndarray:
-        """Return the directions in which sticking contacts must slip, (n_c,); zeros if forces hold them for long."""
+        """Return the directions in which sticking contacts must slip, (n_c,); zeros if forces can hold them."""
         n_c = len(self.rows)
         firsts, total, bounds = self._needed(plain)
         J, most = self.rows[firsts], bounds[firsts]

@@ -1,4 +1,4 @@
-"""Dense output from values and derivatives at nodes: quintic Hermite polynomials, and their extremes."""
+"""Dense output by quintic Hermite polynomials, and their extremes."""
 
 import math
 
@@ -8,7 +8,7 @@ _BERNSTEIN = np.array([[math.comb(i, k) / math.comb(5, k) for k in range(6)] for
 
 
 def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the Taylor coefficients, about its left node, of the quintic on every interval.
+    """Return the Taylor coefficients of the quintic on every interval, about its left node.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndar
 
 
 def _scaled(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the coefficients of the quintics in the part of their interval that has passed, shape (n, rows, 6)."""
+    """Return the coefficients of the quintics in the fraction of their interval, shape (n, rows, 6)."""
     y0, y1 = value[:, :-1], value[:, 1:]
     d0, d1 = first[:, :-1] * h, first[:, 1:] * h
     s0, s1 = 0.5 * second[:, :-1] * h**2, 0.5 * second[:, 1:] * h**2
@@ -35,7 +35,7 @@ def _scaled(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndar
 
 
 def middle_errors(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the largest difference between the odd nodes and the quintics through the even ones, shape (rows,).
+    """Return the error at the odd nodes of the quintics through the even ones, shape (rows,).
 
     The quintics through all nodes are closer by a factor of 2**6.
     """
@@ -71,9 +71,9 @@ def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.nda
 
 
 def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] | None:
-    """Return the first row that falls below ``-below`` and the time of its root before, or None.
+    """Return the first row that falls below ``-below`` and the time of its preceding root, or None.
 
-    A row that is not positive where it begins has no such root: its time is that of reaching ``-below``.
+    For a row that is not positive at its start, the time is that of reaching ``-below``.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] 
 
 def _fall(c: np.ndarray, below: float, beginning: bool) -> float | None:
     """Return the last root on [0, 1] before a polynomial falls below ``-below``, or None if it does not."""
-    from scipy import optimize  # slow to load, and only one route needs it
+    from scipy import optimize  # slow to import, and only one route needs it
 
     polynomial = np.polynomial.Polynomial(c)
     turns = polynomial.deriv().roots()

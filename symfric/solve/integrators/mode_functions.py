@@ -1,4 +1,4 @@
-"""The CasADi functions of the route `integrators`: one mode of an automaton, integrated."""
+"""CasADi functions of the route `integrators`: integrator and dense output of one mode."""
 
 import math
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from symfric.solve.integrators.mode_selection import along
 if TYPE_CHECKING:
     from symfric.solve.integrators.route import Integrators
 
-ONE_STEP = ("erk", "rosenbrock")  # cheap to start again, so they go through modes in short pieces
+ONE_STEP = ("erk", "rosenbrock")  # cheap to restart, so that modes are integrated in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
 
 
@@ -26,7 +26,7 @@ def mode_integrator(
     nodes: int,
     steps: int,
 ) -> ca.Function:
-    """Return the integrator of one mode over a scaled time from 0 to 1, without events.
+    """Return the integrator of one mode over the scaled time 0 to 1, without events.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def mode_integrator(
     settings : Integrators
     tolerance : float
     span : float
-        Longest real time that will be integrated; scales `max_step`.
+        Longest unscaled time that will be integrated; scales `max_step`.
     elements : int
         Number of steps of "collocation".
     nodes : int
@@ -77,7 +77,7 @@ def signs_evaluated(automaton: Automaton) -> ca.Function:
     mode = (
         [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * layout.switches
     )
-    for j in range(layout.switches):  # one may depend on those before it
+    for j in range(layout.switches):  # a switch may depend on earlier ones
         mode[layout.sign(j)] = sign(field(y, t, p, ca.vertcat(*mode))[1][layout.switch(j)])
     return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))
 

@@ -1,4 +1,4 @@
-"""The next mode of an automaton by trial: the combination nearest to the present one that the forces confirm.
+"""Mode selection by trial: the consistent combination of modes nearest to the current one.
 
 Slow, short, and independent of the compiled rule of the route `taylor`, which it checks.
 """
@@ -18,21 +18,21 @@ from symfric.lower.mode_layout import backward, contact_of, forward
 from symfric.solve.integrators.forces_at_rest import Rest
 
 _MOST_TRIALS = 20_000
-_FORCES, _SPREAD = 5, 7  # outputs of the gauge
-ROUNDING = 64 * 2.0**-52  # of a sum of a few terms, relative to their magnitudes
-_FAR = 100  # times the zero of a slip, of the largest speed: further away is another state
-_HIT = 1e-6  # of a bound: a force that reached it differs by less, unless others carry another part of it now
-_UNTOLD = 100  # times the zero of a slip: slips that differ by less are not told from each other
-_TIE = 1e-12  # of a derivative against its scale: too small to have a sign
+_FORCES, _SPREAD = 5, 7  # outputs of the gauge function
+ROUNDING = 64 * 2.0**-52  # rounding error of a sum of a few terms, relative to their magnitudes
+_FAR = 100  # largest correction of the state, in units of the zero of a slip
+_HIT = 1e-6  # relative distance from a bound within which a force has reached it
+_UNTOLD = 100  # difference of slips, in units of the zero of a slip, below which they are not distinguished
+_TIE = 1e-12  # derivative relative to its scale below which its sign is undetermined
 
 
 class NearlyParallel(Exception):
-    """Slips differ from each other by so little that the error of the integrator decides which is zero."""
+    """Raised if slips are so nearly equal that the integrator's error would decide which one is zero."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What decides the next mode.
+    """Functions on which mode selection depends.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
 def next_mode(
     rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
 ) -> np.ndarray | None:
-    """Return the mode from here on; slips that are zero are made exactly zero in `y`.
+    """Return the next mode; slips counted as zero are set exactly to zero in `y`.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def next_mode(
         m[layout.sign(j)] = -m[layout.sign(j)]
     reached = frozenset(
         g for g in hit if g >= layout.slips.stop or m[contact_of(g)]
-    )  # of contacts, only the bound of a stick stays zero
+    )  # of a contact's guards, only the bound of a stick stays zero
     rest = _at_rest(automaton, m, still)
     rows, columns = np.array(rule.slopes(y, t, p)), numbers(automaton.gauge(y, t, p)[_SPREAD])
     columns = columns.reshape(rows.shape, order="F")
@@ -169,13 +169,13 @@ def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarra
 
 
 def _room(guards: np.ndarray, i: int) -> float:
-    """Return how far the force of a sticking contact is from its bound, relative to the bound; beyond it negative."""
+    """Return the reserve of a sticking contact relative to its bound; negative beyond the bound."""
     near, far = sorted(guards[[backward(i), forward(i)]])
     return near / max(abs(near) + abs(far), np.finfo(float).tiny)
 
 
 def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterator[np.ndarray]:
-    """Yield modes: contacts at zero slip stick first, then with one of them changed, two of them, ...
+    """Yield trial modes: all contacts at zero slip stick, then one of them is changed, then two, ...
 
     Of as many, those that come first in `still` are changed first. Where friction drops from rest to slip more than one
     mode may agree with the forces; the contact that exceeds its bound the most is released, as the route `taylor` does.
@@ -192,7 +192,7 @@ def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterato
 
 
 def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray | None:
-    """Return the mode with every switch right now and in the next instant, None if they do not settle.
+    """Return the mode with the correct sign of every switch, None if there is none.
 
     At a kink the rates of both sides agree but for what the event missed it by, which decides the sign of a slow
     crossing in a stiff motion: a switch that seems wrong on both sides crosses.
@@ -202,7 +202,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     before, turned = m, np.zeros(m.size, dtype=int)
     for _ in range(3 * layout.switches + 1):
         guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
-        if not np.all(np.isfinite(first)):  # a branch that ends at a switch; it is entered when that has really fallen
+        if not np.all(np.isfinite(first)):  # undefined beyond a switch; the branch changes when the switch has fallen
             return before
         wrong = []
         for k, g in ((layout.sign(j), layout.switch(j)) for j in range(layout.switches)):
@@ -221,7 +221,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
 
 
 def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
-    """Return the mode with the switches of profiles at zero marked that stay there; see `symfric.lower.cell_edges`.
+    """Return the mode with the switches of profiles that stay at zero marked; see `symfric.lower.cell_edges`.
 
     As long as a switch is marked, a contact that is released has the friction of its side of the edge. Of a switch that
     was marked before, what the forces leave by rounding in the meantime is zero, too.
@@ -245,7 +245,7 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
 
 
 def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray, here: Rest) -> bool:
-    """Whether what sticks does, its force stays within the bounds, and what slips from zero goes its own way."""
+    """Whether a mode is consistent: stick forces within bounds, and starting slips in their directions."""
     guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
     drift, forces = numbers(rule.drift(y, t, p, m)), numbers(rule.automaton.gauge(y, t, p)[_FORCES])
     for i in still:
@@ -270,7 +270,7 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
 
 
 def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
-    """Make the slips in `still` zero: exactly where a slip has one velocity, else by the least change of them all."""
+    """Set the slips in `still` to zero: exactly for slips of one velocity, else by the least change of velocities."""
     automaton = rule.automaton
     for i in (i for i in still if automaton.anchors[i][0] >= 0):
         index, factor = automaton.anchors[i]
@@ -284,7 +284,7 @@ def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
 
 
 def _nearly(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> bool:
-    """Whether the slips in `still` vanish together at a state that the error of the integrator does not tell from y.
+    """Whether the slips in `still` are all zero at a state within the integrator's error of y.
 
     Of slips that nearly agree each may be as good as zero, though all are zero only far away.
     """

@@ -1,4 +1,4 @@
-"""The route `integrators`: CasADi's own integrators, as an independent check of the other routes.
+"""The route `integrators`: CasADi's integrators, an independent check of the other routes.
 
 The law with its jump runs through `erk` or `rosenbrock`, mode by mode up to the first guard that falls (`pieces`); the
 next mode is decided by the forces (`next_mode`). Continuous laws may also run through `cvodes`, `idas` and
@@ -43,9 +43,10 @@ from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
 
-COARSEST = 0.1  # tolerance
-_KEPT = 4  # sets of integrators that a program keeps
-_STALLED, _LITTLE = 200, 1e-9  # so many events within such a part of the horizon each are chatter
+COARSEST = 0.1  # largest tolerance
+_KEPT = 4  # most sets of integrators stored in a program
+# number of consecutive events, each within this fraction of the horizon, that count as chatter
+_STALLED, _LITTLE = 200, 1e-9
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class Integrators:
             raise SceneError("elements and the budgets max_events and max_steps must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Take what the plugin can; never the fastest."""
+        """Return whether the plugin can run a scene; never preferred."""
         refusal = declines(scene.automaton, self, _on_the_way(scene))
         return Answer(
             not refusal, False, refusal or "by one to three orders of magnitude; kept as an independent check"
@@ -92,14 +93,14 @@ class Integrators:
 
 
 def _on_the_way(scene: LoweredScene) -> bool:
-    """Whether more than the end and integrals is wanted."""
+    """Whether outputs besides the final state and integrals exist."""
     return scene.wanted.path or any(r.kind != INTEGRAL for r in scene.wanted.rows)
 
 
 def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> str:
-    """Return why the route does not take the scene; empty if it does.
+    """Return the reason why the route declines the scene; empty if it takes it.
 
-    `on_the_way` says whether more than the end and integrals is wanted.
+    `on_the_way` tells whether outputs besides the final state and integrals exist.
     """
     if settings.plugin in ONE_STEP:
         return ""
@@ -118,7 +119,7 @@ def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> s
 
 @dataclass
 class _Motion:
-    """A run while it is computed."""
+    """State of a run in progress."""
 
     t: float
     y: np.ndarray
@@ -158,7 +159,7 @@ class IntegratorsProgram:
         outputs = scene.outputs
         rows = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
         self._integrals = {n: r.expr for n, r in rows.items() if r.kind == INTEGRAL}
-        self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # or values at times
+        self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # also values at given times
         self._times = {n: np.array(r.times) for n, r in rows.items() if r.kind == VALUES}
         self._keep_path = any(o.keeps_path for o in outputs.values())
         self._keep_events = any(o.keeps_events for o in outputs.values())
@@ -172,15 +173,15 @@ class IntegratorsProgram:
         self._make_flow = partial(Flow, self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
         first = self._make_flow()
         self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
-        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator serves one run at a time
+        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator can be used by one run at a time
         self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
 
     def __reduce__(self):
-        """Pickle as what it was prepared from."""
+        """Pickle as the arguments of `prepare`."""
         return IntegratorsProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
     def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
-        """Return the program in which the parameters `varied` may be anything."""
+        """Return the program with the parameters `varied` free instead of built in."""
         return IntegratorsProgram(self.scene, self.tolerance, self.settings, varied)
 
     def run(
@@ -235,7 +236,7 @@ class IntegratorsProgram:
         return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
     def _lease(self) -> Flow:
-        """Return integrators for one run."""
+        """Borrow a set of integrators for one run."""
         try:
             flow = self._idle.pop()
         except IndexError:
@@ -245,7 +246,7 @@ class IntegratorsProgram:
         return flow
 
     def _settle(self, motion: _Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
-        """Choose the mode at the present state, note what changed."""
+        """Select the mode at the current state, and log the change."""
         if not self._held:
             return
         rule = replace(self._rule, farthest=motion.farthest)
@@ -262,7 +263,8 @@ class IntegratorsProgram:
             return
         gauge = dict(zip(self.automaton.gauge.name_out(), self.automaton.gauge(motion.y, motion.t, p), strict=True))
         load, margin, forces, coupling = (numbers(gauge[name]) for name in ("load", "margin", "forces", "coupling"))
-        lost = load * coupling[:: load.size + 1] < -ROUNDING * forces  # what terms that cancel leave of zero is zero
+        # rounding errors of cancelling terms count as zero
+        lost = load * coupling[:: load.size + 1] < -ROUNDING * forces
         if np.any(lost) or np.any(margin < 0):
             motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
             return
@@ -276,7 +278,7 @@ class IntegratorsProgram:
         motion.m = mode
 
     def _integrate(self, flow: Flow, motion: _Motion, p: np.ndarray, end: float) -> None:
-        """Go on to `end` or to the next event, or part of the way."""
+        """Integrate to `end`, to the next event, or over a part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
         state = np.concatenate([motion.y, motion.total])
@@ -314,7 +316,7 @@ class IntegratorsProgram:
             self._settle(motion, p, frozenset({index}))
 
     def _keep(self, motion: _Motion, piece: Piece) -> None:
-        t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some are the same
+        t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some nodes coincide
         h, n_g = np.diff(t), self.automaton.layout.n_guards
         if self._ranges:
             low, high = extremes(h, *(e[n_g:, nodes] for e in piece.rows))
@@ -327,7 +329,7 @@ class IntegratorsProgram:
             motion.pieces.append(Path(t[:-1], h, quintic(h, *states), mode))
 
     def _keep_values(self, motion: _Motion, t: np.ndarray, rows: list[np.ndarray]) -> None:
-        """Note the outputs that are wanted at a time within a piece."""
+        """Store the outputs at times within a piece."""
         for k, name in enumerate(self._ranges):
             times = self._times.get(name, np.zeros(0))
             for j in np.flatnonzero((t[0] <= times) & (times <= t[-1])):
@@ -370,7 +372,7 @@ class IntegratorsProgram:
 
 
 def check_tolerance(tolerance: float) -> float:
-    """Return the tolerance as a float within what the integrators can do, or say what is wrong with it."""
+    """Return the tolerance as a float; raise unless the integrators can reach it."""
     tolerance = finite(tolerance, "tolerance")
     if not FINEST <= tolerance <= COARSEST:
         raise SceneError(f"tolerance is {tolerance}; the route 'integrators' takes {FINEST:g} to {COARSEST:g}")
@@ -378,5 +380,5 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def _whole(row: Row) -> sp.Expr:
-    """Return the expression of a row as it was wanted."""
+    """Return the expression of an observable, with its magnitude if required."""
     return sp.Abs(row.expr) if row.magnitude else row.expr

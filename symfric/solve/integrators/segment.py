@@ -1,4 +1,4 @@
-"""One mode of the route `integrators`, a short piece at a time, up to the first guard that falls.
+"""Integration of one mode in short pieces, up to the first guard that falls.
 
 A mode's equations are those of its law continued beyond the guard, where they may have a pole or grow without bound: a
 motion that leaves its mode unseen can end anywhere or nowhere. So no integration goes on for long before its guards are
@@ -22,22 +22,22 @@ from symfric.solve.loop.enclosure import unseen_by
 if TYPE_CHECKING:
     from symfric.solve.integrators.route import Integrators
 
-FINEST = 1e-14  # tolerance
-_SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # of the local tolerance: errors of steps add up,
+FINEST = 1e-14  # smallest tolerance
+_SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # factors of the local tolerance: errors of steps add up,
 _SAFETY |= {"cvodes": 1e-3, "idas": 1e-3}  # and those of the multistep methods at kinks are far above their estimate
-NODES = 8  # outputs of a piece; few, since what lies beyond an event is computed in vain
-_PIECE_STEPS = 1000  # of the integrator in one piece, before it is made shorter
-_MOST_NODES = 2**15  # between two changes of an input, of the plugins that have no pieces
-_DENSE = 50  # tolerances allowed between half the nodes, which leaves about one between all of them
-_DEGREES = 18  # powers of more than half of this may hide something from a check at a few points
-_SHORTEST = 1e-9  # part of the horizon
-_GROWTH = 10  # of a state in one piece, which sets the scale of its errors
-_NEWTON = 4  # corrections of the time of an event
+NODES = 8  # output nodes of a piece; few, since those beyond an event are discarded
+_PIECE_STEPS = 1000  # steps of the integrator in one piece, above which pieces are shortened
+_MOST_NODES = 2**15  # most nodes between two changes of an input, for plugins without pieces
+_DENSE = 50  # error allowed with half the nodes, in tolerances; with all nodes it is about one tolerance
+_DEGREES = 18  # powers above half of this may hide features from a check at a few points
+_SHORTEST = 1e-9  # shortest piece, relative to the horizon
+_GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
+_NEWTON = 4  # most Newton corrections of an event time
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where a piece begins: time, state with the integrals below it, parameters, mode; and how large states are."""
+    """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states."""
 
     t: float
     state: np.ndarray
@@ -48,7 +48,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Piece:
-    """Motion in one mode at its nodes.
+    """Motion in one mode, by its nodes.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Piece:
     first, second : ndarray, shape (n_x, n + 1)
         Derivatives of the state without the integrals.
     rows : tuple of three ndarrays, shape (n_r, n + 1)
-        Guards and wanted rows, and their first and second derivatives.
+        Guards and observables, and their first and second derivatives.
     reach : float
         How long the next piece may be.
     fell : int
@@ -74,7 +74,7 @@ class Piece:
 
 
 class Flow:
-    """The compiled integrators of the modes of one automaton; counts their steps. For one run at a time."""
+    """The integrators of the modes of one automaton, with step counts; for one run at a time."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class Flow:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the run before: what it found out must not change the next one."""
+        """Reset all data of the previous run, so that results do not depend on it."""
         self.steps, self._elements = 0, min(2000, self.settings.elements)
 
     def _integrator(self, nodes: int) -> ca.Function:
@@ -111,7 +111,7 @@ class Flow:
         return self._compiled[key]
 
     def at_nodes(self, start: Start, span: float, nodes: int) -> np.ndarray:
-        """Return the states at equidistant times after the start; raise RuntimeError if the integrator gives up."""
+        """Return the states at equidistant times after the start; raise RuntimeError if the integrator fails."""
         integrator = self._integrator(nodes)
         try:
             data = np.concatenate([start.p, start.m, start.size, [start.t, span]])
@@ -121,7 +121,7 @@ class Flow:
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
 
     def end(self, start: Start, span: float) -> np.ndarray:
-        """Return the state after a time; raise RuntimeError if the integrator gives up."""
+        """Return the state after a time; raise RuntimeError if the integrator fails."""
         if self.settings.plugin != "collocation":
             return self.at_nodes(start, span, 1)[:, -1]
         before = None
@@ -136,12 +136,12 @@ class Flow:
             self._elements *= 2
         raise RuntimeError("the result still changes with the number of elements")
 
-    @np.errstate(all="ignore")  # beyond a guard a motion may grow out of all bounds
+    @np.errstate(all="ignore")  # beyond a guard the motion may overflow
     def advance(self, start: Start, end: float, reach: float, watched: bool) -> Piece | None:
-        """Return the motion up to `end`, or to the first guard that falls, or about as far as `reach`.
+        """Return the motion up to `end`, to the first guard that falls, or about to `reach`.
 
-        None if the integrator gives up over the shortest time too. The plugins without pieces go to `end` whatever the
-        guards do, and have nodes only if the motion is `watched`.
+        None if the integrator fails over the shortest time too. Plugins without pieces integrate to `end` regardless of
+        guards, and have nodes only if the motion is `watched`.
         """
         if self.in_pieces:
             return self._next_piece(start, end, reach)
@@ -189,7 +189,7 @@ class Flow:
                 return None
 
     def _hides_something(self, start: Start, piece: Piece) -> bool:
-        """Return whether a function may have a feature between the nodes that no step of the integrator met."""
+        """Whether a function may have a feature between the nodes that no step of the integrator resolved."""
         t, y = piece.t, piece.state[: self.n_x]
         span = t[-1] - t[0]
         if self._unseen is None or span < _SHORTEST * self._horizon:
@@ -206,7 +206,7 @@ class Flow:
         return not np.all(unseen <= self.tolerance * sizes)
 
     def _between(self, start: Start, stop: float, found: np.ndarray) -> tuple[Piece, float, np.ndarray]:
-        """Return the piece through nodes, the error between them over what is allowed, and what of a guard is noise."""
+        """Return the piece through nodes, its interpolation error over the allowed one, and the noise of the guards."""
         t = np.linspace(start.t, stop, found.shape[1] + 1)
         state = np.column_stack([start.state, found])
         first, second, *rows, blur = looked = self._look(t, state, start)
@@ -217,7 +217,7 @@ class Flow:
         noise = self.local * np.max(np.concatenate([start.size[:n, None] + np.abs(y), blur]), axis=1)
         error = middle_errors(t, *values)
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
-        excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # a row may be zero all along
+        excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # an observable may be zero throughout
         below = (2 * noise + error / 32)[n : n + self.n_guards]
         return Piece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
 
@@ -239,7 +239,7 @@ class Flow:
         first, second, *rows, _ = self._look(np.array([t]), state, start)
         if abs(rows[0][index, 0]) > 4 * below[index]:
             return None
-        k = int(np.searchsorted(piece.t, t))  # of the nodes, those before the event stay
+        k = int(np.searchsorted(piece.t, t))  # keep the nodes before the event
         join = lambda before, last: np.column_stack([before[:, :k], last])  # noqa: E731
         return Piece(
             t=np.append(piece.t[:k], t),
@@ -258,7 +258,7 @@ class Flow:
         state, value, slope = self._guard(start, t, index)
         for _ in range(_NEWTON):
             correction = -value / slope if slope else math.inf
-            if abs(value) <= 1e-3 * noise or not abs(correction) < most:  # a graze has no slope
+            if abs(value) <= 1e-3 * noise or not abs(correction) < most:  # at a graze the slope is zero
                 break
             there = self._guard(replace(start, t=t, state=state), t + correction, index)
             if not abs(there[1]) < abs(value):

@@ -1,4 +1,4 @@
-"""The sizes of the states of a motion that begins: what absolute tolerances of integrators are parts of."""
+"""Sizes of the states at the start of a motion, for the absolute tolerances of the integrators."""
 
 import math
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ import numpy as np
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import ModeLayout
 
-_PART = 1e-3  # of the run: the time scale of equations that have none
-_TIMES = 16  # of the run at which the forces that depend on time are looked at
+_PART = 1e-3  # time scale of equations without one, relative to the horizon
+_TIMES = 16  # times at which forces that depend on time are evaluated
 
 
 @dataclass(frozen=True)
 class Sizing:
-    """What the sizes are found from.
+    """Functions from which the sizes are determined.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Sizing:
 
 
 def make_sizing(automaton: Automaton, field: ca.Function, n_integrals: int, horizon: float) -> Sizing:
-    """Differentiate the rates of an automaton, given by `field`; the first rows are integrands."""
+    """Build the functions from the rates of an automaton; the first rows of `field` are integrands."""
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
     p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     rate, _, rows = field(y, t, p, m)
@@ -51,7 +51,7 @@ def make_sizing(automaton: Automaton, field: ca.Function, n_integrals: int, hori
 
 
 def first_sizes(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
-    """Return the sizes of the states and of the integrals behind them, none of them zero.
+    """Return the sizes of the states and of the appended integrals, none of them zero.
 
     A coordinate is as large as its velocity and its acceleration make it within a radian of the fastest vibration, and
     so is its velocity within this time; contacts that stick are tried slipping either way. A vibration is what the
@@ -86,7 +86,7 @@ def first_sizes(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.nd
 
 
 def _to_come(sizing: Sizing, y, t: float, p, m) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the rates go from what they are with time alone, and about how long they take for it."""
+    """Return the change of the rates with explicit time, and its time scale."""
     if sizing.later is None:
         return np.zeros(y.size), np.full(y.size, sizing.horizon)
     looks = [sizing.later(y, t + sizing.horizon * k / _TIMES, p, m) for k in range(_TIMES + 1)]

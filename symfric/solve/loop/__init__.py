@@ -1,1 +1,1 @@
-"""The compiled event loop over piecewise smooth motions, and what all compiled loops share."""
+"""The compiled event loop of piecewise smooth motions, and common parts of all compiled loops."""

@@ -1,8 +1,8 @@
-"""Tables from which polynomials get their Bernstein coefficients; see `symfric.solve.loop.polynomials`."""
+"""Tables that convert polynomials to Bernstein form; see `symfric.solve.loop.polynomials`."""
 
 import numpy as np
 
-DEPTH = 52  # of subdivision; 2^-52 of a step
+DEPTH = 52  # depth of subdivision, down to 2^-52 of a step
 
 
 def bernstein_table(order: int) -> np.ndarray:

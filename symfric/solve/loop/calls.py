@@ -1,4 +1,4 @@
-"""Calls of the machine code of a model, in the mode that a workspace is in."""
+"""Calls of the machine code of a model, in the current mode of a workspace."""
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.powers import gather, powers
@@ -7,13 +7,13 @@ from symfric.solve.loop.workspace import FUNCTIONS
 
 @compiled(inline=True)
 def _variant(w):
-    """Return where in ``w.code`` the functions of the present mode begin; see `Workspace`."""
+    """Return the index in ``w.code`` of the first function of the current mode; see `Workspace`."""
     return 2 + FUNCTIONS if w.limits.sticker >= 0 and w.m[w.limits.sticker] > 0.5 else 2
 
 
 @compiled(inline=True)
 def prelude(w):
-    """Recompute what depends on parameters and mode alone."""
+    """Recompute the values that depend on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
     if w.limits.linear:
         gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
@@ -21,7 +21,7 @@ def prelude(w):
 
 @compiled(inline=True)
 def expand(w):
-    """Compute all Taylor coefficients at the present state."""
+    """Compute all Taylor coefficients at the current state."""
     if w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
     else:
@@ -30,7 +30,7 @@ def expand(w):
 
 @compiled(inline=True)
 def probe(w):
-    """Compute the first coefficients in the mode on trial."""
+    """Compute the first coefficients in the trial mode."""
     if w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
     else:
@@ -39,19 +39,19 @@ def probe(w):
 
 @compiled(inline=True)
 def probe_trial(w):
-    """Compute the first coefficients at the end of the step on trial, in the present mode; of nonlinear equations."""
+    """Compute the first coefficients at the end of the trial step, in the current mode; of nonlinear equations."""
     call_code(w.code[_variant(w) + 2], w.trial.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)
 
 
 @compiled(inline=True)
 def bound_unseen(w):
-    """Bound what the coefficients do not show of the rows while states and time stay in ``w.box``."""
+    """Bound the parts of the rows that the coefficients do not show while states and time stay in ``w.box``."""
     _bound(w, w.code[_variant(w) + 3], w.unseen)
 
 
 @compiled
 def bound_terms(w):
-    """Compute how large the terms of the rows are while states and time stay in ``w.box``."""
+    """Compute the sizes of the terms of the rows while states and time stay in ``w.box``."""
     _bound(w, w.code[_variant(w) + 4], w.terms)
 
 
@@ -59,11 +59,11 @@ def bound_terms(w):
 def _bound(w, code, out):
     if code != 0:
         call_code(code, w.box.ctypes.data, w.aux.ctypes.data, out.ctypes.data)
-    else:  # this mode has nothing to hide
+    else:  # nothing is unseen in this mode
         out[:] = 0.0
 
 
 @compiled(inline=True)
 def measure(w, y, gauge):
-    """Compute the slips, what they are compared with, and the couplings of the contacts at state and time y."""
+    """Compute slips, their scales, and the couplings of the contacts at state and time y."""
     call_code(w.code[0], y.ctypes.data, w.p.ctypes.data, gauge.ctypes.data)

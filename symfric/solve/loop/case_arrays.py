@@ -1,4 +1,4 @@
-"""The arrays of many cases of one scene: what each starts with, and what it leaves."""
+"""Arrays of many cases of one scene: their starts and results."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,20 @@ COUNTS = "steps", "events", "kinks", "grazes"
 
 
 class Place(Scalars, kind=int):
-    """Where a thread stands among its cases."""
+    """Position of a thread among its cases."""
 
     loop: int  # address of the event loop
-    table: int  # of the workspace of this thread, and where its loop leaves its result and the reason of a failure
+    table: int  # address of the workspace of this thread; next, those of the loop's result and reason of failure
     result: int
     trouble: int
-    next: int  # case
-    end: int  # behind the last
-    paused: int  # whether the next case has begun
+    next: int  # index of the next case
+    end: int  # index after the last case
+    paused: int  # whether the next case has started
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CaseArrays(ArraySet):
-    """Arrays of all cases, and the place of one thread among them."""
+    """Arrays of all cases, and the position of one thread among them."""
 
     place: Place
     given_y: Matrix  # state and parameters at the start, (n, ...)
@@ -40,7 +40,7 @@ class CaseArrays(ArraySet):
 def make_arrays(given_y: np.ndarray, given_p: np.ndarray, rows: int, times: int) -> CaseArrays:
     """Allocate the arrays of the cases that start with these states (n, ...) and parameters (n, ...).
 
-    A case that starts with what is no number has its status now; the loop leaves it out.
+    A case whose start is not a number gets its status here; the loop skips it.
     """
     n, n_x = given_y.shape
     begins = np.all(np.isfinite(given_y), axis=1)

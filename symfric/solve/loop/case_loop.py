@@ -1,4 +1,4 @@
-"""One case after the other through any event loop, as machine code takes it; see `symfric.solve.loop.entry`."""
+"""Compiled loop over cases around any event loop; see `symfric.solve.loop.entry`."""
 
 from symfric.codegen.loop_calls import FAILED, call_loop
 from symfric.codegen.numba_types import compiled, opener
@@ -7,14 +7,14 @@ from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.status import PAUSED, Status
 
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
-_MOST_STEPS = 100_000  # of some cases together, about a hundredth of a second; then Python may report or stop
+_MOST_STEPS = 100_000  # steps of some cases together, about 0.01 s, after which Python may report or stop
 _COUNTED = len(COUNTS)
 _cases_at, _run_at = opener(CaseArrays), opener(RunArrays)  # the fields of `RunArrays` come first in every workspace
 
 
 @compiled
 def launch(address, fresh):
-    """Run cases until all are done, or return `PAUSED`; every case begins in a workspace that its loop resets."""
+    """Run cases until all are done, or return `PAUSED`; the event loop resets the workspace for every case."""
     b = _cases_at(address)
     w = _run_at(b.place.table)
     steps = 0
@@ -22,7 +22,7 @@ def launch(address, fresh):
         b.place.paused = 0
     while b.place.next < b.place.end:
         k = b.place.next
-        if b.status[k] != _OK:  # it cannot begin
+        if b.status[k] != _OK:  # not a valid start
             b.place.next = k + 1
             continue
         if b.place.paused == 0:
@@ -46,7 +46,7 @@ def launch(address, fresh):
 
 @compiled
 def _take(b, w, k):
-    """Keep what the run of a case has left."""
+    """Copy the results of a case."""
     for i in range(w.y.size):
         b.y[k, i] = w.y[i]
     for e in range(w.total.shape[0]):

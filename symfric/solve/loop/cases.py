@@ -15,7 +15,7 @@ from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Wanted
 
 _BLOCK = 512  # most cases that a thread takes at once
-_INTERVAL = 0.1  # s between two reports of the progress
+_INTERVAL = 0.1  # time between two reports of the progress, s
 
 
 def run_cases(
@@ -29,7 +29,7 @@ def run_cases(
         Without trajectories and lists of events.
     y, p : ndarray, shape (n, states) and (n, parameters)
     threads : int
-        Each with a workspace of its own.
+        Number of threads, each with its own workspace.
     progress : callable or None
         Called with the fraction of the cases that are done, in this thread; what it raises ends all.
 
@@ -64,7 +64,7 @@ def run_cases(
 
 
 class _Work:
-    """The cases that are left, in blocks."""
+    """Queue of the remaining cases, in blocks."""
 
     def __init__(self, model: CompiledModel, arrays: CaseArrays, block: int):
         self._loop = load_loop("symfric.solve.loop.case_loop", "the loop over many cases")
@@ -80,7 +80,7 @@ class _Work:
             return begin, self._next
 
     def go_on(self, progress: Callable[[float], None] | None = None) -> None:
-        """Run blocks of cases until none is left."""
+        """Run blocks of cases until the queue is empty."""
         workspace = self._model.workspace()
         own = replace(self._arrays, place=Place.zeros())
         place, table = own.place, Table(own)
@@ -104,7 +104,7 @@ class _Work:
         self._model.give_back(workspace)
 
     def go_on_apart(self) -> None:
-        """Do so in a thread, and keep what goes wrong."""
+        """Run blocks in a thread, and store an exception."""
         try:
             self.go_on()
         except BaseException as failure:
@@ -113,7 +113,7 @@ class _Work:
 
 
 def rows_of(wanted: Wanted, arrays: CaseArrays) -> dict[str, Any]:
-    """Return what was found of the row of every output, as `Workspace.collect` does, with the cases last."""
+    """Return the observable of every output, as `Workspace.collect` does, with the cases as last axis."""
     found: dict[str, Any] = {}
     first = np.cumsum([0, *(len(row.times) for row in wanted.rows)])
     for name, k in wanted.row.items():

@@ -1,4 +1,4 @@
-"""A compiled event loop and the memory of its runs: the first is shared by all threads, the second by none."""
+"""A compiled event loop, shared by all threads, and the workspaces of its runs."""
 
 from collections import deque
 from collections.abc import Callable
@@ -15,20 +15,20 @@ from symfric.solve.observables import Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 
-PATH_BYTES = 2**30  # of a trajectory; a run that needs more ends with a status
-_CHUNK_BYTES = 2**26  # most in one piece of a trajectory or of a list of events; such pieces go back to the system
-_SMALL_BYTES = 2**20  # a workspace with larger pieces is kept only if no other is
-_KEPT = 16  # workspaces that a model keeps for the next runs
+PATH_BYTES = 2**30  # largest trajectory; a run that needs more ends with a status
+_CHUNK_BYTES = 2**26  # largest piece of a trajectory or of a list of events; such pieces are returned to the system
+_SMALL_BYTES = 2**20  # a workspace with larger pieces is kept only if there is no other
+_KEPT = 16  # most workspaces that a model keeps for further runs
 _STATUS = tuple(Status)
 T = TypeVar("T", bound=RunArrays)
 
-Found = tuple[np.ndarray, float, dict[str, float], Raw]  # final state, its time, counts, and what was kept
+Found = tuple[np.ndarray, float, dict[str, float], Raw]  # final state, its time, counts, and unprocessed results
 
 
 class CompiledModel:
-    """An event loop compiled for a scene: machine code and the arrays with which every run begins.
+    """An event loop compiled for a scene: machine code and the initial arrays of every run.
 
-    Nothing in it changes, so any number of threads may run it at once. Each run has a workspace to itself: one that an
+    It is immutable, so that any number of threads may run it. Each run has its own workspace: one that an
     earlier run has left, or a new one. A deque gives and takes without a lock, and a run that was interrupted leaves
     nothing.
 
@@ -66,19 +66,19 @@ class CompiledModel:
             array.setflags(write=False)
 
     def workspace(self) -> "Workspace":
-        """Return the memory for one run, to be handed to `give_back` after it."""
+        """Borrow a workspace for one run, to be returned by `give_back`."""
         try:
             return self._idle.pop()
         except IndexError:
             return Workspace(self)
 
     def give_back(self, workspace: "Workspace") -> None:
-        """Keep a workspace whose run has ended for another one; one that is not handed back is forgotten."""
+        """Return a workspace after its run, for use by another one."""
         if not (workspace.large and self._idle):
             self._idle.append(workspace)
 
     def run(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> "tuple[Status, Found]":
-        """Run from state y at t = 0 with parameters p; return the status and what `Workspace.collect` does."""
+        """Run from state y at t = 0 with parameters p; return the status and the result of `Workspace.collect`."""
         try:
             workspace = self._idle.pop()
         except IndexError:
@@ -91,7 +91,7 @@ class CompiledModel:
 
 
 class _Kept(NamedTuple):
-    """Full pieces of a trajectory or of a list of events, in their order."""
+    """Full pieces of a trajectory or of a list of events, in order."""
 
     pieces: list[tuple[np.ndarray, ...]]
     rows: int
@@ -106,9 +106,9 @@ class Workspace:
     Attributes
     ----------
     arrays : RunArrays
-        What compiled code works on.
+        Work arrays of compiled code.
     large : bool
-        Whether it holds so much memory that few of its kind should be kept.
+        Whether it holds so much memory that only one is kept.
     """
 
     __slots__ = ("_extended", "_given_p", "_given_y", "_launch", "_log", "_model", "_path", "_table", "arrays", "large")
@@ -125,7 +125,7 @@ class Workspace:
 
     def drive(self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None) -> Status:
         """Run to the end, from state y at t = 0 with parameters p."""
-        if self._given_y is not y or self._given_p is not p:  # those of the scene itself come again and again
+        if self._given_y is not y or self._given_p is not p:  # unchanged if the scene's own values are run repeatedly
             w = self.arrays
             w.given_y[:], w.given_p[:] = y, p
             self._given_y, self._given_p = y, p
@@ -144,7 +144,7 @@ class Workspace:
         return _STATUS[code]
 
     def lend(self) -> tuple[int, int, int]:
-        """Return the addresses of its table, of the result of a call and of the reason of a failure.
+        """Return the addresses of the table, of the result of a call and of the reason of a failure.
 
         Compiled code may then set start and parameters and call the loop.
         """
@@ -152,13 +152,13 @@ class Workspace:
         return self._table.address, self._table.result, self._table.trouble
 
     def collect(self) -> Found:
-        """Return what the run has left, copied."""
+        """Return copies of the results of the run."""
         w, wanted, n_x = self.arrays, self._model.wanted, self._model.n_x
         steps, events, kinks, grazes, kept, logged, *_ = w.counts.tolist()  # the first of `Counts`
         path, log = None, None
         if self._extended:
             path, log = self._take_path(kept) if wanted.path else None, self.take_log()
-        else:  # nearly always, and in a tenth of the time of a short run
+        else:  # the usual case, kept fast
             if wanted.path:
                 t, c = w.path_t, w.path_c
                 path = Path(t[:kept, 0].copy(), t[:kept, 1].copy(), c[:kept, :n_x].copy(), w.path_m[:kept].copy())
@@ -180,7 +180,7 @@ class Workspace:
         return w.y[:n_x].copy(), w.y.item(-1), stats, raw
 
     def _take_path(self, kept: int) -> Path:
-        """Return the trajectory, in pieces or in arrays so large that it takes them along."""
+        """Return the trajectory; large arrays are handed over without copying."""
         w, n_x = self.arrays, self._model.n_x
         last = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, :n_x], w.path_m[:kept]
         before, self._path = self._path, _NONE
@@ -198,10 +198,10 @@ class Workspace:
         return times, changes
 
     def _extend_path(self) -> bool:
-        """Put the full piece of the trajectory aside and begin another; return False if there is no room."""
+        """Store the full piece of the trajectory and start another; return False if the memory limit is reached."""
         w, model, self._extended = self.arrays, self._model, True
         kept, rows = w.counts.kept_steps, len(w.path_t)
-        if kept > rows:  # the loop begins again, with as many rows as it has counted
+        if kept > rows:  # the loop repeats the step, with as many rows as it has counted
             size = kept
         else:
             piece = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, : model.n_x], w.path_m[:kept]
@@ -216,7 +216,7 @@ class Workspace:
         return True
 
     def _extend_log(self) -> None:
-        """Put the full piece of the list of events aside and begin another."""
+        """Store the full piece of the list of events and start another."""
         w, self._extended = self.arrays, True
         kept, rows = w.counts.kept_events, len(w.event_t)
         if kept > rows:
@@ -230,17 +230,17 @@ class Workspace:
 
 
 def path_rows(first: RunArrays) -> int:
-    """Return how many steps of a trajectory there may be."""
+    """Return the largest number of steps of a trajectory."""
     return PATH_BYTES // first.path_c[0].nbytes
 
 
 def own(first: T, shared: frozenset[str]) -> T:
-    """Return the arrays of a run from those of its model: the shared ones themselves, copies of the others."""
+    """Return the arrays of a run: the shared arrays of its model, and copies of the others."""
     return replace(first, **{n: a.copy() for n, a in first.items() if n not in shared})
 
 
 def _fields(w: RunArrays, prefix: str, rows: int = 0, copied: bool = False) -> dict[str, np.ndarray]:
-    """Return new arrays in place of those whose name begins like this."""
+    """Return new arrays for the fields with a name prefix."""
     old = {name: a for name, a in w.items() if name.startswith(f"{prefix}_")}
     return {n: a.copy() if copied else np.empty((rows, *a.shape[1:]), a.dtype) for n, a in old.items()}
 
@@ -250,7 +250,7 @@ def _with(kept: _Kept, piece: tuple[np.ndarray, ...], rows: int) -> _Kept:
 
 
 def _joined(kept: _Kept, last: tuple[np.ndarray, ...]) -> list[np.ndarray]:
-    """Return copies of the pieces one behind the other; every piece is let go as soon as it is copied."""
+    """Concatenate the pieces; each is freed as soon as it is copied."""
     end = kept.rows + len(last[0])
     whole = [np.empty((end, *a.shape[1:]), a.dtype) for a in last]
     pieces = [*kept.pieces, last]

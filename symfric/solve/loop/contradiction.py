@@ -1,4 +1,4 @@
-"""By how much the modes of contacts contradict their forces."""
+"""Contradiction between the modes of contacts and their forces, for mode selection."""
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
@@ -6,31 +6,31 @@ from symfric.solve.loop.layout import backward, forward
 from symfric.solve.loop.tolerances import ROUNDING, TIE, doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.workspace import PULL
 
-_CLEARLY = 1e3  # times zero, of what a slip acceleration becomes in a natural time
+_CLEARLY = 1e3  # slip after a natural time, in units of its zero, that counts as motion
 
 
 @compiled
 def contradiction(w, n_x, i, horizon):
-    """Return by how much the mode of contact i contradicts its forces, and the way it would slip.
+    """Return the contradiction of contact i, and the direction in which it would slip.
 
-    Where sticking and slipping contradict them both, to rounding, they have been tried in turn: then sticking wins if
-    its force falls below its bound again, slipping otherwise.
+    If both stick and slip contradict the forces, up to rounding, both have been tried: then stick is selected if its
+    force falls below its bound again, else slip.
     """
     size, where = contradicts(w, n_x, i, horizon)
     tie, turns = TIE, 3
     if size > 0.0 and (w.m[i] == HOLDS or w.m[i] == SHARES):
         turns = 4
         row = n_x + (forward(i) if where > 0 else backward(i))
-        if w.probe[row, 1] > 0.0:  # it falls below its bound again: no slip would last
+        if w.probe[row, 1] > 0.0:  # falls below its bound again: no slip would last
             tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
     if size <= tie and w.turns[i] >= turns:
-        return 0.0, 0  # a tie to rounding: either mode is right
+        return 0.0, 0  # a tie up to rounding: both modes are admissible
     return size, where
 
 
 @compiled(inline=True)
 def contradicts(w, n_x, i, horizon):
-    """Return the same whether or not that is a tie."""
+    """Return the contradiction without the rule for ties."""
     if not w.zero[i]:
         return 0.0, 0
     if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
@@ -42,13 +42,13 @@ def contradicts(w, n_x, i, horizon):
 
 @compiled(inline=True)
 def idles(w, row):
-    """Whether a slip that begins does not move at all, not even later."""
+    """Whether a starting slip has no acceleration, also not later."""
     return w.probe[row, 1] == 0.0 and w.probe[row, 2] == 0.0 and w.probe[row, 3] == 0.0
 
 
 @compiled
 def rests(w, row, i):
-    """Whether a slip that begins does not move, to rounding."""
+    """Whether a starting slip has no acceleration, up to rounding."""
     later = 6.0 * abs(w.probe[row, 3]) * natural_time(w) ** 2
     return _drift(w, row, i)[0] == 0.0 and later <= _CLEARLY * no_acceleration(w, i, 0.0)
 
@@ -62,10 +62,10 @@ def stick_scale(w, row):
 
 @compiled(inline=True)
 def _excess(w, row, horizon, doubt):
-    """Return by how much (relative) a sticking contact exceeds its bound now or soon, and the way it will slip.
+    """Return the relative excess of a sticking contact over its bound, now or soon, and the direction of its slip.
 
     Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
-    An excess that is over within the rounding of time is none: that of a load which returns from zero, missed by as
+    An excess that ends within the rounding of time does not count: that of a load which returns from zero, missed by as
     much.
     """
     scale = stick_scale(w, row)
@@ -83,7 +83,7 @@ def _excess(w, row, horizon, doubt):
 
 @compiled(inline=True)
 def _drift(w, row, i):
-    """Return by how much a contact whose force is given starts to slip all the same, and which way.
+    """Return by how much a contact with a given force starts to slip, and in which direction.
 
     More than anything else may contradict: what others have to hold is known only with its friction.
     """
@@ -97,7 +97,7 @@ def _drift(w, row, i):
 
 @compiled(inline=True)
 def _backing(w, row, i, horizon):
-    """Return by how much (relative to the pull of static friction) a slipping contact accelerates the wrong way."""
+    """Return the acceleration of a slipping contact in the wrong direction, relative to that by static friction."""
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
     little = no_acceleration(w, i, second)
     if first < -little:

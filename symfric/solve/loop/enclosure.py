@@ -1,4 +1,4 @@
-"""Bound what the Taylor series of a step cannot know: features of functions that begin later in the step.
+"""Bound features of functions later in a step that its Taylor coefficients cannot show.
 
 All derivatives of ``exp(-((t - 3)/w)^2)`` are zero to rounding at t = 0, so the coefficients of a step say nothing of
 the pulse that it leaps over. Here every operation gets an interval ``middle +- radius`` that holds its values while the
@@ -23,7 +23,7 @@ _PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT}
 
 
 def degrees(nodes: list[Node]) -> list[int]:
-    """Return how many factors that move every node has, as a polynomial of states, time and functions."""
+    """Return the degree of every node as a polynomial of states, time and functions."""
     found: list[int] = []
     for node in nodes:
         if not node.moves:
@@ -40,12 +40,12 @@ def degrees(nodes: list[Node]) -> list[int]:
 
 
 def _moderate(a: Range) -> ca.SX:
-    """Return whether what moves keeps its sign and changes by no more than a moderate factor."""
+    """Whether a moving quantity keeps its sign and changes by at most a moderate factor."""
     return within(a.smallest, a.largest)
 
 
 def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> ca.SX:
-    """Return the degree over the intervals: what changes little is one factor, what does not change is none."""
+    """Return the degree over the intervals: 1 for a moderate change, 0 for a constant."""
     if not node.moves:
         return ca.SX(0)
     if node.op in (ca.OP_MUL, ca.OP_SQ):
@@ -57,7 +57,7 @@ def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> c
 
 
 def hiding(nodes: list[Node], order: int) -> list[bool]:
-    """Return for every node whether something later in a step may be unseen in its coefficients up to `order`.
+    """Return for every node whether features later in a step may be unseen in its coefficients up to `order`.
 
     Powers of more than half the order may begin with coefficients that are all zero.
     """
@@ -72,9 +72,9 @@ def hiding(nodes: list[Node], order: int) -> list[bool]:
 def unseen(
     nodes: list[Node], wanted: list[int], n_x: int, order: int, fixed: Callable[[int], ca.SX | None]
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return the box ``[middles; radii]`` of states and time, and what it implies for the nodes `wanted`.
+    """Return the box ``[middles; radii]`` of states and time, and bounds for the nodes `wanted`.
 
-    That is what may be unseen in them, and how large they were if no term cancelled another, the scale of rounding.
+    The bounds are those of unseen features, and of the sums of magnitudes of terms, the scale of rounding.
 
     Parameters
     ----------
@@ -131,14 +131,14 @@ def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) 
 
 
 def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
-    """Return ``(box, p, m) -> bounds`` for every row of a field, None if nothing can be unseen in any.
+    """Return ``(box, p, m) -> bounds`` of unseen features for every row of a field, None if there can be none.
 
     Parameters
     ----------
     field : casadi.Function
         ``(y, t, p, m) -> (rate, guards, rows)``.
     order : int
-        Of the method that follows the motion.
+        Order of the method.
     """
     nodes, outputs = read(field)
     wanted = [i for row in outputs for i in row]

@@ -1,4 +1,4 @@
-"""The event loop as machine code takes it: a table of addresses, and whether a run begins."""
+"""Compiled entry point of the event loop: takes a table of addresses, and whether a run starts."""
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.loop.event_loop import drive, reset
@@ -9,7 +9,7 @@ _at_address = opener(LoopArrays)
 
 @compiled(fused=True)
 def launch(address, fresh):
-    """Drive the workspace at the address of its table, from its start or on from a pause."""
+    """Run the workspace at the address of its table, from its start or from a pause."""
     w = _at_address(address)
     if fresh:
         reset(w)

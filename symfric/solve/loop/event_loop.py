@@ -1,4 +1,4 @@
-"""The event loop: compiled once, and given every model's machine code by its address."""
+"""The event loop, compiled once for all models, whose machine code is called by address."""
 
 import numpy as np
 
@@ -26,16 +26,16 @@ from symfric.solve.status import Status
 
 _OK, _COLLAPSE = int(Status.OK), int(Status.STEP_COLLAPSE)
 _NAN, _LOST = int(Status.NOT_FINITE), int(Status.LOST_CONTACT)
-_MANY_STEPS, _LEAST_PROGRESS = 20_000, 1e-9  # steps that together advance less than this part of the run stand still
-_LEAST_STEP = 1e-24  # part of the run
-# by how much a step may be longer if an event or the end follows: at an order of 20 its error grows threefold, which is
+_MANY_STEPS, _LEAST_PROGRESS = 20_000, 1e-9  # a run stands still if so many steps advance less than this fraction of it
+_LEAST_STEP = 1e-24  # shortest step, relative to the run
+# factor by which a step may be longer if an event or the end follows: at order 20 its error is three times as large,
 # still below the tolerance, see MARGIN in `symfric.solve.taylor.route`
 _STRETCH = 1.05
 
 
 @part
 def reset(w):
-    """Begin a run at t = 0 with what is given."""
+    """Start a run at t = 0 from the given state and parameters."""
     n_x, n_c, n_p = w.given_y.size, w.sticks.size, w.given_p.size
     for i in range(n_x):
         w.y[i] = w.given_y[i]
@@ -63,7 +63,7 @@ def reset(w):
 
 @part
 def drive(w):
-    """Integrate from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a reason to call again."""
+    """Integrate from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a code to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
     stop = w.counts.steps + w.limits.chunk
     rule = step_rule(w)
@@ -125,7 +125,7 @@ def drive(w):
 
 @compiled(fused=True)
 def _first_event(w, n_x, n_c, h, far):
-    """Return the time to the first guard that becomes negative within `far`, else h; name it in ``w.hit``."""
+    """Return the time to the first guard that becomes negative within `far`, else h; mark it in ``w.hit``."""
     n_g = w.hit.size
     w.counts.flagged = 0
     reach(w, h, far)
@@ -137,23 +137,23 @@ def _first_event(w, n_x, n_c, h, far):
         begin = w.c[r, 0]
         begin += w.slack[g]
         if is_load(w, g):
-            begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # it may have been zero until now
+            begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # may have been zero so far
         if w.fresh[g] == 0 and begin > total:
             continue
         size = w.scale[r]
-        if is_along_line(w, g) and w.carries[contact_of(g)] == 0:  # held by others, to rounding
+        if is_along_line(w, g) and w.carries[contact_of(g)] == 0:  # held by other contacts, up to rounding
             i = contact_of(g)
             if w.m[i] > 0.5:
                 size = 8.0 * max(size, w.gauge[TERMS, i] + w.gauge[FORCES, i] * far)
             elif w.fresh[g] and is_slip(g):
                 size = max(size, w.gauge[FORCES, i] * far)
         j = g - switch(0, n_c)
-        if is_switch(w, g) and abs(w.m[sign(j, n_c)]) == ON_EDGE:  # it stays at zero, to rounding
+        if is_switch(w, g) and abs(w.m[sign(j, n_c)]) == ON_EDGE:  # stays at zero, up to rounding
             moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))
             size = 8.0 * max(size, moved)
         if total + abs(begin) <= 8.0 * EPS * size:
-            continue  # zero throughout, to rounding
-        near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # a later one is not of interest
+            continue  # zero throughout, up to rounding
+        near = min(far, max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))  # later crossings are not needed
         t = _crossing(w, r, g, begin, total, near)
         if t < tau:
             tau, which = t, g
@@ -162,7 +162,7 @@ def _first_event(w, n_x, n_c, h, far):
     if which >= 0:
         w.hit[which] = 1
         for g in range(which):
-            if w.hit[g]:  # an earlier candidate that turned out to be later
+            if w.hit[g]:  # a previous candidate that is later
                 w.hit[g] = 0
         w.counts.flagged = LOADED if is_load(w, which) else HIT
         return tau
@@ -177,9 +177,9 @@ def _crossing(w, r, g, begin, total, h):
     if w.fresh[g]:
         first = 1
         slips = is_along_line(w, g) and is_slip(g)
-        if slips:  # at a release the slip acceleration is zero to rounding, whatever the length of the step
+        if slips:  # at a release the slip acceleration is zero up to rounding, for any step length
             first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1
-        elif is_switch(w, g):  # as the next mode was decided, whatever the length of the step
+        elif is_switch(w, g):  # as in mode selection, for any step length
             first = decisive(w, w.c, r, g - switch(0, w.sticks.size), w.sticks.size, natural_time(w))
         if total == 0.0:
             return 2.0 * h
@@ -200,7 +200,7 @@ def _crossing(w, r, g, begin, total, h):
 
 @compiled(inline=True, fused=True)
 def _advance(w, n_x, n_c, tau):
-    """Move the state over the step, keep what is wanted of it, and update the scales."""
+    """Advance the state over the step, store the trajectory and observables, and update the scales."""
     order = w.c.shape[1] - 1
     if w.limits.keep_path:
         k = w.counts.kept_steps
@@ -237,7 +237,7 @@ def _advance(w, n_x, n_c, tau):
 
 @compiled(fused=True)
 def _accumulate(w, first, tau):
-    """Update ranges and integrals of the wanted rows over a step."""
+    """Update ranges and integrals of the observables over a step."""
     order = w.c.shape[1] - 1
     for e in range(w.kind.size):
         c = w.c[first + e]
@@ -273,7 +273,7 @@ def _accumulate(w, first, tau):
 
 @compiled(fused=True)
 def _note_values(w, e, c, order, tau, void):
-    """Note the values of a row at the times due within a step; one at its end may be overwritten by the next step."""
+    """Store the values of an observable at its times within a step; the next step may overwrite one at the end."""
     k, end = w.next_due[e], w.first_due[e + 1]
     while k < end:
         since = (w.due[k] - w.y[w.y.size - 1]) - w.clock.t_low
@@ -288,7 +288,7 @@ def _note_values(w, e, c, order, tau, void):
 
 @compiled(inline=True, fused=True)
 def _switch(w, n_x, n_c):
-    """Settle the mode after an event and log what changed."""
+    """Select the mode after an event and log the changes."""
     if w.limits.varied:
         remember(w)
     changed = transit(w, n_c) if w.other_guards.size else 0
@@ -329,7 +329,7 @@ def _switch(w, n_x, n_c):
 
 @compiled(fused=True)
 def _begin(w, n_x):
-    """Note the first value of every row, and the size of every guard."""
+    """Store the first value of every row, and the size of every guard."""
     expand(w)
     for r in range(w.c.shape[0]):
         w.start[r] = w.c[r, 0]

@@ -1,4 +1,4 @@
-"""Which of the contacts at rest have to slip, if no forces within their bounds hold them.
+"""Select the contacts at rest that have to slip if no forces within bounds hold them.
 
 Several facets of the polytope of all forces may be exceeded at once, say when a contact has just lost a part of its
 friction. The forces are followed while all bounds grow by a common factor, from one exceeded facet to the next:
@@ -12,12 +12,12 @@ from symfric.solve.loop.layout import backward, direction, forward
 from symfric.solve.loop.sticking_basis import coefficient, entering, lead_of, release, share, swap
 from symfric.solve.loop.workspace import COUPLING, DROP, LOAD, PULL
 
-_BEYOND = 1e-9  # of a bound: by less no facet is exceeded
+_BEYOND = 1e-9  # least excess over a bound, relative to it, by which a facet counts as exceeded
 
 
 @compiled
 def release_worst(w, n_x, n_c):
-    """Release the contacts of the facet that is exceeded the most, after `exchange` found one that is."""
+    """Release the contacts of the most exceeded facet, after `exchange` found an exceeded one."""
     lead = _weigh(w, n_x, n_c)
     factor = 1.0
     for _ in range(4 + 4 * n_c):
@@ -34,7 +34,7 @@ def release_worst(w, n_x, n_c):
 
 @compiled
 def _first(w, i):
-    """Return the contact by which those parallel to i are counted: the one that holds, or the first that sticks."""
+    """Return the representative of the contacts parallel to i: the one with a constraint, or the first that sticks."""
     first = lead_of(w, i)
     if w.m[first] == HOLDS:
         return first
@@ -46,13 +46,13 @@ def _first(w, i):
 
 @compiled(inline=True)
 def _factor(w, i, first):
-    """Return the slip of contact i over that of one parallel to it."""
+    """Return the ratio of the slip of contact i to that of a parallel one."""
     return w.gauge[COUPLING + i, first] / w.gauge[COUPLING + first, first]
 
 
 @compiled
 def _weigh(w, n_x, n_c):
-    """Add up the forces and bounds of parallel contacts; return the one that holds what slips."""
+    """Sum the forces and bounds of parallel contacts; return the representative of the slipping ones."""
     lead = -1
     for i in range(n_c):
         w.force[i], w.most[i] = 0.0, 0.0
@@ -74,7 +74,7 @@ def _weigh(w, n_x, n_c):
 
 @compiled
 def _grow(w, n_c, lead, factor):
-    """Let all bounds grow until those who slip with contact `lead` can hold it; return the factor."""
+    """Scale all bounds until the contacts that slip with `lead` can hold it; return the factor."""
     total = w.most[lead]
     for k in range(n_c):
         if w.m[k] == AT_BOUND and w.most[k] > 0.0 and w.slips[k] != 0.0:
@@ -91,7 +91,7 @@ def _grow(w, n_c, lead, factor):
 
 @compiled
 def _change_force(w, n_c, k, change):
-    """Change the force of contact k, and those that hold accordingly."""
+    """Change the force of contact k, and the constraint forces accordingly."""
     coefficient(w, n_c, k, -1)
     for j in range(n_c):
         if w.m[j] == HOLDS:
@@ -101,7 +101,7 @@ def _change_force(w, n_c, k, change):
 
 @compiled
 def _exceeded(w, n_c, factor):
-    """Exchange contacts beyond bounds times `factor`; return one that cannot be, with ``w.slips``, -1 if all hold."""
+    """Exchange contacts beyond bounds times `factor`; return one that cannot be exchanged, -1 if there is none."""
     for turn in range(4 + 4 * n_c):
         lead, most = -1, _BEYOND
         for j in range(n_c):
@@ -130,7 +130,7 @@ def _exceeded(w, n_c, factor):
 
 @compiled(inline=True)
 def _rename(w, old, new):
-    """Count parallel contacts by another one of them."""
+    """Replace the representative of parallel contacts."""
     if old != new:
         part = _factor(w, old, new)
         w.force[new], w.most[new] = part * w.force[old], abs(part) * w.most[old]

@@ -1,4 +1,4 @@
-"""The places of discrete variables and guards for compiled code, see `symfric.lower.mode_layout`; modes of contacts."""
+"""Layout of the mode and guard vectors for compiled code, see `symfric.lower.mode_layout`."""
 
 import numpy as np
 

@@ -1,15 +1,15 @@
-"""The Taylor series of linear equations: powers of their matrix, applied to the state, as straight-line functions."""
+"""Taylor series of linear equations by powers of their matrix, as straight-line functions."""
 
 import casadi as ca
 
 from symfric.lower.linear_modes import Matrices
 from symfric.solve.loop.series import PROBED, Series
 
-MOST = 120  # entries of the matrices, in all modes together, beyond which loops over those of one mode are faster
+MOST = 120  # number of matrix entries, over all modes, beyond which loops over those of one mode are faster
 
 
 def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
-    """Return the series of linear equations of n_x states; large ones are left to `powers`."""
+    """Return the series of linear equations of n_x states; for large ones `powers` is used instead."""
     n_r, count = matrices.n_r, len(matrices.rows)
     if count > MOST:
         return Series(matrices.data, None, None, order, matrices=matrices)

@@ -1,4 +1,4 @@
-"""The next mode, decided by the forces.
+"""Mode selection: the next mode from the forces.
 
 Contacts whose slip is zero are tried as sticking; a contact whose force would exceed its static bound, and cannot leave
 the excess to others that stick, is released in its direction; one that would slip against its direction is caught
@@ -26,18 +26,18 @@ from symfric.solve.loop.workspace import (
 )
 from symfric.solve.status import Status
 
-AMPLIFIED = 1e3  # times a slip alone would: what velocities change by to make it zero with others nearly parallel
-NO_DROP = 1e-9  # of friction from rest to slip, relative to both: less is none
+AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
+NO_DROP = 1e-9  # relative drop of friction from rest to slip below which there is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 
 
 @compiled
 def settle(w):
-    """Choose the mode of every contact and switch at the present state; return a status.
+    """Select the mode of every contact and switch at the current state; return a status.
 
-    Contacts and switches that reached zero are named by ``w.hit``; the modes are left in ``w.m``, and ``w.fresh`` names
-    the guards that start the new mode at zero.
+    Contacts and switches that reached zero are marked in ``w.hit``; the modes are stored in ``w.m``, and ``w.fresh``
+    marks the guards that start the new mode at zero.
     """
     n_x, n_c = w.y.size - 1, w.sticks.size
     for i in range(n_c):
@@ -58,7 +58,7 @@ def settle(w):
 
 @compiled(inline=True)
 def _moved_in_vain(w, n_c):
-    """Whether velocities were changed for slips that turn out not to stay zero; name these in ``w.passes``.
+    """Whether velocities were changed for slips that do not stay zero; mark these in ``w.passes``.
 
     Rounding of a slip is that much of a velocity, where slips are nearly parallel far more: another contact would be
     taken to rest then, at a speed that is not zero.
@@ -73,7 +73,7 @@ def _moved_in_vain(w, n_c):
 
 @compiled
 def _select(w, n_x, n_c):
-    """Choose the mode; contacts of ``w.passes`` are not brought to zero slip before."""
+    """Select the mode; the slips of contacts in ``w.passes`` are not set to zero first."""
     n_s = w.edge.size
     _try_sticking(w, n_x, n_c)
     for i in range(n_c):
@@ -110,10 +110,10 @@ def _select(w, n_x, n_c):
 
 @compiled(inline=True)
 def _try_sticking(w, n_x, n_c):
-    """Find the contacts at zero slip and put them on trial: sticking, or released if their bound was reached."""
+    """Set the trial mode: contacts at zero slip stick, or are released if their bound was reached."""
     measure(w, w.y, w.gauge)
     n_q, w.clock.removed, w.clock.gained = w.limits.n_q, 0.0, 0.0
-    for r in range(n_x + 1):  # where everything comes to rest at once, rounding is that of the velocities before
+    for r in range(n_x + 1):  # if everything comes to rest at once, rounding is relative to the previous velocities
         w.trial[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.trial, w.span)
     for i in range(n_c):
@@ -124,7 +124,7 @@ def _try_sticking(w, n_x, n_c):
     for i in range(n_c):
         if w.passes[i]:
             w.m[i], passing = 0.0, True
-    if _project(w, n_c) or passing:  # then contacts that follow from these have no slip either
+    if _project(w, n_c) or passing:  # then the slips of dependent contacts are zero too
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):
@@ -134,9 +134,9 @@ def _try_sticking(w, n_x, n_c):
 
 @compiled(inline=True)
 def _leave_bounds(w, n_c):
-    """Release the contacts that stuck until their guard fell, unless others can carry what exceeds their bound.
+    """Release the sticking contacts whose guard fell, unless others can bear the excess.
 
-    A contact whose force is given moves apart from others: that is seen by its accelerations, or falls again at once.
+    A contact with a given force is judged by its acceleration.
     """
     for i in range(n_c):
         if w.m[i] == 0.0 or w.old[i] != 0 or not (w.hit[backward(i)] or w.hit[forward(i)]):
@@ -146,14 +146,14 @@ def _leave_bounds(w, n_c):
             w.m[i], w.m[direction(i, n_c)] = 0.0, side
         elif w.carries[i]:
             share(w, n_c)
-            carries = w.m[i] == HOLDS or w.m[i] == SHARES  # not if it left its bound with another
+            carries = w.m[i] == HOLDS or w.m[i] == SHARES  # false if it left its bound together with another
             if carries and not exchange(w, n_c, i, side, False):
                 release(w, n_c)
 
 
 @compiled(inline=True)
 def _find_zeros(w, n_c):
-    """Add the contacts whose slip is zero to rounding; put all of zero slip on trial, the others in their direction."""
+    """Add the contacts whose slip is zero up to rounding; all at zero slip stick on trial, the others slip."""
     for i in range(n_c):
         slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         w.zero[i] = w.zero[i] or abs(slip) <= ROUNDING * size
@@ -161,19 +161,19 @@ def _find_zeros(w, n_c):
             w.m[direction(i, n_c)] = 1.0 if slip > 0.0 else -1.0
             w.m[i] = 0.0
         elif w.sticks[i] and w.m[i] == 0.0:
-            w.m[i] = FOLLOWS  # unless `share` finds that it does not
+            w.m[i] = FOLLOWS  # unless `share` finds it independent
 
 
 @compiled
 def _project(w, n_c):
-    """Make the slips of the sticking contacts exactly zero, by the impulses that do it: the least change of energy.
+    """Set the slips of the sticking contacts exactly to zero by impulses, the least change in the norm of energy.
 
-    Return whether that took any.
+    Return whether impulses were needed.
     """
     coupled = False
     for i in range(n_c):
         coupled = coupled or (w.m[i] > 0.5 and w.anchor[i] < 0)
-    if not coupled:  # exact without, where every slip has a velocity of its own
+    if not coupled:  # exact without impulses if every slip has its own velocity
         return False
     close = share(w, n_c)
     n_q, n = w.limits.n_q, 0
@@ -204,7 +204,7 @@ def _project(w, n_c):
 
 @compiled(inline=True)
 def _worst(w, n_x, n_c, horizon, least):
-    """Return the contact whose mode contradicts its forces the most, or the first, and its side; -1 if none does."""
+    """Return the contact whose mode contradicts its forces most, or the first one, and its side; -1 if none."""
     worst, measure, side = -1, 0.0, 0
     for i in range(n_c):
         size, where = contradiction(w, n_x, i, horizon)
@@ -217,7 +217,7 @@ def _worst(w, n_x, n_c, horizon, least):
 
 @compiled(inline=True)
 def _change_contact(w, n_x, n_c, horizon, least):
-    """Change the mode of the contact that contradicts its forces the most; return whether there was one."""
+    """Change the mode of the contact that contradicts its forces most; return whether there was one."""
     worst, side = _worst(w, n_x, n_c, horizon, least)
     if worst < 0:
         return False
@@ -236,10 +236,10 @@ def _change_contact(w, n_x, n_c, horizon, least):
 
 @compiled(inline=True)
 def _hold_more(w, n_x, n_c, horizon, edges):
-    """Stick where static friction holds what was released on the way to the mode found.
+    """Let contacts stick again that were released during the selection but that static friction can hold.
 
-    Where friction drops from rest to slip, both may agree with the forces; a contact at rest slips only if it must.
-    Nothing has to where nothing pulls: a load that vanishes leaves it at rest, and so do others that stick.
+    If friction drops from rest to slip, both modes may be consistent; a contact at rest slips only if it must. Without
+    an applied force it need not: with a vanishing load, or if others hold it, it stays at rest.
     """
     trials = 0
     for i in range(n_c):
@@ -247,14 +247,14 @@ def _hold_more(w, n_x, n_c, horizon, edges):
         trials += w.tried[i] == 0 and _may_hold(w, n_x, i)[0]
     if trials > 0:
         _try_to_hold(w, n_x, n_c, horizon)
-    if edges and find_edges(w, n_x, n_c, False):  # one that sticks now
+    if edges and find_edges(w, n_x, n_c, False):  # for a contact that sticks now
         prelude(w)
         probe(w)
 
 
 @compiled(inline=True)
 def _may_hold(w, n_x, i):
-    """Whether contact i, released at rest, may stick: at all, and with a constraint of its own."""
+    """Whether contact i, released at rest, may stick with its own constraint."""
     reached = w.old[i] == 0 and (w.hit[backward(i)] or w.hit[forward(i)])
     drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
     alone = idles(w, n_x + backward(i)) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
@@ -265,10 +265,10 @@ def _may_hold(w, n_x, i):
 
 @compiled
 def _try_to_hold(w, n_x, n_c, horizon):
-    """Let contacts stick that are not marked as tried, if that agrees with the forces."""
+    """Let contacts stick that are not marked as tried, if that is consistent with the forces."""
     for i in range(n_c):
         if contradicts(w, n_x, i, horizon)[0] == 0.0:
-            w.turns[i] = 0  # whatever it does on trial, it need not
+            w.turns[i] = 0  # changes during the trial do not count
     while True:
         i = _next_to_hold(w, n_c)
         if i < 0:
@@ -293,9 +293,9 @@ def _try_to_hold(w, n_x, n_c, horizon):
 
 @compiled(inline=True)
 def _next_to_hold(w, n_c):
-    """Return the contact not tried that comes first: those that stuck do, then those with the strongest grip.
+    """Return the next contact to try: first those that stuck, then by decreasing static friction.
 
-    Either of two may be held where not both can; what is decided must not depend on the order of the contacts.
+    If only one of two can be held, the selection must not depend on the order of the contacts.
     """
     best, first, strongest = -1, False, 0.0
     for i in range(n_c - 1, -1, -1):
@@ -309,7 +309,7 @@ def _next_to_hold(w, n_c):
 
 @compiled(inline=True)
 def _holds(w, n_x, n_c, horizon):
-    """Whether the mode on trial agrees with the forces, if need be after contacts left what they carry to others."""
+    """Whether the trial mode is consistent with the forces, possibly after exchanges between contacts."""
     for turn in range(1 + 4 * n_c):
         prelude(w)
         probe(w)
@@ -326,7 +326,7 @@ def _holds(w, n_x, n_c, horizon):
 
 @compiled(inline=True)
 def _change_switch(w, n_x, n_c, n_s, edges):
-    """Flip one switch whose sign is wrong now or, at zero, in the next instant; return whether there was one."""
+    """Flip one switch whose sign is wrong, now or, at zero, immediately after; return whether there was one."""
     if edges and find_edges(w, n_x, n_c, False):
         return True
     time = natural_time(w)
@@ -351,7 +351,7 @@ def _change_switch(w, n_x, n_c, n_s, edges):
 
 @compiled(inline=True)
 def _mark_fresh(w, n_x, n_c, n_s):
-    """Name the guards that start the new mode at zero, or below it by no more than the error of the run."""
+    """Mark the guards that start the new mode at zero, or below it within the error of the run."""
     for i in range(n_c):
         a, b = w.probe[n_x + backward(i), 0], w.probe[n_x + forward(i), 0]
         if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
@@ -362,7 +362,7 @@ def _mark_fresh(w, n_x, n_c, n_s):
             for g, room in ((backward(i), a), (forward(i), b)):
                 largest = w.scale[n_x + g] if w.carries[i] else w.other[g]
                 w.fresh[g], w.slack[g] = room <= ROUNDING * scale, max(0.0, -room)
-                if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero, to the rounding of what has been
+                if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero up to the rounding of earlier values
                     w.fresh[g], w.slack[g] = 0, max(0.0, ROUNDING * max(scale, largest) - room)
         else:
             w.fresh[backward(i)] = w.zero[i]
@@ -375,9 +375,9 @@ def _mark_fresh(w, n_x, n_c, n_s):
 
 @compiled(inline=True)
 def keep_scales(w, n_x, n_c):
-    """Exchange the scales of the guards of a contact that begins or ends to carry a force: guards are slips, or forces.
+    """Exchange the scales of a contact's guards when they change between slips and forces.
 
-    The units of one say nothing about the other.
+    Slips and forces have different units.
     """
     for i in range(n_c):
         carries = w.m[i] == HOLDS or w.m[i] == SHARES

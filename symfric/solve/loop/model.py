@@ -1,4 +1,4 @@
-"""The event loop prepared for a scene: machine code of its series, and the arrays that every run begins with."""
+"""Prepare the event loop of a scene: machine code of its series, and the initial arrays of a run."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ def series_model(
     variations: Variations | None = None,
     n_x: int | None = None,
 ) -> CompiledModel:
-    """Compile what the event loop needs of a scene.
+    """Compile the machine code of a scene for the event loop.
 
     Parameters
     ----------

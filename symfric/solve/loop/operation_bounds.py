@@ -1,4 +1,4 @@
-"""Intervals of the elementary operations, with what of their variation a check at a few points may miss."""
+"""Interval bounds of the elementary operations, with the variation that a check at a few points may miss."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ import casadi as ca
 
 from symfric.errors import SceneError
 
-_EXPONENT = 4.0  # an exponent may change by so much over a tame interval
-_RATIO = 16.0  # and what a quotient, root or logarithm is taken of by this factor
-_ANGLE = 4.0  # rad; no step spans more of a sine
-_FLAT = 700.0  # exponentials of more are as good as infinite, of less than its negative as zero
+_EXPONENT = 4.0  # largest change of an exponent over a tame interval
+_RATIO = 16.0  # largest ratio of the argument of a quotient, root or logarithm over a tame interval
+_ANGLE = 4.0  # largest span of the argument of a sine over a step, rad
+_FLAT = 700.0  # exponents beyond this overflow, or below its negative underflow
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Range:
         return ca.fabs(self.middle) + self.spread
 
 
-# What has no value in an interval, as the logarithm of one that holds zero, must stay NaN: `fmin` and `fmax` lose it.
+# An undefined value, such as the logarithm of an interval with zero, must stay NaN, which `fmin` and `fmax` discard.
 
 
 def _at_least(e: ca.SX, least: float) -> ca.SX:
@@ -104,7 +104,7 @@ def _opposite(condition: Range) -> Range:
 
 
 def _decided(true: ca.SX, false: ca.SX) -> Range:
-    """Return a condition, 1 or 0; one that the interval leaves open may change unseen."""
+    """Return the values of a condition, 1 or 0; one that is undecided over the interval may change unseen."""
     undecided = ca.logic_not(ca.logic_or(true, false))
     return Range(ca.if_else(undecided, 0.5, true), 0.5 * undecided, undecided)
 
@@ -144,19 +144,19 @@ def _between(low: ca.SX, high: ca.SX, inherited: ca.SX | None) -> Range:
 
 
 def judged(values: Range, tame: ca.SX, inherited: ca.SX | None) -> Range:
-    """Return values of which all may be unseen unless they are tame; then only what their arguments hide."""
+    """Return values whose whole variation may be unseen unless they are tame; then only that of their arguments."""
     width = 2 * values.spread
     passed_on = ca.SX(0) if inherited is None else _at_most(inherited, width)
     return Range(values.middle, values.radius, ca.if_else(tame, passed_on, width))
 
 
 def within(small: ca.SX, large: ca.SX) -> ca.SX:
-    """Return whether a positive quantity changes by no more than a moderate factor."""
+    """Whether a positive quantity changes by at most a moderate factor."""
     return ca.logic_and(small > 0, large <= _RATIO * small)
 
 
 def _rising(function: Callable, tame: Callable, slope: Callable) -> Callable[[Range], Range]:
-    """Return the rule of a function that rises throughout."""
+    """Return the rule of a monotone increasing function."""
 
     def rule(a: Range) -> Range:
         values = _between(function(a.low), function(a.high), None)
@@ -174,7 +174,7 @@ def _inverse(a: Range) -> Range:
 
 
 def _power(a: Range, exponent: ca.SX) -> Range:
-    low = _at_least(a.low, 0)  # what moves stays on its side of zero, whatever is lost by rounding
+    low = _at_least(a.low, 0)  # keeps its sign in spite of rounding
     first, second = low**exponent, a.high**exponent
     rises = first < second
     values = _between(ca.if_else(rises, first, second), ca.if_else(rises, second, first), None)
@@ -221,12 +221,12 @@ def _exponential(a: Range) -> ca.SX:
 
 
 def _of_square(a: Range) -> ca.SX:
-    """Return whether 1 + a^2 changes by no more than a moderate factor."""
+    """Whether 1 + a^2 changes by at most a moderate factor."""
     return within(1 + a.smallest**2, 1 + a.largest**2)
 
 
 def _inside(a: Range) -> ca.SX:
-    """Return whether 1 - a^2 changes by no more than a moderate factor."""
+    """Whether 1 - a^2 changes by at most a moderate factor."""
     return within(1 - a.largest**2, 1 - a.smallest**2)
 
 
@@ -263,7 +263,7 @@ def _shifted(rule: Callable[[Range], Range], before: float, after: float) -> Cal
 
 
 def _exp(a: Range) -> Range:
-    """Return the rule of the exponential; with ``(1 - x/4)^4 <= exp(-x)`` it takes one, which costs most here."""
+    """Return the rule of the exponential; ``(1 - x/4)^4 <= exp(-x)`` saves a second, expensive, exponential."""
     high = _flat(lambda e: e)(a.high)
     change = high - _flat(lambda e: e)(a.low)
     most = ca.exp(high)

@@ -1,4 +1,4 @@
-"""Roots and extrema of polynomials on an interval, rigorously.
+"""Roots and extrema of polynomials on an interval, with guaranteed detection.
 
 A polynomial is a row of coefficients ``b[0..n]``. A first crossing is approached from below in steps that cannot pass
 it; where these get short (a graze), Bernstein subdivision decides. Sampling signs would miss a guard that dips below
@@ -10,7 +10,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 
-MARCHES = 12  # before subdivision takes over; a simple root needs about five
+MARCHES = 12  # most steps towards a root before subdivision; a simple root needs about five
 
 
 @compiled(fused=True, from_python=True)
@@ -29,7 +29,7 @@ def value_and_slope(b, n, t):
     fourth, inverse = square * square, 1.0 / t
     a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     power, weight = 1.0, 0.0
-    for k in range(0, n + 1, 4):  # upward: numba looks at every index that counts down, lest it be negative
+    for k in range(0, n + 1, 4):  # upward, because numba checks the sign of decreasing indices
         b0, b1, b2, b3 = power * b[k], power * b[k + 1], power * b[k + 2], power * b[k + 3]
         a0, d0 = a0 + b0, d0 + weight * b0
         a1, d1 = a1 + b1, d1 + (weight + 1.0) * b1
@@ -42,8 +42,8 @@ def value_and_slope(b, n, t):
 
 @compiled(fused=True, from_python=True)
 def polish(b, n, lo, hi, f_lo, f_hi):
-    """Refine the only root between lo and hi, where the signs of b are those of f_lo and f_hi."""
-    s = 0.5 * (lo + hi)  # unless both ends are clearly no roots themselves, as an end of a subdivision may be
+    """Refine the only root between lo and hi, with values f_lo and f_hi of opposite signs there."""
+    s = 0.5 * (lo + hi)  # used if an end may be a root itself, as after subdivision
     if min(abs(f_lo), abs(f_hi)) > 1e-6 * max(abs(f_lo), abs(f_hi)):
         s = lo + (hi - lo) * (f_lo / (f_lo - f_hi))
     for _ in range(100):
@@ -61,7 +61,7 @@ def polish(b, n, lo, hi, f_lo, f_hi):
         else:
             hi = s
         new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
-        if lo <= new <= hi and abs(new - s) <= 1e-9 * s:  # the next step would be about the square of this one
+        if lo <= new <= hi and abs(new - s) <= 1e-9 * s:  # converged: the next step is about the square of this one
             return new
         s = new
     return hi
@@ -142,7 +142,7 @@ def roots(b, n, most, table, stack, found):
 
 @compiled(inline=True, fused=True, from_python=True)
 def _stays_above(b, h, start, total):
-    """Return whether the first three terms stay above the magnitude of all others on [0, h]; excludes most steps."""
+    """Whether the first three terms exceed the magnitude of all others on [0, h], which excludes most steps."""
     first, second = b[1] * h, b[2] * h * h
     rest = max(total - abs(first) - abs(second), 0.0) + 1e-15 * total
     lowest = min(start, start + first + second)
@@ -153,7 +153,7 @@ def _stays_above(b, h, start, total):
 
 @compiled(inline=True, fused=True, from_python=True)
 def _march(b, n, h):
-    """Go from 0 towards the first crossing in steps that cannot pass it; NaN if that takes too many.
+    """Step from 0 towards the first crossing without passing it; NaN if that takes too many steps.
 
     With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
     parabola is safe, and converges to a simple root of b as fast as Newton's method.
@@ -178,7 +178,7 @@ def _march(b, n, h):
         if t == 0.0:  # b and its slope are zero
             return np.nan
         f, slope = value_and_slope(b, n, t)
-        if f <= 0.0:  # on the root, to rounding
+        if f <= 0.0:  # at the root, up to rounding
             return t
     return np.nan
 
@@ -195,7 +195,7 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
         Degree, at least 1.
     h : float
     start : float
-        What counts as b[0], not negative.
+        Value used as b[0], not negative.
     total : float
         Sum of the magnitudes of the terms 1 .. n at h, or a bound of it.
     table, stack, found : ndarray
@@ -223,7 +223,7 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
-    rest, steep, bend = 0.0, 0.0, 0.0  # the rest: all that is not a parabola
+    rest, steep, bend = 0.0, 0.0, 0.0  # bounds of all terms beyond the parabola
     for k in range(3, n + 1):
         size = abs(b[k])
         rest += size
@@ -241,7 +241,7 @@ def extend_range(b, n, low, high, table, stack, found, slope):
         return low, high
     for k in range(n):
         slope[k] = (k + 1) * b[k + 1]
-    if 2.0 * abs(second) > bend:  # the slope rises throughout, or falls: at most one turn
+    if 2.0 * abs(second) > bend:  # the slope is monotone: at most one extremum
         last = value(slope, n - 1, 1.0)
         if (first < 0.0) == (last < 0.0):
             return low, high

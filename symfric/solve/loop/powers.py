@@ -1,11 +1,11 @@
-"""Taylor coefficients of linear equations: powers of their matrix, applied to the state."""
+"""Taylor coefficients of linear equations by powers of their matrix."""
 
 from symfric.codegen.numba_types import compiled
 
 
 @compiled
 def gather(aux, pattern, n_x, count, row, column, entry):
-    """List the entries that are not zero in the present mode, those of the rates first; set how many."""
+    """List the matrix entries that are nonzero in the current mode, those of the rates first; set their number."""
     count[0] = count[1] = 0
     for e in range(pattern.shape[0]):
         if aux[e] != 0.0:
@@ -47,7 +47,7 @@ def powers(aux, count, row, column, entry, newest, y, c):
 
 @compiled(fused=True)
 def reach_of(c, h, far, n_x, out):
-    """Compute what h adds to the states, and by how much `far` can change the other rows that `out` has room for."""
+    """Compute the change of the states over h, and bounds of the change of the other rows over `far`."""
     for r in range(0, n_x, 4):  # four rows at once, as each waits for its last product; the last ones once more
         i, j, k = min(r + 1, n_x - 1), min(r + 2, n_x - 1), min(r + 3, n_x - 1)
         w, x, y, z = 0.0, 0.0, 0.0, 0.0

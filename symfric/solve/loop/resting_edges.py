@@ -1,4 +1,4 @@
-"""Switches at the place where contacts rest: which of them have no sign, see `symfric.lower.cell_edges`."""
+"""Switches of friction profiles at contacts at rest on an edge, see `symfric.lower.cell_edges`."""
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
@@ -7,14 +7,14 @@ from symfric.solve.loop.series import PROBED
 from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
 from symfric.solve.loop.workspace import COUPLING
 
-_MOST = 6  # changes of one switch while settling
+_MOST = 6  # most changes of one switch during mode selection
 
 
 @compiled
 def find_edges(w, n_x, n_c, first):
-    """Give every switch at which a load jumps, if it is at zero, its sign in the mode on trial, or none if it stays.
+    """Set every profile switch at zero in the trial mode: its sign, or no sign if it stays at zero.
 
-    Return whether one was changed. `first` says that settling begins.
+    Return whether one was changed. `first` marks the start of mode selection.
     """
     changed = False
     for j in range(w.edge.size):
@@ -36,14 +36,14 @@ def find_edges(w, n_x, n_c, first):
 
 @compiled(inline=True)
 def size_of(w, n_c, j, derivative):
-    """Return the size of the terms of the quantity of switch j, at which a load jumps, or of one of its derivatives."""
+    """Return the size of the terms of the quantity of a profile switch j, or of one of its derivatives."""
     at = (COUPLING + n_c + w.limits.n_q + w.limits.coupled) * n_c + derivative * w.limits.edges + w.edge[j] - 1
     return w.gauge[at // n_c, at % n_c]
 
 
 @compiled
 def _new_sign(w, row, g, j, n_c):
-    """Return the entry of a switch: its sign now or in the next instant, +-ON_EDGE if it stays at zero.
+    """Return the mode entry of a switch: its sign now or immediately after, +-ON_EDGE if it stays at zero.
 
     One that is not at zero and has the wrong sign is left to `_change_switch` in `.mode_selection`. Of one that was at
     zero before, what the forces leave by rounding in the meantime is zero, too.
@@ -63,7 +63,7 @@ def _new_sign(w, row, g, j, n_c):
 
 @compiled(inline=True)
 def decisive(w, c, row, j, n_c, time):
-    """Return the order of the first coefficient of switch j, which is at zero, that is not zero to rounding.
+    """Return the order of the first coefficient of switch j, at zero, that is nonzero up to rounding.
 
     4 if the first three are. `c` holds the coefficients of all rows, `time` is the natural one.
     """

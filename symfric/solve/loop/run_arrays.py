@@ -1,4 +1,4 @@
-"""What the runs of all event loops have in common: the arrays that others read."""
+"""Arrays that the runs of all event loops have in common."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,40 +11,40 @@ from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers,
 SETTLE, EXPAND, GO = range(3)  # values of `Counts.phase`
 HIT, LOADED = 1, 2  # values of `Counts.flagged`
 
-CHUNK = 1_000_000  # steps between two reports of the progress
+CHUNK = 1_000_000  # number of steps between two reports of the progress
 
 
 class Counts(Scalars, kind=int):
-    """What is counted, and where the loop stands."""
+    """Counters and current position of the loop."""
 
     steps: int
     events: int
     kinks: int
     grazes: int
-    kept_steps: int  # of the trajectory
+    kept_steps: int  # stored steps of the trajectory
     kept_events: int
-    segment: int  # of the inputs, now
-    phase: int  # what the loop does next: SETTLE, EXPAND or GO
+    segment: int  # current segment of the inputs
+    phase: int  # next phase of the loop: SETTLE, EXPAND or GO
     stall: int  # events since time has advanced
     mark_events: int  # events when `Clock.mark_t` was set
     mark_steps: int  # steps when `Clock.mark_steps_t` is set next
-    flagged: int  # what was hit at the end of the step: nothing, HIT or LOADED
+    flagged: int  # event at the end of the step: 0 for none, HIT or LOADED
     doubts: int  # events after which derivatives do not exist
 
 
 class Clock(Scalars):
-    """Times."""
+    """Times and their rounding errors."""
 
-    t_low: float  # what rounding leaves of the time
+    t_low: float  # rounding error of the time
     h_last: float  # length of the last step
-    rest: float  # since when everything rests
+    rest: float  # time since which everything rests
     mark_t: float
     mark_steps_t: float
     t_end: float
 
 
 class Limits(Scalars, kind=int):
-    """What a run may use, and what it keeps."""
+    """Budgets of a run, and what it stores."""
 
     max_steps: int
     max_events: int
@@ -55,29 +55,29 @@ class Limits(Scalars, kind=int):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunArrays(ArraySet):
-    """Arrays of one run that every event loop has."""
+    """Common arrays of one run."""
 
     code: Integers  # addresses of machine code
     given_y: Reals  # state and parameters at the start of a run
     given_p: Reals
     y: Reals  # state and time, (n_x + 1,)
-    p: Reals  # parameters, and what the machine code takes behind them
-    total: Matrix  # smallest, largest, integral and its rounding rest of every wanted row, (n_e, 4)
-    due: Reals  # times at which values of rows are wanted, row after row
-    first_due: Integers  # where those of each row begin, (n_e + 1,)
-    next_due: Integers  # the first of each that has not been passed, (n_e,)
-    seen: Reals  # the values at the times due
+    p: Reals  # parameters, and further inputs of the machine code
+    total: Matrix  # smallest, largest, integral and its rounding error of every observable, (n_e, 4)
+    due: Reals  # sampling times of the observables, one after the other
+    first_due: Integers  # index of the first sampling time of each, (n_e + 1,)
+    next_due: Integers  # index of the first sampling time not yet passed, (n_e,)
+    seen: Reals  # sampled values
     counts: Counts
     clock: Clock
     event_t: Reals
     event_i: IntegerMatrix  # contact, mode before, mode after
-    path_t: Matrix  # start and length of every step kept
+    path_t: Matrix  # start and length of every stored step
     path_c: Cube  # its state coefficients, (n, n_x, order + 1)
     path_m: IntegerMatrix  # its modes, (n, n_c)
 
 
 def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c: int) -> dict[str, Any]:
-    """Return the fields of `RunArrays` but `code` and `p`; `times` are those at which each row is wanted."""
+    """Return the fields of `RunArrays` but `code` and `p`; `times` are the sampling times of each observable."""
     n_e = len(times)
     due = np.array([t for row in times for t in row], dtype=float)
     return {
@@ -100,6 +100,6 @@ def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c
 
 
 def limit(limits: Limits, budgets: tuple[int, int], wanted) -> None:
-    """Set the limits of a run from the budgets of steps and events and what is wanted."""
+    """Set the limits of a run from the budgets of steps and events and the observables."""
     limits.max_steps, limits.max_events, limits.chunk = *budgets, CHUNK
     limits.keep_path, limits.keep_events = wanted.path, wanted.events

@@ -1,4 +1,4 @@
-"""The rules by which every event loop begins, pauses and ends a run."""
+"""Common rules of all event loops for starting, pausing and ending a run."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 
 _OK, _STEPS, _EVENTS = int(Status.OK), int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET)
 _CHATTER = int(Status.CHATTER)
-_STALLED = 200  # events without time advancing
-_WINDOW = 1000  # events that together advance less than a rounding error of the time stand still
+_STALLED = 200  # most events without advance of time
+_WINDOW = 1000  # a run stands still if so many events advance less than a rounding error of the time
 
 
 @compiled(inline=True)
 def begin_counting(w):
-    """Set counts and times to those of a run that begins."""
+    """Initialise counters and times of a run."""
     c = w.counts
     c.steps, c.events, c.kinks, c.grazes, c.kept_steps, c.kept_events = 0, 0, 0, 0, 0, 0
     c.segment, c.phase, c.stall, c.mark_events, c.mark_steps, c.flagged, c.doubts = 0, SETTLE, 0, 0, 0, 0, 0
@@ -24,7 +24,7 @@ def begin_counting(w):
 
 @compiled(inline=True)
 def begin_values(w):
-    """Forget the values of rows that a run before has noted."""
+    """Reset the sampled values of a previous run."""
     for e in range(w.next_due.size):
         w.next_due[e] = w.first_due[e]
     for k in range(w.seen.size):
@@ -33,7 +33,7 @@ def begin_values(w):
 
 @compiled(inline=True)
 def pause(w, stop, most):
-    """Return why a run has to stop before its next step, which logs at most so many events; `stop` counts steps."""
+    """Return why a run has to pause before its next step, which logs at most so many events; `stop` counts steps."""
     if w.counts.steps >= w.limits.max_steps:
         return _STEPS
     if w.counts.steps >= stop:
@@ -47,7 +47,7 @@ def pause(w, stop, most):
 
 @compiled(inline=True)
 def budget(w, t):
-    """Return a status that ends a run of too many events, or of too many at the time t."""
+    """Return a status that ends a run with too many events, in total or at the time t."""
     if w.counts.stall > _STALLED:
         return _CHATTER
     if w.counts.events > w.limits.max_events:

@@ -1,7 +1,7 @@
-"""Derivatives across an event: those of the states, of the integrals, and of the extremes that lie on it.
+"""Saltation: derivatives of states, integrals and extremes across an event.
 
-From an event at which there are none on, derivatives are void; those of extremes and values taken before it are not.
-The functions do nothing to runs without derivatives, and are not called by them.
+After an event without derivatives they are void, except those of extremes and values before it. Runs without
+derivatives do not call these functions.
 """
 
 import numpy as np
@@ -15,12 +15,12 @@ from symfric.solve.loop.polynomials import roots, value
 from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import JUMP
 
-APART = 1e-6  # relative difference of the times of events that are meant to be one
+APART = 1e-6  # relative difference of event times up to which events count as simultaneous
 
 
 @compiled
 def remember(w):
-    """Note the mode before an event, and what was hit."""
+    """Store the mode before an event, and the guards hit."""
     n_m, first = w.m.size, w.p.size
     for k in range(first):
         w.before[k] = w.p[k]
@@ -34,7 +34,7 @@ def remember(w):
 
 @compiled
 def jump(w, n_x, n_c, starting):
-    """Apply the saltation to all derivatives; count the events at which there are none, and void what lies on them."""
+    """Apply the saltation to all derivatives; count events without derivatives, and void values on them."""
     n_s, n_m, n_g, n_f = w.limits.varied, w.m.size, w.hit.size, w.limits.followed
     n_y, first = n_x // (1 + n_s), w.kind.size - n_f * n_s
     for k in range(n_m):
@@ -69,19 +69,20 @@ def jump(w, n_x, n_c, starting):
 
 @compiled
 def _doubt(w, n_x, n_c, slopes):
-    """Count an event that grazes, that is two events at one time, or that follows another at once."""
+    """Count an event without derivatives: a graze, simultaneous events, or an immediately following one."""
     n_m, n_g, first = w.m.size, w.hit.size, w.p.size
     changed = False
     for i in range(n_c):
         slipped, slips = w.before[first + i] < 0.5, w.m[i] < 0.5
         changes = slipped != slips or (slips and w.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
-        if changes and slipped and w.after[slopes + n_g + backward(i)] > APART:  # its slip ended with that of another
+        if changes and slipped and w.after[slopes + n_g + backward(i)] > APART:  # its slip ended together with another
             w.counts.doubts += 1
     for g in range(n_g):
         if w.before[first + 2 * n_m + g] == 0.0 or backward(n_c) <= g < w.limits.first_other:
             continue
-        if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:  # that another holds on changes no motion
+        # an exchange of constraints does not change the motion
+        if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:
             continue
         slow = abs(w.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         if slow or w.after[slopes + n_g + g] > APART:
@@ -92,7 +93,7 @@ def _doubt(w, n_x, n_c, slopes):
 
 @compiled
 def _doubt_start(w, n_c, n_s, slips):
-    """Count the contacts that slip from zero slip although a direction moves their start to either side."""
+    """Count contacts that slip from zero slip although a direction of differentiation moves their start across it."""
     for i in range(n_c):
         if w.zero[i] and w.m[i] < 0.5:
             for s in range(n_s):
@@ -101,7 +102,7 @@ def _doubt_start(w, n_c, n_s, slips):
 
 @compiled
 def _doubt_edges(w, n_c, off):
-    """Count the contacts at rest on the edge of a cell that a direction moves off it."""
+    """Count contacts at rest on the edge of a cell that a direction of differentiation moves off it."""
     for j in range(w.edge.size):
         if w.edge[j] and abs(w.m[sign(j, n_c)]) == ON_EDGE:
             w.counts.doubts += w.after[off + w.edge[j] - 1] > APART
@@ -109,7 +110,7 @@ def _doubt_edges(w, n_c, off):
 
 @compiled
 def note_places(w, e, tau, low, high):
-    """Note where in the step (0 to 1) row e took new extremes, -1 where it did not, and its slope if at the end.
+    """Store where in the step (0 to 1) row e took new extremes, -1 if it did not, and its slope if at the end.
 
     ``w.poly`` holds the row over the step, scaled to [0, 1]; `low` and `high` are the extremes before it.
     """
@@ -126,7 +127,7 @@ def note_places(w, e, tau, low, high):
 
 @compiled
 def _place(w, order, target):
-    """Return where in [0, 1] the polynomial ``w.poly`` takes an extreme value."""
+    """Return the place in [0, 1] where the polynomial ``w.poly`` takes an extreme value."""
     if w.poly[0] == target:
         return 0.0
     if value(w.poly, order, 1.0) == target:
@@ -143,7 +144,7 @@ def _place(w, order, target):
 
 @compiled
 def turn_lowest(w, e):
-    """Extend the least value that row e took where it turned upward; ``w.poly`` holds it, scaled to [0, 1]."""
+    """Update the least local minimum of row e; ``w.poly`` holds the row, scaled to [0, 1]."""
     order = w.c.shape[1] - 1
     w.total[e, 2], w.total[e, 3] = -1.0, -1.0
     change, bend = 0.0, 0.0
@@ -165,7 +166,7 @@ def turn_lowest(w, e):
 
 @compiled
 def follow(w, f, c, tau):
-    """Evaluate derivative row f where the row it follows took its extremes in this step."""
+    """Evaluate derivative row f at the extremes of its row in this step."""
     e = w.follows[f]
     s = (f - w.kind.size) % w.limits.varied
     parent = w.c[w.c.shape[0] - w.kind.size + e]
@@ -174,5 +175,5 @@ def follow(w, f, c, tau):
         if place < 0.0:
             continue
         w.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if w.counts.doubts == 0 else np.nan
-        if place == 0.0:  # a row that jumped at the event where this step begins
+        if place == 0.0:  # a row that jumped at the event at the start of this step
             w.total[f, side] += parent[1] * w.tau[s]

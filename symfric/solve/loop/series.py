@@ -1,4 +1,4 @@
-"""Taylor series of the motion as functions that the event loop calls, however they were derived."""
+"""Taylor series of the motion, as functions that the event loop calls."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,19 @@ import casadi as ca
 from symfric.codegen.llvm_ir import Written
 from symfric.lower.linear_modes import Matrices
 
-PROBED = 3  # order of the short series that decides the next mode: where slip begins at a kink, the third decides
+PROBED = 3  # order of the short series for mode selection; for slip that starts at a kink, order 3 is decisive
 
 
 @dataclass(frozen=True)
 class Series:
-    """Functions that give Taylor coefficients.
+    """Functions that compute Taylor coefficients.
 
     Attributes
     ----------
     prelude : casadi.Function
         ``(p, m) -> aux``: everything that depends on parameters and mode alone.
     series : casadi.Function
-        ``([y; t], aux) -> coefficients``, row by row (states, guards, wanted rows), each of order 0 to `order`.
+        ``([y; t], aux) -> coefficients``, row by row (states, guards, observables), each of order 0 to `order`.
     probe : casadi.Function
         The same up to order `PROBED`.
     order : int
@@ -49,7 +49,7 @@ class Series:
 
 
 def reach(n_x: int, n_g: int, order: int) -> ca.Function:
-    """Return ``([h; far], coefficients) -> (gain, size)``: what h adds to the states, how much `far` changes guards.
+    """Return ``([h; far], coefficients) -> (gain, size)``: change of states over h, and of guards over `far`.
 
     Both are sums of the terms 1 to `order`, of their magnitudes for the guards; rows as in `Series`.
     """
@@ -60,7 +60,7 @@ def reach(n_x: int, n_g: int, order: int) -> ca.Function:
         row = ca.vertsplit(c[r * (order + 1) : (r + 1) * (order + 1)])
         h, row = (step[0], row) if r < n_x else (step[1], [ca.fabs(e) for e in row])
         square = h * h
-        # every fourth power by itself: four chains of operations are shorter than one
+        # four interleaved sums, which are faster than one chain
         part = [_horner(row[first::4], square * square) for first in range(1, 5)]
         out.append(h * ((part[0] + h * part[1]) + square * (part[2] + h * part[3])))
     return ca.Function("reach", [step, c], [ca.vertcat(*out)], {"cse": True})

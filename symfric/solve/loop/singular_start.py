@@ -15,8 +15,9 @@ from symfric.solve.loop.tolerances import TIE, natural_time
 from symfric.solve.loop.workspace import PULL, TERMS
 from symfric.solve.status import Status
 
-FRACTION = 1e-6  # of the natural time: rounding of the slip and truncation both cost about 1e-11 then
-NEGLIGIBLE = 1e-9  # part of a state's range that a curvature moves it in that time, unless it is none
+# length of the step relative to the natural time: rounding of the slip and truncation are both about 1e-11
+FRACTION = 1e-6
+NEGLIGIBLE = 1e-9  # displacement by a curvature in that time, relative to a state's range, that is negligible
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
@@ -45,7 +46,7 @@ def start_singular(w, n_x, n_c):
             if rate <= TIE * w.gauge[PULL, i]:
                 weight = 0.5
     h = min(FRACTION * time, w.clock.t_end - w.y[n_x])
-    for r in range(n_x):  # a branch that is singular too leaves a curvature as large as it came near
+    for r in range(n_x):  # a branch that is singular too has a large curvature
         if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
             w.base[2, r] = 0.0
     w.y[n_x] += h
@@ -53,7 +54,7 @@ def start_singular(w, n_x, n_c):
     if which >= 0:
         _balance(w, n_x, which, weight, h)
         status = _endpoint(w, n_x, weight, h)
-    else:  # a kink: the old branch is regular here and its force is the same, so it leads the way for one short step
+    else:  # a kink: the old branch is regular here with the same force, so it is used for one short step
         for r in range(n_x):
             w.y[r] = w.base[0, r] + h * (w.base[1, r] + h * w.base[2, r])
     _keep(w, n_x, n_c, h)
@@ -65,7 +66,7 @@ def start_singular(w, n_x, n_c):
 
 @compiled
 def _keep(w, n_x, n_c, h):
-    """Add the short step to the trajectory, as a straight line."""
+    """Append the short step to the trajectory, as a straight line."""
     if w.limits.keep_path == 0 or w.counts.kept_steps >= w.path_t.shape[0]:
         return
     k = w.counts.kept_steps
@@ -81,7 +82,7 @@ def _keep(w, n_x, n_c, h):
 
 @compiled
 def _balance(w, n_x, i, weight, h):
-    """Bisect for the slip of contact i at the end of the step: it must be what the rates at both ends make of it."""
+    """Bisect for the slip of contact i at the end of the step that is consistent with the rates at both ends."""
     high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
     low = 1e-12 * high
     k, side = w.anchor[i], way(w, i) / w.factor[i]
@@ -100,7 +101,7 @@ def _balance(w, n_x, i, weight, h):
 
 @compiled
 def _endpoint(w, n_x, weight, h):
-    """Move all states by the weighted rates at both ends."""
+    """Advance all states by the weighted rates at both ends."""
     expand(w)
     for r in range(n_x):
         if not abs(w.c[r, 1]) < np.inf:

@@ -1,4 +1,4 @@
-"""Whether a step obeys the equations all the way, where its coefficients cannot tell; see `.enclosure`.
+"""Step acceptance: check that a step satisfies the equations where its coefficients do not show it.
 
 A step of which nothing is unseen beyond the tolerance, as `enclosure` bounds it, holds if its defect is small at the
 end, where that of a series is largest. Any other is cut into parts, which hold if nothing is unseen on them and if
@@ -13,17 +13,17 @@ from symfric.solve.loop.polynomials import value
 from symfric.solve.loop.powers import reach_of
 from symfric.solve.loop.tolerances import EPS
 
-_PARTS = 400  # of a step, at most
-_LEAST = 2.0**-12  # length of a part, relative to the step
-_WORTH = 2.0**-6  # part of a step that is worth taking
-_NOTHING = 1e-150  # beside anything that moves: the tail of a pulse that meets a body at rest
-_ROUNDING = 1e-13  # of a sum, relative to the magnitudes of its terms
-_SLACK = 50.0  # tolerances that a defect may have where it is looked at
+_PARTS = 400  # most parts of a step
+_LEAST = 2.0**-12  # least length of a part, relative to the step
+_WORTH = 2.0**-6  # least fraction of a step that is accepted instead of a new trial
+_NOTHING = 1e-150  # negligible size, such as the tail of a pulse that acts on a body at rest
+_ROUNDING = 1e-13  # rounding error of a sum, relative to the magnitudes of its terms
+_SLACK = 50.0  # largest defect at a checked point, in tolerances
 
 
 @compiled(inline=True)
 def reach(w, h, far):
-    """Compute what a step of length h adds to the states, and by how much one of length `far` can change the guards."""
+    """Compute the change of the states over a step h, and bounds of the change of the guards over `far`."""
     w.step[0], w.step[1] = h, far
     if w.limits.linear:
         reach_of(w.c, h, far, w.y.size - 1, w.reach)
@@ -33,7 +33,7 @@ def reach(w, h, far):
 
 @compiled(inline=True, fused=True)
 def proven(w, n_x, tau):
-    """Move the state on trial to the end of a step of length tau; return the length that holds, or one to try."""
+    """Set the trial state to the end of a step of length tau; return the accepted length, or one to try."""
     if w.limits.checked:
         return _proven(w, n_x, tau)
     _try_end(w, n_x, tau)
@@ -76,11 +76,11 @@ def _note_bends(w, n_x, tau):
 
 @compiled(fused=True)
 def _hides_nothing(w, n_x, begin, end, tau):
-    """Return whether what may be unseen between two times of the step stays below the tolerance."""
+    """Whether unseen features between two times of the step stay below the tolerance."""
     half = 0.5 * (end - begin)
     order, middle = w.c.shape[1] - 1, begin + half
     for r in range(n_x):
-        if begin == 0.0 and end == tau:  # the whole step: less to compute, and most pass
+        if begin == 0.0 and end == tau:  # the whole step, which is cheaper and usually sufficient
             step, rest = tau * w.c[r, 1], 0.0
             for k in range(order, 1, -1):
                 rest = rest * tau + abs(w.c[r, k])
@@ -104,20 +104,20 @@ def _hides_nothing(w, n_x, begin, end, tau):
 
 @compiled(inline=True, fused=True)
 def _size(w, r, tau):
-    """Return what the value of a guard or a wanted row is compared with."""
+    """Return the scale of a guard or an observable."""
     return max(w.scale[r], abs(w.c[r, 0]), abs(w.c[r, 1]) * tau)
 
 
 @compiled
 def _rounding(w, r):
-    """Return the rounding of row r, whose terms may cancel each other, while states and time stay in ``w.box``."""
+    """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.box``."""
     bound_terms(w)
     return _ROUNDING * w.terms[r] if w.terms[r] < np.inf else 0.0
 
 
 @compiled(inline=True, fused=True)
 def _try_end(w, n_x, t):
-    """Set the state on trial to that of the polynomial after the time t."""
+    """Set the trial state to the polynomial after the time t."""
     if t != w.step[0]:
         reach(w, t, t)
     for r in range(n_x):
@@ -126,7 +126,7 @@ def _try_end(w, n_x, t):
 
 @compiled(fused=True)
 def _obeys(w, n_x, t, tau):
-    """Return whether rates and exposed rows of the polynomial after the time t are those of the equations."""
+    """Whether rates and exposed rows of the polynomial after the time t satisfy the equations (small defect)."""
     _try_end(w, n_x, t)
     w.trial[n_x] = w.y[n_x] + (w.clock.t_low + t)
     probe_trial(w)
@@ -140,7 +140,7 @@ def _obeys(w, n_x, t, tau):
         allowed = tolerance * scale + t * (1e-12 * (start + abs(truth)) + _NOTHING)
         error = abs(rate - truth) * t
         if error > allowed and error > allowed + t * _rounding(w, r):
-            return not abs(truth) < np.inf  # a singular point ends the step, and is left by `start_singular`
+            return not abs(truth) < np.inf  # a singular point ends the step; `start_singular` continues from it
     for e in range(w.exposed.size):
         r = w.exposed[e]
         if r < n_x:

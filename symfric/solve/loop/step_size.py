@@ -1,23 +1,23 @@
-"""The length of a step, from the last coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
+"""Step size from the last Taylor coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.tolerances import EPS
 
-_TINY = 1e-300  # a scale that is none
-_SHORT = 1e-3  # of the run: a first step that no coefficient limits
-_ONE = 2**52  # one, of a logarithm in fixed point
-_CUT = 22  # bits of it that are dropped before it is multiplied
-_PART = 2.0**20  # one, of the reciprocal of the order
+_TINY = 1e-300  # scale that counts as zero
+_SHORT = 1e-3  # first step without a limit by coefficients, relative to the run
+_ONE = 2**52  # the number one in the fixed-point format of logarithms
+_CUT = 22  # bits of a logarithm that are dropped before a multiplication
+_PART = 2.0**20  # the number one in the fixed-point format of the reciprocal order
 _INFINITE = 2047 * _ONE  # bits of infinity, and less than those of NaN
-_NONE = -2047 * _ONE  # less than any
+_NONE = -2047 * _ONE  # less than any logarithm
 _MOST = 1023 << 30
 
 
 @compiled(inline=True)
 def step_rule(w):
-    """Return what `step_size` needs of the tolerance and the order."""
+    """Return the constants of `step_size` for a tolerance and order."""
     order, tolerance = w.c.shape[1] - 1, w.clock.tolerance
     limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
     return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
@@ -42,7 +42,7 @@ def step_size(w, n_x, rule):
             continue
         scale = max(w.scale[r], abs(w.c[r, 1]) * before, grain * abs(w.c[r, 0]))
         if w.limits.checked and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
-            # near a singularity of a law its guard must be right relative to what is left of it
+            # near a singularity of a law its guard must be accurate relative to its own value
             scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, grain * scale)
         if scale < _TINY:
             if _comes_late(w, r):
@@ -63,7 +63,7 @@ def step_size(w, n_x, rule):
 def _bits(x):
     """Return the bits of x >= 0: 2^52 (1023 + log2 x), too small by up to 0.09 x 2^52.
 
-    The root of the order of the series makes nothing of that. With logarithms and powers of the C library, the length
+    This error is negligible after a root of the series' order. With logarithms and powers of the C library, the length
     of a step would take an eighth of the time of a run; converted between integers and floats, a twelfth.
     """
     return np.float64(x).view(np.int64)
@@ -74,7 +74,7 @@ def _exp2(x):
     """Return 2^(x 2^-30), to 3 in a thousand: bits again, and a parabola between the powers of two."""
     x = min(x, _MOST)
     whole = np.int64(((x >> 30) + 1023) << 52).view(np.float64)
-    part = np.int64((1023 << 52) | ((x & (2**30 - 1)) << _CUT)).view(np.float64)  # from 1 to 2
+    part = np.int64((1023 << 52) | ((x & (2**30 - 1)) << _CUT)).view(np.float64)  # mantissa from 1 to 2
     return whole * (0.6870 + part * (part * 0.3435 - 0.0305))
 
 
@@ -94,18 +94,18 @@ def _largest_term(w, r, h):
 
 @compiled(fused=True)
 def _comes_late(w, r):
-    """Whether a row begins with a high power of time: a body that the motion reaches through many others.
+    """Whether a row starts with a high power of time, as for a body far along a chain from the moving one.
 
-    What it is on this step is nothing beside what it will be, and its series says nothing about the step.
+    Its values on this step are negligible compared with later ones, and do not limit the step.
     """
     return not np.any(w.c[r, : (w.c.shape[1] - 1) // 2 + 1])
 
 
 @compiled(fused=True)
 def _first_step(w):
-    """Return the first step, when no scale is known: the last terms are compared with the largest of their row.
+    """Return the first step, without known scales: the last terms are compared with the largest of their row.
 
-    Of a row that has only every third or fourth term, the last that there are.
+    For a row with only every third or fourth term, the last nonzero terms are used.
     """
     order = w.c.shape[1] - 1
     tolerance = w.clock.tolerance
@@ -126,7 +126,7 @@ def _first_step(w):
                     reach = max(reach, _root(tolerance * abs(w.c[r, k]) / a, last - k))
             if reach == 0.0 and w.c[r, 0] != 0.0:
                 reach = _root(tolerance * abs(w.c[r, 0]) / a, last)
-            elif reach == 0.0:  # nothing to compare with: a part of the run
+            elif reach == 0.0:  # no scale is known: a fraction of the run
                 reach = _SHORT * w.clock.t_end
             own = min(own, reach)
         if _comes_late(w, r):

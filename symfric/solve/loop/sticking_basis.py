@@ -1,4 +1,4 @@
-"""Which of the sticking contacts have a constraint of their own, and the exchange of one that reaches its bound.
+"""Basis of the sticking contacts (those with their own constraint), and its exchange when one reaches its bound.
 
 Where more contacts stick than slips are independent, those with a constraint of their own are a basis: the slip rows of
 the others are ``J_k = sum_j c_kj J_j`` over the basis, and their friction is given, zero or at the static bound. The
@@ -18,15 +18,15 @@ from symfric.lower.constraint_forces import AT_BOUND, DISTINCT, FOLLOWS, HOLDS, 
 from symfric.solve.loop.layout import direction
 from symfric.solve.loop.workspace import COUPLING, PULL
 
-CLOSE = 1e-4  # part of its diagonal below which a pivot of the coupling is not what is left of the rows, to rounding
-_FAINT = 16 * DISTINCT  # part of the terms of a coefficient c_kj, by which they are rounded, below which it is zero
+CLOSE = 1e-4  # pivot of the coupling relative to its diagonal below which rounding makes it inaccurate
+_FAINT = 16 * DISTINCT  # coefficient c_kj relative to its terms below which it is zero up to rounding
 
 
 @compiled
 def share(w, n_c):
-    """Mark the sticking contacts with a constraint of their own, and the others by what determines their force.
+    """Mark the sticking contacts with their own constraint, and the others by how their force is determined.
 
-    A basis stays what it is as long as its contacts stick. Return whether some slips nearly follow from others.
+    A basis is kept as long as its contacts stick. Return whether some slips are nearly dependent.
     """
     n = _order(w, n_c)
     for a in range(n):
@@ -50,9 +50,9 @@ def share(w, n_c):
 
 @compiled(inline=True)
 def _order(w, n_c):
-    """List the sticking contacts, those of the basis first, those at their bounds last; return their number.
+    """List the sticking contacts, basis first, contacts at their bounds last; return their number.
 
-    Of those without a force, the one with the strongest grip comes first, whatever the order of the contacts.
+    Those without a force are sorted by decreasing static friction, independent of the order of the contacts.
     """
     n = 0
     for rank in (HOLDS, SHARES, FOLLOWS, AT_BOUND):
@@ -71,7 +71,7 @@ def _order(w, n_c):
 
 @compiled
 def _share_closely(w, n):
-    """Do so where a slip nearly follows from those before it; see `symfric.lower.constraint_forces`."""
+    """Mark the contacts if a slip nearly depends on earlier ones; see `symfric.lower.constraint_forces`."""
     n_q = w.limits.n_q
     spread = COUPLING + w.order.size
     for a in range(n):
@@ -106,7 +106,7 @@ def _product(w, i, j, n_q):
 
 @compiled(inline=True)
 def _part(w, i, j, n_q):
-    """Take the part of row j out of row i."""
+    """Subtract the component along row j from row i."""
     part = _product(w, j, i, n_q) / w.share[j, j]
     w.share[i, j] += part
     for r in range(n_q):
@@ -116,7 +116,7 @@ def _part(w, i, j, n_q):
 
 @compiled
 def coefficient(w, n_c, k, lead):
-    """Return ``c_kj`` of contact k, whose force is given, for the contact j = `lead` of the basis; zero to rounding."""
+    """Return ``c_kj`` of contact k, whose force is given, for the basis contact j = `lead`."""
     found, size, n = 0.0, 0.0, 0
     while n < n_c and w.order[n] != k:
         n += 1
@@ -139,13 +139,13 @@ def coefficient(w, n_c, k, lead):
 
 @compiled(inline=True)
 def _way(w, i, j):
-    """Return whether the slips of two parallel contacts have the same sign, 1, or not, -1."""
+    """Return 1 if the slips of two parallel contacts have the same sign, else -1."""
     return 1.0 if w.gauge[COUPLING + i, j] > 0.0 else -1.0
 
 
 @compiled
 def exchange(w, n_c, i, side, least):
-    """Keep contact i, which would slip in the direction `side`, at its bound and let another take its place.
+    """Keep contact i, which would slip in the direction `side`, at its bound and replace it in the basis.
 
     Return whether there is one; if not, ``w.slips`` holds the ways in which contacts slip with it. Parallel contacts do
     all of it together. The marks are those that `share` has left; `least` says to take the other of least index.
@@ -161,7 +161,7 @@ def exchange(w, n_c, i, side, least):
 
 @compiled
 def lead_of(w, i):
-    """Return the contact that holds what i does, together with those parallel to it."""
+    """Return the basis contact among i and those parallel to it."""
     for j in range(w.order.size):
         if w.m[j] == HOLDS and w.parallel[j] == w.parallel[i]:
             return j
@@ -170,7 +170,7 @@ def lead_of(w, i):
 
 @compiled
 def entering(w, n_c, lead, way, least):
-    """Return the contact whose force can change so that `lead` does not slip in the direction `way`, -1 if none can."""
+    """Return the contact that can enter the basis so that `lead` does not slip in the direction `way`, -1 if none."""
     best, largest = -1, 0.0
     for k in range(n_c):
         w.slips[k] = 0.0
@@ -190,7 +190,7 @@ def entering(w, n_c, lead, way, least):
 
 @compiled
 def swap(w, n_c, lead, best):
-    """Put contact `lead` and those parallel to it at their bounds, `best` and those parallel to it in their place."""
+    """Replace contact `lead` and those parallel to it, now at their bounds, by `best` and those parallel to it."""
     for j in range(n_c):
         if (w.m[j] == HOLDS or w.m[j] == SHARES) and w.parallel[j] == w.parallel[lead]:
             w.m[j], w.m[direction(j, n_c)] = AT_BOUND, w.slips[j]

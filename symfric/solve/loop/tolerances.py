@@ -1,27 +1,27 @@
-"""What counts as zero: rounding, ties, and the error of the run."""
+"""Thresholds of zero: rounding, ties, and the error of the run."""
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.workspace import COUPLING, FORCES, PULL, TERMS
 
 EPS = 2.0**-52
-ROUNDING = 64 * EPS  # of a sum of a few terms, relative to their magnitudes
-TIE = 1e-13  # of a derivative, relative to its scale
-MOST_DOUBT = 1e-3  # of a static bound that the error of a run may hide
-TOUCH = 10.0  # tolerances, of its largest value so far: a load that dips no deeper below zero only touches it
+ROUNDING = 64 * EPS  # rounding error of a sum of a few terms, relative to their magnitudes
+TIE = 1e-13  # derivative relative to its scale that counts as zero
+MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attributed to the error of the run
+TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
 
 
 @compiled(inline=True)
 def no_acceleration(w, i, jerk):
-    """Return below what a slip acceleration is zero: the tie, rounding, or that of time under a fast load."""
+    """Return the slip acceleration below which it is zero: by tie, rounding, or rounding of time under a fast load."""
     little = max(TIE * w.gauge[PULL, i], ROUNDING * w.gauge[FORCES, i])
     return max(little, 4.0 * EPS * abs(w.y[w.y.size - 1]) * abs(jerk))
 
 
 @compiled
 def natural_time(w):
-    """Return range over speed of the coordinate for which it is longest: about a radian of its vibration.
+    """Return the natural time: the largest ratio of range to speed of a coordinate, about a radian of its vibration.
 
-    What a belt carries changes its speed by rounding alone; no time is longer than the run.
+    Limited by the run, since the speed of a body carried by a belt changes by rounding alone.
     """
     time = 0.0
     n = w.limits.n_q
@@ -33,20 +33,20 @@ def natural_time(w):
 
 @compiled
 def instant(w):
-    """Return the rounding of time, and of what takes about a radian of the vibration."""
+    """Return the rounding error of time, at least that of the natural time."""
     return 4.0 * EPS * max(abs(w.y[w.y.size - 1]), natural_time(w))
 
 
 @compiled
 def no_load(w, i):
-    """Return what terms that cancel may leave of a load of zero: rounding of the forces on the bodies of contact i."""
+    """Return the rounding error of a zero load, from the forces on the bodies of contact i."""
     coupling = w.gauge[COUPLING + i, i]
     return ROUNDING * w.gauge[FORCES, i] / coupling if coupling > 0.0 else 0.0
 
 
 @compiled(inline=True)
 def doubt_of(w, i):
-    """Return the force by which the stick force of contact i may be wrong: by rounding, and by the error of the run.
+    """Return the possible error of the stick force of contact i, by rounding and by the error of the run.
 
     It is at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as
     none. The forces that cancel in the stick force set this least, not its bound, which may be far smaller. The error

@@ -1,4 +1,4 @@
-"""Events of contacts of other kinds than those along a line: what they do to state and mode is a function of the model.
+"""Events of contacts that do not slip along a line, which change state and mode by a function of the model.
 
 See `symfric.lower.automaton.Automaton.transition`.
 """
@@ -11,7 +11,7 @@ from symfric.solve.loop.workspace import TRANSITION
 
 @compiled
 def transit(w, n_c):
-    """Change state and mode at events of contacts of other kinds; log the changes and return their number."""
+    """Change state and mode at events of such contacts; log the changes and return their number."""
     first, n_m, n_p = w.limits.first_other, w.m.size, w.p.size
     found = 0
     for g in range(first, w.hit.size):

@@ -1,4 +1,4 @@
-"""The arrays that one run of the event loop works on; made once for a program and used again for every run."""
+"""Work arrays of the event loop, allocated once for a program and reused for every run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ JUMP, TRANSITION = 2 + 2 * FUNCTIONS, 3 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 
-# arrays that no run changes
+# constant arrays, shared by all runs
 SHARED = frozenset(
     {
         "code",
@@ -41,27 +41,27 @@ SHARED |= {"segment_t", "segment_p", "exposed", "other_guards"}
 
 
 class LoopLimits(Limits, kind=int):
-    """And what its scene is like."""
+    """Budgets of a run and constants of its scene."""
 
-    n_q: int  # coordinates
-    checked: int  # whether something may be unseen in the coefficients of a step
+    n_q: int  # number of coordinates
+    checked: int  # whether features may be unseen in the coefficients of a step
     sticker: int  # the only contact that can stick if it has series of its own for that, else -1
     linear: int  # whether the equations are matrices
-    varied: int  # directions in which there are derivatives
-    followed: int  # the first so many rows have them; they are the last rows
-    edges: int  # switches at which a load jumps
-    coupled: int  # n_q if two slips have a mass in common, else 0
-    first_load: int  # of the guards; those of the other contacts follow the loads
+    varied: int  # number of directions of differentiation
+    followed: int  # number of first rows with derivatives, which are the last rows
+    edges: int  # number of switches at which a profile jumps
+    coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
+    first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
 
 
 class LoopClock(Clock):
-    """And tolerances."""
+    """Times and tolerances of a run."""
 
-    tolerance: float  # of the run
-    removed: float  # energy, twice, of the impulse that makes a slip zero before the next mode is chosen, the largest
-    gained: float  # and of the impulses that make all of them zero
-    doubt: float  # part of an acceleration by which errors may falsify a decision to stick
+    tolerance: float  # tolerance of the run
+    removed: float  # twice the energy of the largest single impulse that makes a slip zero before mode selection
+    gained: float  # the same of the impulses that make all of them zero
+    doubt: float  # relative error of an acceleration in the decision to stick
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,82 +78,80 @@ class LoopArrays(RunArrays):
     clock: LoopClock
     limits: LoopLimits
     m: Reals  # stick flags, directions, switch signs
-    aux: Reals  # what the prelude computes, and room for series that are tables
+    aux: Reals  # results of the prelude, and memory of series that are tables
     newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
     pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
-    filled: Integers  # how many entries are not zero in the present one: those of the rates, and all, (2,)
-    row: Integers  # theirs, (n,)
+    filled: Integers  # number of nonzero entries in the current mode: of the rates, and of all, (2,)
+    row: Integers  # rows of these entries, (n,)
     column: Integers
     entry: Reals
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
-    probe: Matrix  # the first of them, (n_r, PROBED + 1)
+    probe: Matrix  # first coefficients, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
     # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit `coupled`, the
     # slopes J^T, (COUPLING + n_c + n_q + coupled, n_c), and the sizes at the edges, one after the other, see
     # `symfric.lower.cell_edges.Edges`
     span: Matrix  # the same at the largest velocities so far
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
-    order: Integers  # in which it was made of them, (n_c,)
-    weight: Reals  # coefficients of a slip in those of the contacts with a constraint of their own, (n_c,)
-    slips: Reals  # ways in which contacts slip together, (n_c,)
-    facet: Reals  # those of the contacts that have to, (n_c,)
-    force: Reals  # of the first of parallel contacts, what they carry together, and their bounds, (n_c,)
+    order: Integers  # order of the contacts in this factorisation, (n_c,)
+    weight: Reals  # coefficients of a slip row in the basis, (n_c,)
+    slips: Reals  # directions of contacts that slip together, (n_c,)
+    facet: Reals  # directions of the contacts that have to slip, (n_c,)
+    force: Reals  # sum of the forces of parallel contacts, at their representative; next, sum of the bounds, (n_c,)
     most: Reals
-    tried: Integers  # contacts that may stick no longer, (n_c,)
-    kept: Reals  # marks and directions before a trial, (2 n_c,)
-    passes: Integers  # contacts of zero slip that do not stay there, (n_c,)
-    entry_m: Reals  # modes and state before the choice of the next mode
+    tried: Integers  # contacts already tried as sticking, (n_c,)
+    kept: Reals  # marks and directions saved before a trial, (2 n_c,)
+    passes: Integers  # contacts that pass through zero slip, (n_c,)
+    entry_m: Reals  # modes and state before mode selection
     entry_y: Reals
-    slopes: Matrix  # of the slips of the sticking contacts, without those of the ones before them, (n_c, n_q)
-    response: Matrix  # of the velocities to them, (n_c, n_q)
-    impulse: Reals  # of each contact that makes its slip exactly zero, (n_c,)
-    scale: Reals  # largest variation (states, wanted rows) or value (guards) so far, (n_r,)
+    slopes: Matrix  # orthogonalised slip rows of the sticking contacts, (n_c, n_q)
+    response: Matrix  # response of the velocities to these, (n_c, n_q)
+    impulse: Reals  # impulse of each contact that makes its slip exactly zero, (n_c,)
+    scale: Reals  # largest variation (states, observables) or value (guards) so far, (n_r,)
     other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
     carries: Integers  # contacts whose guards are forces, (n_c,)
-    trial: Reals  # state and time at the end of the step on trial, (n_x + 1,)
-    exposed: Integers  # rows of which something may be unseen in their coefficients, (n_h,)
-    unseen: (
-        Reals  # bounds of that in a part of the step, and how large the terms of the rows are; (n_r,) if any is exposed
-    )
+    trial: Reals  # state and time at the end of the trial step, (n_x + 1,)
+    exposed: Integers  # rows whose coefficients may miss features, (n_h,)
+    unseen: Reals  # bounds of such features in a part of the step; next, sizes of terms; (n_r,) if any row is exposed
     terms: Reals
-    box: Reals  # middles and radii of states and time there, (2 n_x + 2,)
+    box: Reals  # middles and radii of states and time in a part of the step, (2 n_x + 2,)
     bend: Reals  # largest second derivative of the states over the step, (n_x,)
     base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
     start: Reals  # first value of every row, (n_r,)
     sticks: Integers  # whether a contact can stick, (n_c,)
-    anchor: Integers  # index of the one velocity in a contact's slip, or -1, (n_c,)
-    factor: Reals  # and its factor, (n_c,)
+    anchor: Integers  # index of the only velocity in a contact's slip, or -1, (n_c,)
+    factor: Reals  # factor of this velocity, (n_c,)
     parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
-    depends: Integers  # whether its slip may follow from those of others, parallel ones aside, (n_c,)
-    loads: Integers  # guard that a contact's load is, or -1, (n_c,)
+    depends: Integers  # whether the slip may depend on those of others that are not parallel, (n_c,)
+    loads: Integers  # index of the guard of a contact's load, or -1, (n_c,)
     old: Integers  # modes before an event, (n_c,)
     zero: Integers  # contacts whose slip is zero now, (n_c,)
-    edge: Integers  # for the switches at which a load jumps 1, 2, ...; 0 for the others, (n_s,)
+    edge: Integers  # 1, 2, ... for the switches at which a profile jumps, 0 for the others, (n_s,)
     rested: Integers  # whether a switch had no sign before the event, (n_s,)
-    turns: Integers  # how often a contact or switch changed its mode while settling, (n_c + n_s,)
+    turns: Integers  # number of changes of a contact or switch during mode selection, (n_c + n_s,)
     hit: Integers  # guards that have just reached zero, (n_g,)
     fresh: Integers  # guards that start their mode at zero, (n_g,)
-    slack: Reals  # what is added to a guard so that it starts its mode at zero, and to a load for its rounding, (n_g,)
-    kind: Integers  # RANGE, INTEGRAL or VALUES of every wanted row, (n_e,)
-    step: Reals  # length of the step on trial, and how far guards are followed, (2,)
-    reach: Reals  # what it adds to the states, and by how much guards can change, (n_x + n_g,)
-    poly: Reals  # a polynomial, its own copy, (order + 5,)
-    slope: Reals  # its derivative
-    found: Reals  # roots
-    stack: Matrix  # of the subdivision
-    table: Cube  # of Bernstein coefficients
+    slack: Reals  # shift of a guard so that it starts its mode at zero, and of a load for its rounding, (n_g,)
+    kind: Integers  # RANGE, INTEGRAL or VALUES of every observable, (n_e,)
+    step: Reals  # length of the trial step, and time over which guards are followed, (2,)
+    reach: Reals  # change of the states over the step, and bounds of the change of guards, (n_x + n_g,)
+    poly: Reals  # copy of a polynomial, (order + 5,)
+    slope: Reals  # derivative of this polynomial
+    found: Reals  # roots found
+    stack: Matrix  # stack of the subdivision
+    table: Cube  # table of Bernstein coefficients
     segment_t: Reals  # times at which inputs change their slope, increasing, the last one infinite
     segment_p: Matrix  # start, value and slope of every input from there on
     follows: Integers  # the row that a derivative follows, or -1, (n_e,)
-    before: Reals  # parameters, the modes before and after an event, and the guards hit: what the jump takes
-    after: Reals  # what it gives; see `symfric.lower.variational_equations`
+    before: Reals  # inputs of the saltation: parameters, modes before and after an event, guards hit
+    after: Reals  # outputs of the saltation; see `symfric.lower.variational_equations`
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
-    rest: Reals  # and of the last event, (n_s,)
+    rest: Reals  # derivatives of the time of the last event, (n_s,)
     left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
-    asked: Reals  # parameters, mode and guards hit: what their transition takes; state and mode: what it gives
+    asked: Reals  # inputs of a transition: parameters, mode, guards hit; next, its outputs: state and mode
     answer: Reals
-    other_guards: IntegerMatrix  # of each of their guards the contact, and its first variable in m or -1
-    rise: Matrix  # slopes of rows that take their lowest or highest value at the end of the last step, (n_e, 2)
+    other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
+    rise: Matrix  # slopes of rows with their lowest or highest value at the end of the last step, (n_e, 2)
 
 
 def make_arrays(

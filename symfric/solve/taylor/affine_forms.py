@@ -1,4 +1,4 @@
-"""Sums and multiples gathered: every linear part of a field becomes one sum with fixed coefficients.
+"""Gather sums and multiples: every linear part of a field becomes one sum with fixed coefficients.
 
 A friction law scaled by load, direction and mass reaches the rate through a chain of sums and multiples, each of which
 would cost an instruction at every order of the series. Here the rate becomes ``c_1 a_1 + c_2 a_2 + ...`` in which the
@@ -13,12 +13,12 @@ import casadi as ca
 from symfric.codegen.instructions import ENTIRE, Node, read
 
 _ONE = ca.SX(1)
-_MOST = 4  # terms of a sum that is written out wherever it is used; a longer one is computed once
+_MOST = 4  # most terms of a sum that is repeated where it is used; a longer one is computed once
 
 
 @dataclass(frozen=True)
 class _Form:
-    """A multiple of a sum: a fixed factor, coefficients by the number of their atom, and a fixed part."""
+    """An affine form: fixed factor, coefficients by the index of their atom, and fixed part."""
 
     terms: dict[int, ca.SX]
     rest: ca.SX
@@ -28,7 +28,7 @@ class _Form:
         return _Form(self.terms, self.rest, self.factor * factor)
 
     def spread(self) -> tuple[dict[int, ca.SX], ca.SX]:
-        """Return coefficients and fixed part with the factor multiplied in."""
+        """Return coefficients and fixed part, multiplied by the factor."""
         return {a: c * self.factor for a, c in self.terms.items()}, self.rest * self.factor
 
     def plus(self, other: "_Form") -> "_Form":
@@ -39,7 +39,7 @@ class _Form:
 
 
 def gathered(field: ca.Function) -> ca.Function:
-    """Return ``(y, t, p, m) -> (rate, guards, rows)`` with the same values and gathered sums."""
+    """Return an equivalent function ``(y, t, p, m) -> (rate, guards, rows)`` with gathered sums."""
     arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
     nodes, outputs = read(field)
     work = _Gathering(arguments)
@@ -50,7 +50,7 @@ def gathered(field: ca.Function) -> ca.Function:
 
 
 class _Gathering:
-    """The forms of the nodes seen so far."""
+    """The affine forms of the nodes read so far."""
 
     def __init__(self, arguments: list[ca.SX]):
         self._arguments = arguments
@@ -84,7 +84,7 @@ class _Gathering:
             return self._new(symbol, entire=True) if node.moves else _fixed(symbol)
         parts = [self._forms[i] for i in node.args]
         if not node.moves:
-            return _fixed(_apply(node.op, [f.rest for f in parts]))  # of fixed nodes the factor is 1
+            return _fixed(_apply(node.op, [f.rest for f in parts]))  # fixed nodes have the factor 1
         if node.op in (ca.OP_ADD, ca.OP_SUB):
             left, right = (self._short(i) for i in node.args)
             return left.plus(right if node.op == ca.OP_ADD else right.times(ca.SX(-1)))
@@ -102,7 +102,7 @@ class _Gathering:
         return self._nonlinear(node)
 
     def _nonlinear(self, node: Node) -> _Form:
-        """Return an operation on whole nodes; fixed factors of products and quotients are drawn out of it."""
+        """Return an operation on whole nodes; fixed factors of products and quotients are extracted."""
         if node.op in (ca.OP_MUL, ca.OP_SQ, ca.OP_DIV):
             factors, atoms = zip(*(self._factor(i) for i in node.args), strict=True)
             factor = factors[0] * factors[0] if node.op == ca.OP_SQ else _apply(node.op, list(factors))
@@ -120,7 +120,7 @@ class _Gathering:
         return form.factor, self._whole(i)
 
     def _whole(self, i: int) -> int:
-        """Return an atom that stands for node i without its factor."""
+        """Return an atom for node i without its factor."""
         if i not in self._of_node:
             form = self._forms[i]
             entire = all(self._entire[a] for a in form.terms)

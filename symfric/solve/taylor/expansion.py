@@ -15,14 +15,14 @@ from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
 from symfric.solve.taylor.table import LONG, Table, length
 
-# Most states of a system whose newest coefficients are taken out of the chain, see `_split_rates`, and most moving
-# operations where two of them are, and one. In a larger system the product with the slopes costs more than it saves, or
-# the chain is not what takes the time: by measurement a cubic law gains a tenth by the second, LuGre's loses as much.
+# Most states of a system whose newest coefficients are computed outside the operations, see `_split_rates`, and most
+# moving operations for which two orders, or one, are. In larger systems this costs more than it saves: by measurement
+# the second order makes a cubic law 10 % faster and LuGre's 10 % slower.
 _STATES, _TWO, _ONE = 4, 20, 100
 
 
 def is_branching(field: ca.Function) -> bool:
-    """Whether a root, a power that is no integer, or an inverse of a function is taken of what moves."""
+    """Whether a moving quantity enters a root, a non-integer power or an inverse function."""
     nodes, _ = read(gathered(field))
     return any(node.op in BRANCHING for node in nodes if node.moves)
 
@@ -33,7 +33,7 @@ def is_long(field: ca.Function, order: int) -> bool:
 
 
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
-    """Return the Taylor series of ``y' = rate`` and of every guard and row along it.
+    """Return the Taylor series of ``y' = rate`` and of every guard and observable along it.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     order : int
         Highest order of the coefficients.
     suffix : str
-        Of the names of the functions.
+        Suffix of the names of the functions.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
 
 
 def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, state: ca.SX, order: int) -> list[Jet]:
-    """Return the coefficients of states, guards and wanted rows."""
+    """Return the coefficients of states, guards and observables."""
     n_x = state.numel() - 1
     sweep = _Sweep(nodes, fixed)
     x: list[Jet] = [[state[i]] for i in range(n_x)]
@@ -108,7 +108,7 @@ def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, stat
 
 
 def _taken_out(n_x: int, moving: int) -> int:
-    """Return how many of the newest coefficients are taken out of the chain."""
+    """Return how many of the newest coefficients are computed outside the operations."""
     return 0 if n_x > _STATES or moving > _ONE else 2 if moving <= _TWO else 1
 
 
@@ -118,7 +118,7 @@ class _Sweep:
     def __init__(self, nodes: list[Node], fixed: Fixed):
         self._nodes, self._fixed = nodes, fixed
         self._moving = [i for i, node in enumerate(nodes) if node.moves]
-        self.jets: list[Jet] = [[] for _ in nodes]  # those that do not move stay empty
+        self.jets: list[Jet] = [[] for _ in nodes]  # empty for nodes that do not move
         self._partners: list[Jet] = [[] for _ in nodes]
 
     def at(self, i: int, k: int):
@@ -126,7 +126,7 @@ class _Sweep:
         return at(self.jets[i] if self._nodes[i].moves else [self._fixed.value(i)], k)
 
     def extend(self, newest: list, clock) -> None:
-        """Append to every jet the coefficient that follows from the newest ones of the states and of time."""
+        """Append the next coefficient to every jet, from the newest ones of states and time."""
         for i in self._moving:
             node, jet = self._nodes[i], self.jets[i]
             if node.place is not None:
@@ -136,7 +136,7 @@ class _Sweep:
             jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates, node.grows))
 
     def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
-        """Return coefficients k of the nodes `wanted` if the newest ones of states and time, up to k, were others."""
+        """Return coefficients k of the nodes `wanted` for other newest coefficients of states and time."""
         first = k - len(newest) + 1
         tried: dict[int, Jet] = {}
         partners: dict[int, Jet] = {}
@@ -159,7 +159,7 @@ def _unit(i: int, n: int) -> list:
 
 
 def _next_slopes(slopes: list[list], k: int, state: ca.SX, rate: list) -> list[list]:
-    """Return Taylor coefficient k of the slopes of the rates along the motion, given the one before."""
+    """Return Taylor coefficient k of the slopes of the rates along the motion."""
     along = ca.vertcat(*(ca.SX(0) if r is None else r for r in rate))
     change = lambda e: None if e is None else ca.jtimes(e, state, along) / k  # noqa: E731
     found = [[change(e) for e in column] for column in slopes]
@@ -167,7 +167,7 @@ def _next_slopes(slopes: list[list], k: int, state: ca.SX, rate: list) -> list[l
 
 
 def _split_rates(rest: list, slopes: list[list[list]], x: list[Jet], k: int) -> list:
-    """Return coefficients k + 1 of the states: what the older ones make of the rates, and slopes times the newest.
+    """Return coefficients k + 1 of the states, as the part by older coefficients plus slopes times the newest.
 
     The rates are linear in the newest coefficients; `slopes` holds Taylor coefficients of their derivatives by the
     states. Taken out, the newest pass through one multiplication and addition from order to order instead of through

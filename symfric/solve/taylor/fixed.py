@@ -1,4 +1,4 @@
-"""What a Taylor series takes as given: values that depend on parameters and mode alone."""
+"""Constants of a Taylor series: values that depend on parameters and mode alone."""
 
 import casadi as ca
 
@@ -6,7 +6,7 @@ from symfric.codegen.instructions import Node
 
 
 class Fixed:
-    """Values that depend on parameters and mode alone: numbers stay, the rest becomes entries of the vector aux."""
+    """Values that depend on parameters and mode alone, as numbers or as entries of the vector aux."""
 
     def __init__(self, nodes: list[Node], p: ca.SX, m: ca.SX):
         self._nodes, self._sources = nodes, {2: p, 3: m}
@@ -17,7 +17,7 @@ class Fixed:
 
     def _expression(self, i: int) -> ca.SX:
         waiting = [] if i in self._expr else [i]
-        while waiting:  # not by recursion: the cells of a floor are a chain of choices
+        while waiting:  # not recursive, since the cells of a floor are a long chain of conditions
             node = self._nodes[waiting[-1]]
             missing = [a for a in node.args if a not in self._expr]
             if missing:
@@ -42,7 +42,7 @@ class Fixed:
         return self._symbols[self.index(i)]
 
     def index(self, i: int) -> int:
-        """Return the place of node i in aux, where a number gets one too."""
+        """Return the index of node i in aux, also for a number."""
         if i not in self._place:
             self._place[i] = len(self._wanted)
             self._symbols.append(ca.SX.sym(f"aux_{len(self._wanted)}"))
@@ -59,5 +59,5 @@ class Fixed:
         return ca.vertcat(*self._symbols) if self._symbols else ca.SX(0, 1)
 
     def expressions(self) -> ca.SX:
-        """Return what aux holds, in terms of parameters and mode."""
+        """Return the entries of aux as functions of parameters and mode."""
         return ca.densify(ca.vertcat(*self._wanted)) if self._wanted else ca.SX(0, 1)

@@ -9,7 +9,7 @@ from symfric.codegen.instructions import GROWING
 from symfric.errors import SceneError
 
 Jet = list  # of SX or None (structural zero), by order
-_MOST = 1e150  # of exponentials; products of two are finite
+_MOST = 1e150  # largest value of an exponential, so that products of two are finite
 _NO_EXPONENTIAL, _NO_RECIPROCAL = 1e-290, 2e-150  # below them, a value that saturates is constant
 
 
@@ -17,7 +17,7 @@ def at(jet: Jet, k: int):
     return jet[k] if k < len(jet) else None
 
 
-# SX.binary gives what the operators give, at a tenth of the time: it has no other types of operands to try
+# SX.binary equals the operators in a tenth of their time, since it tries no other operand types
 
 
 def times(a, b):
@@ -37,12 +37,12 @@ def minus(a, b):
 
 
 def _newest_last(k: int) -> list[int]:
-    """Return 1 .. k - 1 in the order in which the later one of coefficients j and k - j becomes known."""
+    """Return 1 .. k - 1, ordered by the larger of j and k - j, so that the newest coefficients come last."""
     return sorted(range(1, k), key=lambda j: max(j, k - j))
 
 
 def _convolution(a: Jet, b: Jet, k: int):
-    """Sum of a[j] b[k-j] for j = 1 .. k - 1, the newest coefficients last, so that the sum waits for nothing before."""
+    """Sum of a[j] b[k-j] for j = 1 .. k - 1, newest coefficients last, so that earlier terms are summed in advance."""
     total = None
     for j in _newest_last(k):
         total = plus(total, times(at(a, j), at(b, k - j)))
@@ -50,7 +50,7 @@ def _convolution(a: Jet, b: Jet, k: int):
 
 
 def _derivative(a: Jet) -> Jet:
-    """Return j a[j] for every j."""
+    """Return j a[j] for every j, the coefficients of the derivative."""
     return [scaled(e, j) for j, e in enumerate(a)]
 
 

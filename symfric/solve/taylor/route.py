@@ -1,4 +1,4 @@
-"""The route `taylor`: a scene compiled once, run many times."""
+"""The route `taylor`: settings, and programs compiled from a scene."""
 
 import math
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from symfric.solve.program import Compiled, Numbers, check_tolerance
 from symfric.solve.protocol import Answer
 from symfric.solve.taylor.expansion import expand, is_branching, is_long
 
-MARGIN = 0.2  # of the tolerance that a step may spend, so that the error of a run stays below it
+MARGIN = 0.2  # tolerance of a step relative to that of the run, so that the error of a run stays below it
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Taylor:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Take every scene."""
+        """Return whether this route takes a scene: it takes every one."""
         automaton = scene.automaton
         contacts, kinks = sum(automaton.sticks), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
@@ -55,7 +55,7 @@ class Taylor:
 
 
 def order_for(tolerance: float, n_states: int, branching: bool = False) -> int:
-    """Return the order that costs least.
+    """Return the order of least cost.
 
     Half the logarithm of the tolerance is best for long smooth runs (Jorba and Zou, 2005). Events, whose cost does not
     depend on the length of a step, make more orders pay: by measurement 6 for one mass on a belt, from 1e-6 to 1e-13,
@@ -94,19 +94,19 @@ class TaylorProgram(Compiled):
         self._numbers = Numbers(scene, self.automaton.parameters, self.built_in)
 
     def __reduce__(self):
-        """Pickle as what it was prepared from; machine code is compiled, or loaded from the cache, where it arrives."""
+        """Pickle as the arguments of `prepare`; machine code is compiled or loaded when unpickled."""
         return TaylorProgram, (self.scene, self.tolerance, self.settings, self.varied)
 
     def remade(self, varied: frozenset[str]) -> "TaylorProgram":
-        """Return the program in which the parameters `varied` may be anything."""
+        """Return the program with the parameters `varied` free instead of built in."""
         return TaylorProgram(self.scene, self.tolerance, self.settings, varied)
 
 
 def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
-    """Return one series for all modes; if one contact alone can stick, one for its slipping and one for its sticking.
+    """Return one series for all modes or, if only one contact can stick, one for slip and one for stick.
 
-    Two that choose nothing are faster than one in which the mode is data (by a quarter for one mass on a belt), but
-    their number would double with every contact. In a long series the choices take no part of the time.
+    Two without conditions are faster than one with the mode as data (by a quarter for one mass on a belt), but their
+    number would double with every contact. In a long series conditions take a negligible part of the time.
     """
     if sticker < 0 or is_long(automaton.field, order):
         return [expand(automaton.field, order)]
@@ -116,7 +116,7 @@ def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
 
 
 def _fixed(field: ca.Function, entry: int, number: float) -> ca.Function:
-    """Return the field with one entry of its mode fixed."""
+    """Return the field with one entry of the mode fixed."""
     arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
     mode = ca.SX(arguments[3])
     mode[entry] = number

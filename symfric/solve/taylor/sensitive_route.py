@@ -1,4 +1,4 @@
-"""Runs with derivatives: the variational equations beside the motion, with the exact jump at every event."""
+"""Runs with derivatives: the motion with its variational equations and the exact saltation at every event."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -27,22 +27,22 @@ from symfric.solve.taylor.expansion import is_branching
 from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
 from symfric.solve.widened import widened
 
-LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # of linear equations, whose series are cheap to compile
+LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # for linear equations, whose series are cheap to compile
 
 
 class SensitiveProgram:
-    """A scene compiled together with its derivatives; may be run from any thread.
+    """A scene compiled with its derivatives; may be run from any thread.
 
     Parameters
     ----------
     scene : Scene
     tolerance : float
-        Of the motion and of its derivatives.
+        Tolerance of the motion and of its derivatives.
     settings : Taylor
     directions : sequence of str
         From `directions_of`.
     general : frozenset of str
-        Parameters that will change although they could be built in.
+        Parameters that will change and must not be built in.
     order : int
         1, or 2 for second derivatives of motions without events.
     """
@@ -75,11 +75,11 @@ class SensitiveProgram:
         self._given = np.concatenate([start, self._first]), p
 
     def __reduce__(self):
-        """Pickle as what it was prepared from."""
+        """Pickle as the arguments of `prepare`."""
         return SensitiveProgram, (self.scene, self.tolerance, self.settings, self.directions, self.varied, self.order)
 
     def remade(self, names: frozenset[str]) -> "SensitiveProgram":
-        """Return the program in which the parameters `names` may be anything."""
+        """Return the program with the parameters `names` free instead of built in."""
         return SensitiveProgram(self.scene, self.tolerance, self.settings, self.directions, names, self.order)
 
     def run(
@@ -121,7 +121,7 @@ class SensitiveProgram:
         return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
     def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
-        """Return the derivatives of the start; a number that replaces a formula depends on nothing."""
+        """Return the derivatives of the initial state; zero for a state whose formula was replaced by a number."""
         columns = [*self.directions, *self._columns.pairs]
         first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(columns), len(self._states))
         for name in map(name_of, initial):
@@ -148,7 +148,7 @@ class SensitiveProgram:
 
 
 def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
-    """Return the names as strings, checked.
+    """Check the directions of differentiation and return their names.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
 def sensitive_model(
     scene: Scene, variations: Variations, wanted: Wanted, tolerance: float, settings: Taylor
 ) -> CompiledModel:
-    """Compile the motion and its derivatives; linear equations of several bodies as powers of their matrices."""
+    """Compile the motion and its derivatives; linear equations of several bodies by powers of their matrices."""
     rows = list(wanted.rows)
     for e, row in enumerate(wanted.rows[: variations.followed]):
         follows = Row(FOLLOW, row.expr, follows=e) if row.kind in (RANGE, TURN) else row

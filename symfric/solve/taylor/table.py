@@ -18,12 +18,13 @@ from symfric.codegen.llvm_ir import Written, body
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled
 
-LONG = 30_000  # instructions of a series written out, beyond which it is a table
+LONG = 30_000  # number of instructions of a written-out series beyond which it becomes a table
 _LINEAR = {ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_IF_ELSE_ZERO, ca.OP_ASSIGN, ca.OP_LIFT}
 _PRODUCT = {ca.OP_MUL, ca.OP_SQ}
-_STATE, _TIME, _SHORT = -1, -2, -3  # beside CasADi's: the integral of a rate, the clock, a row of low degree
-_Kind = tuple[int, tuple[int, ...], bool, bool]  # operation, degrees of its arguments, whether it saturates and grows
-_Step = tuple[int, int, int]  # places of the result and of two arguments
+_STATE, _TIME, _SHORT = -1, -2, -3  # operations besides CasADi's: integral of a rate, time, an observable of low degree
+# operation, degrees of its arguments, whether it saturates, whether it grows
+_Kind = tuple[int, tuple[int, ...], bool, bool]
+_Step = tuple[int, int, int]  # indices of the result and of two arguments
 _RULE = "void (double*, double*, [3 x i32]*, i64)*"
 
 
@@ -51,13 +52,13 @@ def _is_linear(op: int, degrees: tuple[int, ...]) -> bool:
 
 
 def length(nodes: Sequence[Node], order: int) -> int:
-    """Return about how many instructions a series takes if it is written out."""
+    """Return the approximate number of instructions of a written-out series."""
     degrees, total = _degrees(nodes, order), 0
     for node in nodes:
         given = tuple(degrees[a] for a in node.args)
         if not any(given) or _is_line(node.op, given):
             continue
-        terms = (min(d for d in given if d) + 1) // 2  # of a convolution, on average
+        terms = (min(d for d in given if d) + 1) // 2  # average number of terms of a convolution
         total += order * (1 if _is_linear(node.op, given) else 2 * terms if node.op in _PRODUCT else 4 * terms)
     return total
 
@@ -69,9 +70,9 @@ class Table:
     ----------
     nodes : sequence of Node
     outputs : sequence of three lists of int
-        Nodes of the rates, guards and wanted rows.
+        Nodes of the rates, guards and observables.
     fixed : Fixed
-        Gets the values of nodes that do not move, and no more after them.
+        Receives the values of nodes that do not move, and is complete afterwards.
     n_x, order : int
         Number of states, and highest order of the coefficients.
 
@@ -94,12 +95,12 @@ class Table:
             end += stretches * self._stride
             return end - stretches * self._stride
 
-        self._given = [taken() for _ in range(n_x + 1)]  # places of states and time
+        self._given = [taken() for _ in range(n_x + 1)]  # indices of states and time
         place |= {i: self._given[_position(nodes[i], n_x)] for i in used if nodes[i].moves and nodes[i].place}
         place |= {i: taken(1 if nodes[i].op in _LINEAR | _PRODUCT else 2) for i in computed}
 
         self._kinds: dict[_Kind, int] = {}
-        self._runs: list[tuple[int, list[_Step]]] = []  # number of a kind, and operations of it
+        self._runs: list[tuple[int, list[_Step]]] = []  # index of a kind, and its operations
         for i, rate in enumerate(outputs[0]):
             self._append((_STATE, (degrees[rate],), False, False), [(self._given[i], place[rate], place[rate])])
         self._append((_TIME, (), False, False), [(self._given[n_x], 0, 0)])
@@ -126,7 +127,7 @@ class Table:
         a, coefficients = ca.SX.sym("a"), ca.SX.sym("a", last + 1)
         text.append(_loop(f"{name}_start", ca.Function("start", [a, ca.SX.sym("b")], [a])))
         text.append(_loop(f"{name}_end", ca.Function("end", [coefficients, ca.SX.sym("b")], [coefficients])))
-        runs: list[tuple[int, int, int]] = []  # number of a kind, first step, number of steps
+        runs: list[tuple[int, int, int]] = []  # index of a kind, first step, number of steps
         steps: list[_Step] = []
         for kind, run in self._runs:
             runs.append((kind, len(steps), len(run)))
@@ -143,7 +144,7 @@ class Table:
         return Written(name, "\n".join(text))
 
 
-# (y, aux, c): put the start into aux; for every order call the rule of every run; copy the rows from aux to c
+# (y, aux, c): copy the start to aux; for every order apply the rule of every run; copy the rows from aux to c
 _MAIN = """define void @{name}(double* %y, double* %aux, double* %c) nounwind {{
 entry:
   %given = getelementptr [{given} x [3 x i32]], [{given} x [3 x i32]]* @{name}_given, i64 0, i64 0
@@ -177,7 +178,7 @@ done:
   ret void
 }}"""
 
-# apply a function of (a, b, result, companion) to every step: the first two in one array, the others in another
+# apply a function of (a, b, result, companion) to every step; arguments and results are in separate arrays
 _LOOP = """define internal void @{name}(double* %from, double* %to, [3 x i32]* %steps, i64 %count) nounwind {{
 entry:
   br label %loop
@@ -220,7 +221,7 @@ def _triples(name: str, kind: str, entries: Iterable[tuple[int, int, int]]) -> s
 
 
 def _position(node: Node, n_x: int) -> int:
-    """Return the index of a state, or of time behind them."""
+    """Return the index of a state, or of time, which follows the states."""
     assert node.place is not None
     return node.place[1] if node.place[0] == 0 else n_x
 
@@ -230,7 +231,7 @@ def _kind_of(node: Node, degrees: list[int]) -> _Kind:
 
 
 def _in_runs(nodes: Sequence[Node], kind_of: dict[int, _Kind]) -> list[tuple[_Kind, list[int]]]:
-    """Return the operations in few runs of one kind, in each after those whose results it takes."""
+    """Return the operations grouped into few runs of one kind, each after the operations on which it depends."""
     waits = {i: sum(a in kind_of for a in nodes[i].args) for i in kind_of}
     users: dict[int, list[int]] = {i: [] for i in kind_of}
     for i in kind_of:
@@ -256,15 +257,15 @@ def _in_runs(nodes: Sequence[Node], kind_of: dict[int, _Kind]) -> list[tuple[_Ki
 
 
 def _rule(name: str, kind: _Kind, k: int) -> ca.Function:
-    """Return ``(a, b, result, companion) -> coefficients k`` of the result and its companion, given all below.
+    """Return ``(a, b, result, companion) -> coefficients k`` of result and companion, given all lower ones.
 
-    A function of what does not change does not either, though its slope may be infinite: a power of ``Max(x, 0)``.
+    A function of a constant is constant even where its slope is infinite, such as a power of ``Max(x, 0)``.
     """
     op, degrees, saturates, grows = kind
     given = [ca.SX.sym(f"a{n}", min(k, degree) + 1) for n, degree in enumerate(degrees)]
     out, partner = ca.SX.sym("out", k), ca.SX.sym("partner", k)
     jets: list[Jet] = [ca.vertsplit(e) for e in given]
-    found: list = []  # of k = 0 the start is known already
+    found: list = []  # coefficient 0 is known from the start
     if op == _STATE and k:
         found = [scaled(at(jets[0], k - 1), 1 / k)]
     elif op == _TIME and k:

@@ -1,1 +1,1 @@
-"""One oscillator with one contact, from event to event in closed form."""
+"""One oscillator with one contact, in closed form between events."""

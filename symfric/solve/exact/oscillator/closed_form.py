@@ -13,20 +13,20 @@ from symfric.codegen.numba_types import compiled
 
 EPS = 2.0**-52
 NEVER = np.inf
-_APART = 0.5  # half the difference of the characteristic roots times t, above which they are taken apart
-_TERMS = 30  # of the series of G, on |root| t < 2
+_APART = 0.5  # half difference of the characteristic roots times t, above which they are treated separately
+_TERMS = 30  # terms of the series of G, for |root| t < 2
 
 
 class Flow(NamedTuple):
-    """Constants of one equation."""
+    """Constants of the solution of one equation."""
 
     K: float
     C: float
     alpha: float  # C/2
-    r: float  # root of |alpha^2 - K|
-    swings: bool  # complex characteristic roots -alpha +- i r; else they are
-    slow: float  # the larger
-    fast: float  # and the smaller
+    r: float  # square root of |alpha^2 - K|
+    swings: bool  # whether the characteristic roots are complex, -alpha +- i r
+    slow: float  # larger real characteristic root
+    fast: float  # smaller real characteristic root
 
 
 @compiled(ieee_division=True)
@@ -105,14 +105,14 @@ def first_zero(f, value, slope):
 
 @compiled(ieee_division=True)
 def reach(f, value, slope, level, t, end, tau_end):
-    """Return when the free solution from (value, slope), monotone on [t, end], passes `level`; NEVER if it does not.
+    """Return the time at which the free solution from (value, slope), monotone on [t, end], passes `level`; else NEVER.
 
     Parameters
     ----------
     value, slope : float
         At time 0.
     t, end : float
-        At t it is not beyond the level.
+        Interval; at t the solution is not beyond the level.
     tau_end : float
         Value at the end if it is known, else NaN.
     """
@@ -123,7 +123,7 @@ def reach(f, value, slope, level, t, end, tau_end):
         g, rate = basis(f, end)
         tau_end = value * (rate + f.C * g) + slope * g
     after = tau_end - level
-    if not abs(after) < np.inf:  # overflow: come nearer in doubled steps
+    if not abs(after) < np.inf:  # overflow: approach in doubled steps
         step = 1.0 / (abs(f.alpha) + f.r)
         high = t
         while True:
@@ -136,7 +136,7 @@ def reach(f, value, slope, level, t, end, tau_end):
     if after == 0.0:
         return NEVER
     if before == 0.0 or (before > 0.0) == (after > before):
-        return low  # it was there already: what lifted the motion from the level was lost in rounding
+        return low  # already at the level, up to rounding
     if (after > 0.0) == (before > 0.0):
         return NEVER
     return _polish(f, value, slope, level, low, high, before, after)
@@ -144,7 +144,7 @@ def reach(f, value, slope, level, t, end, tau_end):
 
 @compiled(ieee_division=True)
 def _polish(f, value, slope, level, low, high, before, after):
-    """Refine the one root between low and high by Newton's method, kept between them."""
+    """Refine the only root between low and high by Newton's method, safeguarded by bisection."""
     part = before / (before - after)
     t = low + (high - low) * part if abs(after) < np.inf else 0.5 * (low + high)
     rising = after > 0.0
@@ -168,7 +168,7 @@ def _polish(f, value, slope, level, low, high, before, after):
             continue
         step = -miss / v
         t += step
-        # the next step would be about bend step^2
+        # estimate of the next step: bend step^2
         if low <= t <= high and step * step * abs(f.C * v + f.K * y) <= EPS * t * abs(v):
             return t
     return high
@@ -176,9 +176,9 @@ def _polish(f, value, slope, level, low, high, before, after):
 
 @compiled(ieee_division=True)
 def first_exit(f, value, slope, low, high, end):
-    """Return when the free solution from (value, slope) leaves [low, high], and -1 or 1 for the end that it passes.
+    """Return the time at which the free solution from (value, slope) leaves [low, high], and -1 or 1 for the end.
 
-    A start on one of them leaves at once if it moves, or is bent, outward. NEVER if nothing happens until `end`.
+    A start on an end leaves at once if its velocity, or acceleration, points outward. NEVER if it stays until `end`.
     """
     way = slope if slope != 0.0 else -f.K * value
     if way == 0.0:

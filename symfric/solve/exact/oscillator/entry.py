@@ -1,4 +1,4 @@
-"""The closed forms of an oscillator as machine code takes them; see `symfric.solve.loop.entry`."""
+"""Compiled entry point of the oscillator loop; see `symfric.solve.loop.entry`."""
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.exact.oscillator.event_loop import drive, reset
@@ -9,7 +9,7 @@ _at_address = opener(OscillatorArrays)
 
 @compiled(ieee_division=True)
 def launch(address, fresh):
-    """Drive the room at the address of its table, from its start or on from a pause."""
+    """Run the workspace at the address of its table, from its start or from a pause."""
     w = _at_address(address)
     if fresh:
         reset(w)

@@ -1,4 +1,4 @@
-"""The event loop of one oscillator: from event to event in closed form."""
+"""Event loop of one oscillator, in closed form between events."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ _NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(
 
 @part
 def reset(w):
-    """Begin a run at t = 0 with what is given."""
+    """Start a run at t = 0 from the given state and parameters."""
     for i in range(2):
         w.y[i], w.largest[i] = w.given_y[i], abs(w.given_y[i])
     w.y[2] = 0.0
@@ -43,7 +43,7 @@ def reset(w):
 
 @part
 def drive(w):
-    """Go from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a reason to call again."""
+    """Advance the state in ``w.y`` to ``w.clock.t_end``; return a status, or a code to call again."""
     stop = w.counts.steps + w.limits.chunk
     while w.y[2] < w.clock.t_end:
         status = pause(w, stop, 1)
@@ -60,7 +60,7 @@ def drive(w):
         if w.limits.keep_path:
             kept = w.counts.kept_steps
             if keep(w, f, min(tau, left)) < min(tau, left):
-                w.counts.kept_steps = kept  # the step is repeated with more room, so that the motion is the same
+                w.counts.kept_steps = kept  # the step is repeated with more memory, so that the result is the same
                 return PATH_FULL
         last = tau >= left
         _advance(w, f, left if last else tau)
@@ -79,7 +79,7 @@ def drive(w):
 
 @compiled(ieee_division=True)
 def _flow(w):
-    """Return the constants of the present mode's equation."""
+    """Return the constants of the equation in the current mode."""
     K, C = -w.data[A_X], -w.data[A_U]
     if w.limits.branches:
         C += w.data[PULL] * w.data[J] * w.data[LOAD] * w.data[BRANCH + 3 * w.m.where + 2]
@@ -95,7 +95,7 @@ def _friction(w, speed):
 
 @compiled(ieee_division=True)
 def _release(w, left):
-    """Return when the force that holds the contact reaches its bound, and which."""
+    """Return the time at which the constraint force of the contact reaches a bound, and which bound."""
     d = w.data
     held = -(d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]) / d[PULL]
     rate = -d[A_X] * w.y[1] / d[PULL]
@@ -108,7 +108,7 @@ def _release(w, left):
 
 @compiled(ieee_division=True)
 def _exit(w, f, left):
-    """Return when the sliding speed leaves its branch of the law, and on which side."""
+    """Return the time at which the sliding speed leaves its branch of the law, and on which side."""
     if w.limits.branches == 0:
         return NEVER, 0
     d, k = w.data, w.m.where
@@ -120,7 +120,7 @@ def _exit(w, f, left):
 
 @compiled(ieee_division=True)
 def _advance(w, f, tau):
-    """Move the state, keep what is wanted of the motion on the way."""
+    """Advance the state, and accumulate observables and trajectory."""
     x, u, a = w.y[0], w.y[1], w.v.rate
     if w.limits.rows:
         _extend(w, f, x, u, a, 0.0)
@@ -149,7 +149,7 @@ def _advance(w, f, tau):
 
 @compiled(ieee_division=True)
 def _extend(w, f, x, u, a, t):
-    """Extend the ranges of the rows by their values after the time t."""
+    """Extend the ranges of the observables by their values after the time t."""
     if t > 0.0:
         g, rate = basis(f, t)
         x, u = (
@@ -172,7 +172,7 @@ def _extend(w, f, x, u, a, t):
 
 @compiled(ieee_division=True)
 def _turns(w, f, x, u, a, tau):
-    """Extend the ranges of the rows by their turning points within tau; the largest are the first or the last."""
+    """Extend the ranges of the observables by their turning points within tau; the first or last are extreme."""
     d = w.data
     k = BRANCH + 3 * w.limits.branches
     for _ in range(w.limits.rows):
@@ -194,10 +194,10 @@ def _turns(w, f, x, u, a, tau):
 
 @compiled(ieee_division=True)
 def _arrive(w, side):
-    """Make the event exact: a release, a change of the law's branch, or zero slip, which must be settled."""
+    """Set the state exactly to the event: a release, a change of the law's branch, or zero slip."""
     d = w.data
     if w.m.still:
-        w.m.started = -side - 3  # the direction of the slip, known
+        w.m.started = -side - 3  # encodes the known direction of the slip
         w.counts.phase = SETTLE
         return
     if side < 0 and w.m.where == 0:
@@ -217,7 +217,7 @@ def _arrive(w, side):
 
 @compiled(ieee_division=True)
 def _switch(w):
-    """Settle the mode and log what changed."""
+    """Select the next mode and log the change."""
     d = w.data
     if w.limits.branches == 0:
         w.v.rate = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
@@ -274,7 +274,7 @@ def _find_branch(w):
 
 @compiled(ieee_division=True)
 def _accelerate(w):
-    """Compute the acceleration of a slip that begins; what rounding leaves of none is none."""
+    """Compute the acceleration of a starting slip, with rounding errors set to zero."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
     w.v.rate = free + d[PULL] * _friction(w, w.v.speed)
@@ -284,7 +284,7 @@ def _accelerate(w):
 
 @compiled(ieee_division=True)
 def _way(w):
-    """Return the way a contact at zero slip goes on: 0 sticks, else the direction of its slip."""
+    """Return the next mode of a contact at zero slip: 0 sticks, else the direction of its slip."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
     if not w.limits.sticks:
@@ -305,7 +305,7 @@ def _way(w):
 
 @compiled(ieee_division=True)
 def _doubt(w):
-    """Return the part of its bound by which rounding may have falsified the stick force."""
+    """Return the possible rounding error of the stick force, relative to its bound."""
     if w.m.started == 0:
         return TIE
     d = w.data

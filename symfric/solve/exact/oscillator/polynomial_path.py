@@ -1,4 +1,4 @@
-"""The motion of an oscillator between events as polynomials, for dense output."""
+"""Polynomials of the motion of an oscillator between events, for dense output."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.oscillator.closed_form import basis, integral
 from symfric.solve.exact.oscillator.workspace import ORDER
 
-_LENGTH = 2.0  # of a piece, in units of the largest characteristic root that is alive
+_LENGTH = 2.0  # length of a piece times the largest characteristic root that has not decayed
 _DEAD = 1e-18
 
 
 @compiled(ieee_division=True)
 def keep(w, f, tau):
-    """Append the motion of the next tau; return how far there was room."""
+    """Append the motion over the next tau; return the time up to which memory sufficed."""
     x, u, a = w.y[0], w.y[1], w.v.rate
     if w.m.still:
         _append(w, 0.0, tau)
@@ -52,7 +52,7 @@ def keep(w, f, tau):
 
 @compiled(ieee_division=True)
 def _append(w, at, h):
-    """Begin a piece."""
+    """Append a new piece."""
     k = w.counts.kept_steps
     w.path_t[k, 0], w.path_t[k, 1] = w.y[2] + (w.clock.t_low + at), h
     w.path_c[k] = 0.0

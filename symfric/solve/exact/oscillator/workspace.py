@@ -1,4 +1,4 @@
-"""The arrays that one run of an oscillator works on."""
+"""Work arrays of the oscillator loop."""
 
 from dataclasses import dataclass
 
@@ -8,36 +8,36 @@ from symfric.codegen.array_table import Reals, Scalars
 from symfric.lower.linear_modes import Oscillator
 from symfric.solve.loop.run_arrays import Limits, RunArrays, common
 
-# entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each wanted row
+# entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each observable
 A_X, A_U, A_0, PULL, J, SHIFT, LOAD, STATIC, BRANCH = range(9)
-LEFT = 5e-14  # of the largest acceleration: what rounding leaves of it after many events
-ORDER = 26  # of a kept piece, on which |root| t <= 2
+LEFT = 5e-14  # rounding error after many events, relative to the largest acceleration
+ORDER = 26  # order of a stored piece, on which |root| t <= 2
 
-SHARED = frozenset({"code", "limits"})  # arrays that no run changes
+SHARED = frozenset({"code", "limits"})  # constant arrays, shared by all runs
 
 
 class Mode(Scalars, kind=int):
     """The mode of the contact."""
 
-    still: int  # whether it sticks
-    started: int  # how a slip begins
-    direction: int  # of the slip
-    where: int  # branch of the law
+    still: int  # whether the contact sticks
+    started: int  # how the slip started
+    direction: int  # direction of the slip
+    where: int  # index of the branch of the law
 
 
 class Sliding(Scalars):
-    """The slip at the beginning of the present interval."""
+    """The slip at the start of the current interval."""
 
     speed: float
     rate: float
 
 
 class OscillatorLimits(Limits, kind=int):
-    """And what the scene is like."""
+    """Budgets of a run and constants of the scene."""
 
-    branches: int  # of the law
+    branches: int  # number of branches of the law
     sticks: int  # whether the contact can stick
-    rows: int  # wanted
+    rows: int  # number of observables
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,7 +45,7 @@ class OscillatorArrays(RunArrays):
     """Arrays of one run; the machine code is that of `data`."""
 
     limits: OscillatorLimits
-    data: Reals  # what the parameters make of the equations, see `symfric.lower.linear_modes.Oscillator`
+    data: Reals  # coefficients of the equations, see `symfric.lower.linear_modes.Oscillator`
     m: Mode
     v: Sliding
     largest: Reals  # |x| and |u| so far

@@ -1,1 +1,1 @@
-"""One mass under a sampled input, from sample to sample in closed form."""
+"""One mass under a sampled input, in closed form between samples."""

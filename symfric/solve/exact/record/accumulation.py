@@ -1,6 +1,6 @@
-"""What is wanted of a run under a sampled input: ranges of rows, values at given times, events, pieces of the path.
+"""Accumulation of the observables, events and trajectory of a run under a sampled input.
 
-A row is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the mass and the input a.
+An observable is ``r_u u + r_w w + r_f F + r_a a + r_0`` with the friction F over the mass and the input a.
 """
 
 import numpy as np
@@ -16,13 +16,13 @@ LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
 LOW, HIGH, MU, SLOPE = range(4)
 R_U, R_W, R_F, R_A, R_0 = range(5)
 SMALLEST, LARGEST = range(2)  # entries of `total`
-_MARGIN = 2.0  # of the bound on a rate by its values at the ends of a piece
-_PARTS = 4  # of a piece, in each of which a wanted row turns at most once
+_MARGIN = 2.0  # safety factor of a bound on a rate from its values at the ends of a piece
+_PARTS = 4  # parts of a piece, in each of which an observable has at most one extremum
 
 
 @compiled
 def enter(w, s):
-    """Note what the wanted rows are in the present direction and cell: slopes in u, w and the input, and a constant."""
+    """Set the observables of the current direction and cell: slopes in u, w and the input, and a constant."""
     line = w.cells[w.place.where]
     b0, b1 = -s * w.force[KINETIC] * line[MU], -s * w.force[KINETIC] * line[SLOPE]
     for e in range(w.rows.shape[0]):
@@ -33,7 +33,7 @@ def enter(w, s):
 
 @compiled
 def hold(w, u):
-    """Note what the wanted rows are while the mass sticks at u: the friction carries what is applied."""
+    """Set the observables while the mass sticks at u, where friction balances the applied force."""
     for e in range(w.rows.shape[0]):
         row, now = w.rows[e], w.now[e]
         now[0], now[1] = row[R_U] + row[R_F] * w.force[STIFF], row[R_W]
@@ -66,7 +66,7 @@ def _ends_and_turns(cr, h):
 
 @compiled
 def _row(w, e, a, slope_a, t):
-    """Make the series of a row in the present piece; return its value after the time t."""
+    """Compute the series of an observable in the current piece; return its value after the time t."""
     now, size = w.now[e], w.place.order + 1
     cr = w.cr[:size]
     for k in range(size):
@@ -78,13 +78,13 @@ def _row(w, e, a, slope_a, t):
 
 @compiled(inline=True)
 def wants_values(w, e):
-    """Return whether a row is wanted at given times."""
+    """Whether an observable is sampled at given times."""
     return w.first_due[e] < w.first_due[e + 1]
 
 
 @compiled
 def _note_values(w, e, t, h, a, slope_a):
-    """Note the values of a row at the times due in a piece; one at its end may be overwritten by the next piece."""
+    """Store the values of an observable at its times in a piece; the next piece may overwrite one at the end."""
     k, end = w.next_due[e], w.first_due[e + 1]
     while k < end and w.due[k] <= t + h * (1.0 + 1e-9):
         if w.due[k] >= t - 1e-9 * h:
@@ -96,7 +96,7 @@ def _note_values(w, e, t, h, a, slope_a):
 
 @compiled
 def note(w, t, h, a, slope_a, s):
-    """Extend the ranges of all rows over a piece of length h, whose series is in cu and cw, and keep it if wanted."""
+    """Accumulate all observables over a piece of length h with the series cu and cw, and store it if required."""
     size = w.place.order + 1
     cu, cw = w.cu[:size], w.cw[:size]
     far = abs(value(cu, h) - cu[0])
@@ -125,7 +125,7 @@ def note(w, t, h, a, slope_a, s):
 
 @compiled
 def note_end(w, u, a):
-    """Extend the ranges by the values at the end of a whole sample of sticking, in which all rows are linear."""
+    """Extend the ranges by the values at the end of a whole sample of sticking, in which all observables are linear."""
     for e in range(w.rows.shape[0]):
         now = w.now[e]
         if now[2] != 0.0 and not wants_values(w, e):
@@ -134,7 +134,7 @@ def note_end(w, u, a):
 
 @compiled(inline=True)
 def is_plain(w):
-    """Return whether every wanted row depends on u alone or on w alone in the present mode."""
+    """Whether every observable depends on u alone or on w alone in the current mode."""
     mixed = 0
     for e in range(w.rows.shape[0]):
         mixed += not wants_values(w, e) and (w.now[e, 2] != 0.0 or (w.now[e, 0] != 0.0 and w.now[e, 1] != 0.0))
@@ -143,7 +143,7 @@ def is_plain(w):
 
 @compiled(inline=True)
 def quiet(w, h, u, v, a, steep, turns, slope_f):
-    """Extend the ranges by the values at the end of a whole sample; return False if a row may go beyond them inside.
+    """Extend the ranges by the values at the end of a whole sample; return False if an extremum may lie inside.
 
     Rows of u alone turn where w is zero, which does not happen here, and those of w alone where its rate is.
     """
@@ -161,7 +161,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
 
 @compiled
 def log(w, t, old, new):
-    """Note an event."""
+    """Log an event."""
     if w.limits.keep_events:
         k = w.counts.kept_events
         if k < w.event_t.size:

@@ -1,4 +1,4 @@
-"""The march through a record as machine code takes it; see `symfric.solve.loop.entry`."""
+"""Compiled entry point of the loop over a record; see `symfric.solve.loop.entry`."""
 
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.exact.record.march import march, reset
@@ -9,7 +9,7 @@ _at_address = opener(RecordArrays)
 
 @compiled
 def launch(address, fresh):
-    """Run the room at the address of its table, from its start or again."""
+    """Run the workspace at the address of its table, from its start or again."""
     w = _at_address(address)
     if fresh:
         reset(w)

@@ -1,7 +1,7 @@
 """An oscillator under a force that is linear in time: ``w' = f0 + f1 t - lam w - kappa u``, ``u' = w``.
 
-Its series in time replaces the usual exponentials, which cancel for small damping: these are the phi functions, and
-there is no case of its own for critical damping, or for none.
+Its series in time (phi functions) replaces the usual exponentials, which cancel for small damping, and needs no special
+case for critical or zero damping.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ _INVERSE = np.array([np.inf, *(1.0 / k for k in range(1, ORDER + 1))])
 
 @compiled
 def order_for(reach):
-    """Return the order that leaves out nothing, where |root| t is at most `reach`."""
+    """Return the order of the series that is exact to rounding where |root| t is at most `reach`."""
     term, order = 1.0, 0
     while order < ORDER and (term > 0.05 * EPS or order < 4):
         order += 1
@@ -29,7 +29,7 @@ def order_for(reach):
 
 @compiled
 def series(u, w, f0, f1, lam, kappa, cu, cw):
-    """Fill in the coefficients of u and w in powers of the time."""
+    """Compute the coefficients of u and w in powers of time."""
     cu[0], cw[0] = u, w
     cu[1], cw[1] = w, f0 - lam * w - kappa * u
     cu[2], cw[2] = 0.5 * cw[1], 0.5 * (f1 - lam * cw[1] - kappa * cu[1])
@@ -55,7 +55,7 @@ def bend(c, t):
 
 @compiled
 def root(c, level, low, high, derivative):
-    """Return where a polynomial, or its derivative, passes a level between low and high, by Newton's safe method."""
+    """Return the time at which a polynomial, or its derivative, passes a level, by safeguarded Newton's method."""
     f_low = (slope(c, low) if derivative else value(c, low)) - level
     t = 0.5 * (low + high)
     for _ in range(80):

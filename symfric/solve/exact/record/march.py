@@ -1,4 +1,4 @@
-"""One mass on a rough floor under a sampled input, from sample to sample in closed form.
+"""Loop over the samples of one mass on a rough floor under a sampled input, in closed form between samples.
 
 Between two samples, slipping in one direction inside one cell of the friction profile, the mass is an oscillator under
 a force that is linear in time: its transition over a whole sample is made once for each slope of the profile and each
@@ -51,7 +51,7 @@ from symfric.solve.loop.step_acceptance import slope
 from symfric.solve.loop.tolerances import ROUNDING
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 
-INSIDE, AT_REST, AT_EDGE = range(3)  # how a piece ends
+INSIDE, AT_REST, AT_EDGE = range(3)  # kinds of end of a piece
 BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
 _OK, _STEPS, _NAN = int(Status.OK), int(Status.STEP_BUDGET), int(Status.NOT_FINITE)
 _LOST = int(Status.LOST_CONTACT)
@@ -59,7 +59,7 @@ _LOST = int(Status.LOST_CONTACT)
 
 @part
 def reset(w):
-    """Take the parameters that are given, and make the transitions."""
+    """Read the given parameters and compute the transitions."""
     for k in range(w.given_p.size):
         w.p[k] = w.given_p[k]
     call_code(w.code[0], w.p.ctypes.data, w.p.ctypes.data, w.data.ctypes.data)
@@ -95,7 +95,7 @@ def reset(w):
 
 @compiled
 def _transition(w, table, kappa):
-    """Fill in the transition over a whole part of a sample."""
+    """Compute the transition over a whole part of a sample."""
     h = w.record.dt / w.place.parts
     cu, cw = w.cu[: w.place.order + 1], w.cw[: w.place.order + 1]
     for column in range(4):
@@ -109,7 +109,7 @@ def _transition(w, table, kappa):
 
 @compiled
 def _first_end(w, cu, cw, s, h):
-    """Return when a slip with these series ends within h, and how."""
+    """Return the time at which a slip with these series ends within h, and the kind of end."""
     at_start, at_end = s * cw[1], s * slope(cw, h)
     stop, found = h, INSIDE
     falls_from, falls_to = 0.0, h
@@ -130,7 +130,7 @@ def _first_end(w, cu, cw, s, h):
 
 @compiled
 def _slip(w, t, h, u, v, s, a, slope_a):
-    """Slip for h at the most; return u, w, the time spent and how the piece ends."""
+    """Slip for at most h; return u, w, the time used and the kind of end."""
     line = w.cells[w.place.where]
     force = w.force[GAIN] * a + w.force[CONSTANT] - s * w.force[KINETIC] * line[MU]
     kappa = w.force[STIFF] + s * w.force[KINETIC] * line[SLOPE]
@@ -148,7 +148,7 @@ def _slip(w, t, h, u, v, s, a, slope_a):
 
 @compiled
 def _ahead(w, u, way):
-    """Return the cell into which a mass at rest at u would slip; on an edge each way has its own."""
+    """Return the cell into which a mass at rest at u would slip; on an edge it depends on the direction."""
     c = w.place.where
     while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
         c += 1
@@ -159,7 +159,7 @@ def _ahead(w, u, way):
 
 @compiled
 def _settle_at(w, u):
-    """Note how much friction holds a mass at rest at u, either way; return u, or the edge that it is to rounding."""
+    """Set the static friction at rest at u in both directions; return u, or the edge that equals it to rounding."""
     w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
     for column in (LOW, HIGH):
         edge = w.cells[w.place.where, column]
@@ -173,7 +173,7 @@ def _settle_at(w, u):
 
 @compiled
 def _drive(w, u, a):
-    """Return the direction in which the applied force moves a mass that is at rest at u, 0 if friction holds it."""
+    """Return the direction in which the applied force moves a mass at rest at u, 0 if friction holds it."""
     applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
     if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):
         return 1.0
@@ -182,7 +182,7 @@ def _drive(w, u, a):
 
 @compiled
 def _stick(w, t, h, u, a, slope_a):
-    """Stick for h at the most; return the time spent and the direction of the slip that follows."""
+    """Stick for at most h; return the time used and the direction of the slip that follows."""
     stop, side = 0.0, _drive(w, u, a)
     if side == 0.0:
         stop, side = h, _drive(w, u, a + slope_a * h)
@@ -207,7 +207,7 @@ def _cell_of(w, u):
 
 @compiled
 def _turn(w, t, old, new, u):
-    """Note a change of mode."""
+    """Log a change of mode."""
     if new != old:
         log(w, t, old, new)
     if new == 0.0:
@@ -221,7 +221,7 @@ def _turn(w, t, old, new, u):
 
 @compiled
 def _next_due(w, i, whole):
-    """Return the next interval behind i in which a row is wanted at a time."""
+    """Return the next interval after i in which an observable is sampled."""
     due = np.int64(2**62)
     for e in range(w.next_due.size):
         for k in range(w.next_due[e], w.first_due[e + 1]):
@@ -233,7 +233,7 @@ def _next_due(w, i, whole):
 
 @compiled
 def _begin(w):
-    """Set everything to its start; return displacement, velocity and mode."""
+    """Initialise the run; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
     begin_counting(w)
     begin_values(w)
@@ -249,7 +249,7 @@ def _begin(w):
 
 @compiled
 def _stick_on(w, i, stop, u):
-    """Stick through whole samples; return the first in which the mass is released, or `stop`."""
+    """Stick over whole samples; return the first in which the mass is released, or `stop`."""
     while i < stop:
         b = w.samples[i + 1] if i < w.samples.size - 1 else 0.0
         if _drive(w, u, b) != 0.0:
@@ -261,7 +261,7 @@ def _stick_on(w, i, stop, u):
 
 @compiled(inline=True)
 def _slip_on(w, i, stop, u, v, s):
-    """Slip through whole samples in which nothing happens; return the first in which something may, u and w."""
+    """Slip over whole samples without events; return the first in which an event may occur, u and w."""
     c, n = w.place.where, w.samples.size - 1
     low, high = w.cells[c, LOW], w.cells[c, HIGH]
     steady = w.force[CONSTANT] - s * w.force[KINETIC] * w.cells[c, MU]
@@ -291,12 +291,12 @@ def _slip_on(w, i, stop, u, v, s):
 
 @part
 def march(w):
-    """Run through the record and on to the horizon; return a status."""
+    """Run over the record and on to the horizon; return a status."""
     u, v, s = _begin(w)
     dt, parts, n = w.record.dt, w.place.parts, w.samples.size - 1
     whole = dt / parts
     last = math.ceil(w.clock.t_end / dt - 1e-9) - 1
-    i, part, tau = 0, 0, 0.0  # sample, part of it, time since its beginning
+    i, part, tau = 0, 0, 0.0  # index of the sample and of its part, time since the start of the sample
     due = _next_due(w, -1, dt)
     while True:
         inside = i < n
@@ -304,7 +304,7 @@ def march(w):
         slope_a = (w.samples[i + 1] - a) / dt if inside else 0.0
         t = i * dt + part * whole + tau
         h = min(whole, w.clock.t_end - i * dt - part * whole)
-        if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # nothing will move it again
+        if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # at rest until the horizon
             i, part, tau, h = last, parts - 1, 0.0, w.clock.t_end - t
         a_now = a + slope_a * (part * whole + tau)
         if s == 0.0:

@@ -1,4 +1,4 @@
-"""What a scene under a sampled input wants, as rows of which a range or a value at a time is taken."""
+"""Observables of a scene under a sampled input."""
 
 from typing import NamedTuple
 
@@ -10,19 +10,19 @@ from symfric.solve.observables import Wanted
 
 
 class Recorded(NamedTuple):
-    """A scene as one mass under a record, and what it wants."""
+    """A scene as one mass under a record, with its observables."""
 
     problem: Record
     wanted: Wanted
 
 
 def recorded_in(lowered: LoweredScene) -> Recorded:
-    """Write a scene down as one mass under a record.
+    """Express a scene as one mass under a record.
 
     Raises
     ------
     NoRoute
-        If the scene is something else, or wants more than the march through a record gives.
+        If the scene has another form, or an output that this loop does not provide.
     """
     wanted = lowered.wanted
     if any(r.kind == INTEGRAL for r in wanted.rows):

@@ -1,4 +1,4 @@
-"""The march through a record as a loop of the package."""
+"""Compiled loops over records, for runs and for many records."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from symfric.solve.lowered import LoweredScene
 
 
 def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x: int) -> CompiledModel:
-    """Compile what the march needs; budgets are those of steps and of events."""
+    """Compile the loop over a record; budgets are numbers of steps and of events."""
     code = compile_functions([recorded.problem.data])
     wanted = recorded.wanted
     first = make_arrays(recorded.problem, code.addresses["data"], [r.times for r in wanted.rows])
@@ -28,7 +28,7 @@ def record_model(scene: Scene, recorded: Recorded, budgets: tuple[int, int], n_x
 
 
 class Marcher:
-    """A scene under a record, for many records and values: all parameters may change, and what is wanted is a row.
+    """A scene compiled to run under many records and parameter values.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ class Marcher:
         self._start = np.array([float(scene.numbers()[s]) for s in scene.system.states])
 
     def under(self, samples: np.ndarray) -> "March":
-        """Return what runs under another record, for one thread."""
+        """Return the runner under another record, for one thread."""
         return March(self._model, self._start, samples)
 
 
 class March:
-    """Runs under one record, with memory of their own: for one thread at a time."""
+    """Runner under one record, with its own memory; for one thread at a time."""
 
     def __init__(self, model: CompiledModel, start: np.ndarray, samples: np.ndarray):
         arrays = own(model.first, SHARED - {"record", "due"})
@@ -66,7 +66,7 @@ class March:
         -------
         status : int
         found : ndarray, shape (rows, 3)
-            Smallest and largest value, or the value at the time of the row in their place and behind them.
+            Smallest and largest value of each observable; of a sampled one, its value in all columns.
         """
         room = self._room
         room.record.dt, room.clock.t_end = dt, horizon

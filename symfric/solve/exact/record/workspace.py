@@ -1,4 +1,4 @@
-"""The arrays that one run under a sampled input works on."""
+"""Work arrays of the loop over a record."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,27 +9,27 @@ from symfric.codegen.array_table import Integers, Matrix, Reals, Scalars
 from symfric.lower.sampled_oscillator import Record
 from symfric.solve.loop.run_arrays import Limits, RunArrays, common
 
-ORDER = 18  # at the most, of the series over a part of a sample, on which |root| t <= 1
+ORDER = 18  # largest order of the series over a part of a sample, on which |root| t <= 1
 
-SHARED = frozenset({"code", "samples", "record", "due", "first_due", "limits"})  # arrays that no run changes
+SHARED = frozenset({"code", "samples", "record", "due", "first_due", "limits"})  # constant arrays, shared by all runs
 
 
 class Sampling(Scalars):
-    """What a record is like."""
+    """Constants of a record."""
 
-    dt: float  # between samples
+    dt: float  # time between samples
 
 
 class Place(Scalars, kind=int):
-    """Where the march stands."""
+    """Current position of the loop."""
 
-    parts: int  # of a sample
-    order: int  # of the series over a part
-    where: int  # the present cell
+    parts: int  # number of parts of a sample
+    order: int  # order of the series over a part
+    where: int  # index of the current cell
 
 
 class Sizes(Scalars):
-    """What limits the parts of a sample."""
+    """Scales that limit the parts of a sample."""
 
     stiffest: float
 
@@ -39,7 +39,7 @@ class RecordArrays(RunArrays):
     """Arrays of one run; the machine code is that of `data`, the state u, w and time."""
 
     limits: Limits
-    data: Reals  # what the parameters make of the equations, see `symfric.lower.sampled_oscillator.Record`
+    data: Reals  # coefficients of the equations, see `symfric.lower.sampled_oscillator.Record`
     samples: Reals
     record: Sampling
     place: Place
@@ -48,10 +48,10 @@ class RecordArrays(RunArrays):
     cells: Matrix  # (n_c, 4)
     rows: Matrix  # (n_e, 5)
     grip: Reals  # largest static friction over the mass against a slip backwards and forwards, largest |u| at rest
-    kinds: Integers  # of every cell, by its slope; then one cell of each kind, (2 n_c,)
+    kinds: Integers  # kind of every cell, by its slope; then one cell of each kind, (2 n_c,)
     tables: Matrix  # transition of each kind of cell, backwards and forwards, (2 n_c, 9)
-    now: Matrix  # what the rows are in the present mode: slopes in u, w and the input, constant, (n_e, 4)
-    cu: Reals  # coefficients of u, w and a row
+    now: Matrix  # observables in the current mode: slopes in u, w and the input, constant, (n_e, 4)
+    cu: Reals  # coefficients of u, w and an observable
     cw: Reals
     cr: Reals
 
