@@ -1,4 +1,4 @@
-"""Run time against error: problems with known answers, the package's routes, and the peers that are installed."""
+"""Benchmark of run time against error: problems with known solutions, the package's routes, and installed peers."""
 
 from symfric.bench.problems import problems
 from symfric.bench.result import Benchmark, Curve, Point

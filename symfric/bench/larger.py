@@ -1,4 +1,4 @@
-"""Problems beyond one mass: many contacts, a record, two bodies in friction, friction with a state of its own."""
+"""Larger problems: many contacts, a record, two bodies in contact, dynamic friction."""
 
 import sympy as sp
 
@@ -40,7 +40,7 @@ def chain(masses: int = 10, *, horizon: float = 30.0, moving: int | None = None)
 
 
 def isolator() -> Scene:
-    """Return a mass on rolling bearings under an artificial earthquake, until it rests."""
+    """Return a mass on rolling bearings under a synthetic earthquake, until it is at rest."""
     record = synthetic(seed=RECORD_SEED, pga=3.0, duration=15.0, dt=0.01)
     samples = record.samples.round(4)  # so that the record is the same decimal numbers on every machine
     scene = scenes.rolling_isolator(C=300.0, m=1000.0, motion=Signal(samples, record.dt), profile=0.05, horizon=18.0)
@@ -48,7 +48,7 @@ def isolator() -> Scene:
 
 
 def slides() -> Scene:
-    """Return two slides in friction whose vibration sticks and slips."""
+    """Return two slides in contact with stick-slip vibration."""
     scene = scenes.two_slides(r=1.0, zeta=2.0, s1=0.05, s2=0.1, fc1=3.0, fs1=4.0, horizon=100.0)
     return scene.wanting({"end": End()})
 

@@ -1,4 +1,4 @@
-"""Motions in many digits: extrapolated midpoint steps in multiple precision, independent of every route and peer.
+"""Reference motions in multiple precision, by extrapolated midpoint steps, independent of all routes and peers.
 
 For any scene. Nothing but SymPy's expressions is taken from the package, and the mode is found by trying every
 combination, so that neither the graphs nor the rule of the solvers are trusted.
@@ -15,16 +15,16 @@ from symfric.errors import NotFound
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 
-_COLUMNS = 12  # of the extrapolation: order 24
+_COLUMNS = 12  # columns of the extrapolation: order 24
 _LONGEST = 0.4  # step
-_GUARD = 8  # digits kept beyond those asked for: forces are sums of larger numbers
-_LOCATE = 60  # iterations for the time of an event
-_SHORTEST = 1e-12  # step, relative to the longest, below which the nodes inside it are not looked at closer
+_GUARD = 8  # additional digits, since forces are sums of larger numbers
+_LOCATE = 60  # most iterations for the time of an event
+_SHORTEST = 1e-12  # step relative to the longest below which its inner nodes are not checked again
 
 
 @dataclass(frozen=True)
 class ManyDigits:
-    """State at the horizon, shape (n_x,), and the number of changes of the contacts on the way."""
+    """State at the horizon, shape (n_x,), and the number of events."""
 
     final: tuple[mp.mpf, ...]
     events: int
@@ -56,7 +56,7 @@ class _Forces:
 
 
 def many_digits(scene: Scene, digits: int = 28) -> ManyDigits:
-    """Compute the motion of a scene to all but the last few of so many digits.
+    """Compute the motion of a scene to a given number of digits, except the last few.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class _Equations:
         modes, kinks = sp.symbols(f"mode_:{self.n_c}", real=True), KinkRegister()
         known = {s: _number(v) for s, v in scene.numbers().items() if s not in system.states}
 
-        def read(e):  # numbers become arguments, which cost nothing at each call
+        def read(e):  # numbers become arguments, converted once
             e = kinks.pieces(sp.sympify(e).xreplace(along))
             powers = {p.exp for p in e.atoms(sp.Pow)}
             found = [a for a in e.atoms(sp.Number) - powers if not a.is_Integer]
@@ -123,7 +123,7 @@ class _Equations:
         self.n_k, self.line = len(kinks.guards), [mp.mpf(0)] * (2 * len(lines))
 
     def __call__(self, t, y: list, mode: _Mode) -> _Forces:
-        """Return what the mode does; raise ZeroDivisionError if its contacts cannot all stick."""
+        """Return the forces and rates of a mode; raise ZeroDivisionError if its contacts cannot all stick."""
         n, slips = self.n, mode.slips
         arguments = (t, *y, *self.line, *slips, *mode.sides, *self._known)
         force, z_rate, slip, turning, load, law, bound, kinks = self._parts(*arguments)
@@ -142,7 +142,7 @@ class _Equations:
         return _Forces([*y[n : 2 * n], *solution[:n], *z_rate], pull, slip, gain, room, kinks)
 
     def at_rest(self, t, y: list, mode: _Mode) -> list:
-        """Return the state without what is left of the slips of sticking contacts."""
+        """Return the state with the slips of sticking contacts set to zero."""
         held = tuple(i for i, m in enumerate(mode.slips) if m == 0)
         if not held:
             return y
@@ -189,7 +189,7 @@ def _solved(rows: list[list]) -> list:
 
 
 class _Run:
-    """One motion from mode to mode."""
+    """One run, from mode to mode."""
 
     def __init__(self, scene: Scene, little, noise):
         self.equations, self.little, self.noise = _Equations(scene), little, noise
@@ -198,7 +198,7 @@ class _Run:
         self._end, self._h = _number(scene.horizon), mp.mpf(_LONGEST) / 8
 
     def run(self) -> ManyDigits:
-        """Go from stop to stop, where sampled inputs bend, and within them from event to event."""
+        """Integrate between the kinks of sampled inputs, and between events."""
         y, t, events = self._y, mp.mpf(0), 0
         mode: _Mode | None = None
         for stop in self._stops():
@@ -224,7 +224,7 @@ class _Run:
         return [*sorted({t for t in itertools.chain(*grids) if 0 < t < self._end}), self._end]
 
     def _inputs(self, t, stop) -> None:
-        """Set the lines that the inputs are between two stops."""
+        """Set the linear inputs between two stops."""
         line = []
         for signal in self._signals:
             dt, k = _number(signal.dt), int(mp.floor(((t + stop) / 2 - _number(signal.t0)) / _number(signal.dt)))
@@ -284,7 +284,7 @@ class _Run:
         raise NotFound(f"no consistent mode at t = {mp.nstr(t, 8)}")
 
     def _advance(self, t, y, mode: _Mode, stop) -> tuple:
-        """Go on to the stop or to the first event; return time, state and the guard that fell."""
+        """Integrate to the stop or to the first event; return time, state and the guard that fell."""
         while True:
             h = min(self._h, stop - t)
             after, error, guards = self._step(t, y, mode, h)
@@ -332,7 +332,7 @@ class _Run:
         return self.equations(t + h, state, mode).guards(mode), state
 
     def _first_fallen(self, guards: list[list]) -> tuple[int, int | None]:
-        """Return node and row of the first guard that is negative by more than rounding leaves of zero."""
+        """Return node and row of the first guard that is negative beyond rounding."""
         for node, row in enumerate(guards[1:], 1):
             if row and min(row) < -self.noise:
                 return node, row.index(min(row))

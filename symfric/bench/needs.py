@@ -1,4 +1,4 @@
-"""What a scene does not need costs nothing: the same motion with more and more wanted, and the start of a process."""
+"""Cost of outputs: time and memory of the same motion with more and more outputs, and of starting a process."""
 
 import statistics
 import subprocess
@@ -34,7 +34,7 @@ except OSError:  # only Linux tells
 
 @dataclass(frozen=True)
 class Need:
-    """What is wanted and its price.
+    """Cost of one set of outputs.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Need:
     seconds : float
         CPU time of one run, median; of a process, elapsed time.
     kilobytes : float
-        What the result keeps; of a process, the most it held, NaN where the system does not say.
+        Size of the result; of a process, its largest memory, NaN if the system does not report it.
     """
 
     wanted: str
@@ -51,7 +51,7 @@ class Need:
 
 
 def needs() -> tuple[Need, ...]:
-    """Measure one motion, P2, with the end state, then with more and more outputs; all in turn, round by round."""
+    """Measure one motion, P2, with the final state only, then with more and more outputs, in interleaved rounds."""
     scene = scenes.mass_on_belt(v_b=0.2)
     spent = {"power": Integral(0.1 * _U**2)}
     wanted: list[tuple[str, dict[str, Output], tuple[str, ...]]] = [
@@ -81,7 +81,7 @@ def needs() -> tuple[Need, ...]:
 
 
 def _kept(run: Callable) -> float:
-    """Return how many kB a result keeps."""
+    """Return the size of a result in kB."""
     tracemalloc.start()
     before = tracemalloc.get_traced_memory()[0]
     result = run()

@@ -1,4 +1,4 @@
-"""The work-precision picture and the table of a benchmark."""
+"""Work-precision figure and tables of a benchmark."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from symfric.bench.result import Benchmark
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
-_SMALLEST = 1e-16  # an error of zero is drawn here
+_SMALLEST = 1e-16  # smallest error drawn, also for zero
 
 
 def work_precision(benchmark: "Benchmark", ax=None):
@@ -103,7 +103,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
-    """Return a rich Table of what is wanted, its time in `unit` (s times `scale`) and its memory."""
+    """Return a rich Table of outputs with their time in `unit` (s times `scale`) and memory."""
     from rich.table import Table
 
     result = Table("wanted", title=title)

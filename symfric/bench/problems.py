@@ -1,4 +1,4 @@
-"""The benchmark's problems: what is solved, the answer, and where the answer comes from."""
+"""The benchmark's problems with their solutions and the origin of these."""
 
 import math
 from collections.abc import Callable
@@ -68,7 +68,7 @@ class Oscillator:
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem with its answer.
+    """One problem with its reference solution.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ NAMES = tuple(_MAKERS)
 
 @cache
 def named(name: str) -> Problem:
-    """Return one problem; it is made when it is asked for first.
+    """Return one problem, created at its first use.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""What a benchmark yields: measured points, the curve of one solver, and the table of all."""
+"""Results of a benchmark: measured points, curves of solvers, and their table."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 
 @dataclass(frozen=True)
 class Answer:
-    """What one run ends with, the events it found, and which part of the problem it was."""
+    """Result of one run: final values, number of events, and the part of the problem that was run."""
 
     values: tuple[float, ...]
     events: int
-    every: int = 1  # of a sweep, each how many-th speed was run
+    every: int = 1  # step between the speeds of a sweep that were run
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Curve:
     failure: str = ""
 
     def time_to(self, error: float) -> float:
-        """Return the CPU seconds that an error costs, by log-log interpolation; NaN if it was not reached.
+        """Return the CPU time in s for an error, by log-log interpolation; NaN if it was not reached.
 
         Notes
         -----
@@ -129,11 +129,11 @@ class Benchmark:
         raise KeyError(f"{solver} was not measured on {problem}")
 
     def ratio(self, problem: str, slow: str, fast: str, error: float = 1e-10) -> float:
-        """Return how many times longer one solver needs than another to reach an error."""
+        """Return the ratio of the times of two solvers for an error."""
         return self.curve(problem, slow).time_to(error) / self.curve(problem, fast).time_to(error)
 
     def to_dict(self) -> dict:
-        """Return plain numbers, texts and lists; times in seconds, what was not reached as None."""
+        """Return plain numbers, texts and lists; times in seconds, None for errors that were not reached."""
         result = asdict(self)
         for plain, curve in zip(result["curves"], self.curves, strict=True):
             times = {f"{error:g}": curve.time_to(error) for error in (1e-6, 1e-10)}

@@ -1,4 +1,4 @@
-"""How the cost grows: time against masses, contacts, events, cases and threads, as measured exponents."""
+"""Scaling of the run time with masses, contacts, events, cases and threads, as measured exponents."""
 
 import statistics
 import time
@@ -28,7 +28,7 @@ class Growth:
     Attributes
     ----------
     name, unit : str
-        What grows, and what the time is for.
+        Name of the size, and unit of the timed work.
     sizes : tuple of float
     seconds : tuple of float
         CPU seconds, median; with threads elapsed ones.

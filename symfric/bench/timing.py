@@ -1,4 +1,4 @@
-"""CPU time against achieved error: solvers in turn, in one process, on one thread."""
+"""Measure CPU time and achieved error of solvers, interleaved in one process on one thread."""
 
 import gc
 import platform
@@ -15,7 +15,7 @@ from symfric.bench.problems import NAMES, Problem, named
 from symfric.bench.result import Answer, Benchmark, Curve, Point
 from symfric.errors import SceneError
 
-_SAMPLE = 0.02  # s of CPU time that one sample should last, so that the clock's resolution does not matter
+_SAMPLE = 0.02  # least CPU time of a sample, s, so that the clock's resolution is negligible
 _SLOW, _SLOWEST = 0.5, 5.0  # s; runs that take longer are measured in three rounds, and in one
 _QUICK, _MORE = 0.01, 3  # s; shorter runs are measured in three times as many rounds, as a sample of them is short
 
@@ -83,7 +83,7 @@ def measure(
 
 
 def machine() -> dict[str, str]:
-    """Return what the figures depend on: processor, Python, versions."""
+    """Return a description of the machine: processor, Python, versions."""
     found = {"processor": _processor(), "python": platform.python_version()}
     for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka", "scikit-sundae", "diffrax"):
         try:
@@ -109,10 +109,10 @@ def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) ->
     for peer in takers:
         tell(f"{problem.name}: preparing {peer.name}")
         for tolerance in peer.tolerances:
-            start = time.perf_counter()  # a compiler runs in a process of its own, which CPU time would not see
+            start = time.perf_counter()  # elapsed time, since CPU time does not include a compiler process
             try:
                 entry = _prepare(problem, peer, tolerance, rounds, start, prepared)
-            except Exception as error:  # a peer's failure is a row of the table, whatever its kind
+            except Exception as error:  # any failure of a peer is reported in the table
                 failures[peer.name] = f"{type(error).__name__} at {tolerance:g}: {_message(error)}"
                 break
             entries.append(entry)
@@ -174,7 +174,7 @@ def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float,
 
 
 def achieved_error(answer: Answer, problem: Problem) -> float:
-    """Return the largest difference from the reference, taken in more digits than the reference has."""
+    """Return the largest difference from the reference, computed with more digits than it has."""
     with mp.workdps(40):
         pairs = zip(answer.values, problem.reference[:: answer.every], strict=True)
         return max(float(abs(mp.mpf(float(value)) - mp.mpf(true))) for value, true in pairs)

@@ -1,4 +1,4 @@
-"""Ground motions: read from files, made from nothing, scaled as one or as a set."""
+"""Ground motions: records from files, synthetic motions, and scaling."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Numbers as Fortran writes them: without leading zeros, with touching fields, with asterisks for what did not fit."""
+"""Parse numbers in Fortran format: no leading zeros, adjacent fields without blanks, asterisks for overflow."""
 
 import re
 
@@ -82,9 +82,9 @@ def _of_equal_decimals(row: str, decimals: int | None, where: str) -> list[str]:
 
 
 def _check_between(row: str, begin: int, end: int, where: str) -> None:
-    """Raise unless only blanks or a comma stand between two numbers; what else stands there is not repeated.
+    """Raise unless only blanks or a comma separate two numbers; other text is not quoted in the message.
 
-    A scene file from elsewhere may name any file of its reader's as a record.
+    A scene file from another source may name any file of its user as a record.
     """
     text = row[begin:end]
     if not text.strip() or text.strip() == ",":

@@ -1,4 +1,4 @@
-"""A ground motion: acceleration at a constant step, and what it does to oscillators."""
+"""A ground motion: acceleration at a constant time step."""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from symfric.motions.units import G, factor_of
 if TYPE_CHECKING:
     from symfric.motions.spectrum import Spectrum
 
-_WHOLE = 1e-9  # of a step: nearer than that a time is a sample's own
+_WHOLE = 1e-9  # distance from a sample, relative to the step, within which a time is that of the sample
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,7 +83,7 @@ class Motion:
 
     @property
     def final_velocity(self) -> float:
-        """Velocity left at the end, m/s; exact for straight lines between the samples."""
+        """Velocity at the end, m/s; exact for linear interpolation of the samples."""
         a = self.samples
         return float(self.dt * (a.sum() - 0.5 * (a[0] + a[-1])))
 
@@ -101,7 +101,7 @@ class Motion:
         return replace(self, samples=self.samples * finite(factor, "factor"))
 
     def resampled(self, dt: float) -> "Motion":
-        """Return the motion at another step, on its own straight lines.
+        """Return the motion at another step, by linear interpolation.
 
         The same motion if `dt` divides the present step. A longer step skips samples, with their peaks, and nothing is
         filtered; the part of the record beyond the last whole step is left out.

@@ -13,7 +13,7 @@ from symfric.motions.motion import Motion
 from symfric.motions.units import KNOWN, factor_of
 
 MAX_BYTES = 50_000_000
-HEADER_LINES = 40  # among which the line with NPTS and DT must be
+HEADER_LINES = 40  # number of first lines that must contain NPTS and DT
 _REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 _NAMED = re.compile(rf"NPTS\s*=\s*(\d+)\s*[,;]?\s*DT\s*=\s*({_REAL}|[-+]?(?:nan|inf)(?:inity)?\b)", re.IGNORECASE)
 _NUMBERS_FIRST = re.compile(rf"^\s*(\d+)\s+({_REAL})\s*,?\s*NPTS\s*,?\s*DT\b", re.IGNORECASE)
@@ -250,7 +250,7 @@ def _columns(name: str, rows: list[str]) -> tuple[np.ndarray, list[int]]:
 
 
 def _is_head(fields: list[str]) -> bool:
-    """Tell whether a line is one of words, above the columns."""
+    """Whether a line is a heading of columns."""
     return not re.match(rf"{_REAL}|[+-]?(nan|inf)|\*", fields[0], re.IGNORECASE) if fields else False
 
 

@@ -15,9 +15,9 @@ from symfric.model.symbols import finite
 if TYPE_CHECKING:
     from symfric.motions.motion import Motion
 
-FINE = 20  # points per period between which a peak is looked for
-FINEST = 10  # a period may be shorter than the record's step by this much
-_TERMS = 14  # of the series of phi functions, enough for rounding at arguments up to 2 pi/FINE
+FINE = 20  # points per period, between which peaks are computed
+FINEST = 10  # largest ratio of the record's step to a period
+_TERMS = 14  # terms of the series of phi functions, exact to rounding for arguments up to 2 pi/FINE
 _Complex = TypeVar("_Complex", complex, np.ndarray)
 
 
@@ -75,7 +75,7 @@ class Spectrum:
 
 
 def read_periods(periods: Floats) -> np.ndarray:
-    """Return periods as a row of numbers that are finite and not negative."""
+    """Return periods as an array of finite numbers, not negative."""
     try:
         row = np.atleast_1d(np.array(periods, dtype=float))
     except (TypeError, ValueError):
@@ -163,7 +163,7 @@ def filtered(a: np.ndarray, h: float, eigenvalue: complex) -> np.ndarray:
 
 
 def _extreme(z: np.ndarray, a: np.ndarray, slope: np.ndarray, h: float, eigenvalue: complex) -> float:
-    """Return the largest abs(x) over intervals of length h that begin at z[k] under ``a[k] + slope[k] tau``."""
+    """Return the largest abs(x) over intervals of length h that start at z[k] under ``a[k] + slope[k] tau``."""
     lean = eigenvalue.real / eigenvalue.imag  # the velocity is Re z + lean Im z
     speed = z.real + lean * z.imag
     turn = np.flatnonzero(speed[:-1] * speed[1:] < 0)

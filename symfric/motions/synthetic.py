@@ -1,4 +1,4 @@
-"""Motions from nothing: sine bursts, and synthetic earthquakes compatible with a spectrum."""
+"""Artificial motions: sine bursts, and synthetic earthquakes compatible with a spectrum."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,8 +12,8 @@ from symfric.motions.motion import Motion
 from symfric.motions.spectrum import filtered, read_periods, spectrum
 from symfric.motions.units import factor_of
 
-_COARSE = 10  # points per period in the iteration; its result is measured exactly
-_LONGER = 4  # times the duration: the period of the noise under the envelope, for finer steps of frequency
+_COARSE = 10  # points per period in the iteration; the final spectrum is exact
+_LONGER = 4  # period of the noise in durations, for a finer frequency step
 _RELAXED = 0.7  # power of target over computed by which an amplitude is corrected
 _GROUNDS = {  # soil factor, T_B, T_C, T_D of EN 1998-1 table 3.2, spectrum of type 1
     "A": (1.0, 0.15, 0.4, 2.0),
@@ -27,7 +27,7 @@ _GROUNDS = {  # soil factor, T_B, T_C, T_D of EN 1998-1 table 3.2, spectrum of t
 def sine_burst(
     pga: float, frequency: float, cycles: int = 10, *, ramp: int = 2, dt: float | None = None, unit: str = "m/s^2"
 ) -> Motion:
-    """Make a burst of whole cycles of a sine that swells and fades.
+    """Return a burst of whole sine cycles with ramps at both ends.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def sine_burst(
     if ramp:
         edge = np.clip(np.minimum(phase, cycles - phase) / ramp, 0.0, 1.0)
         window = 0.5 - 0.5 * np.cos(np.pi * edge)
-    # whole periods have the same samples, and zero where the sine is
+    # all periods have the same samples, with exact zeros
     samples = amplitude * window * np.sin(2 * np.pi * (phase - np.floor(phase + 1e-12)))
     return Motion(samples, dt, "m/s^2", "sine burst", f"{cycles} cycles at {frequency:g} Hz, ramps of {ramp}")
 
@@ -92,7 +92,7 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
 
 @dataclass(frozen=True)
 class Misfit:
-    """How far a motion's spectrum is from a target, relative to the target.
+    """Relative difference between a motion's spectrum and a target.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def synthetic(
     decay: float = 0.5,
     iterations: int = 40,
 ) -> Motion:
-    """Make an earthquake whose response spectrum follows a target.
+    """Return a synthetic earthquake whose response spectrum matches a target.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def _nearness(off: Misfit, periods: np.ndarray) -> str:
 
 
 def _target(periods: Floats, values: Floats) -> tuple[np.ndarray, np.ndarray]:
-    """Return a target as two rows of positive numbers."""
+    """Return a target as two arrays of positive numbers."""
     at, target = read_periods(periods), np.atleast_1d(np.array(values, dtype=float))
     if target.shape != at.shape:
         raise SceneError(f"a target has {at.size} periods and {target.size} values; give as many of each")
@@ -206,7 +206,7 @@ def _check_synthesis(periods, dt: float, duration: float, rise: float, decay: fl
 
 
 def _synthesis(periods, values, seed, damping, n, dt, edges, iterations) -> np.ndarray:
-    """Return the samples, shape (n,), of the iteration whose coarse spectrum is nearest the target."""
+    """Return the samples, shape (n,), of the iteration with the coarse spectrum nearest to the target."""
     envelope = _envelope(n, *edges)
     frequency = np.fft.rfftfreq(_LONGER * n, dt)
     turn = np.exp(2j * np.pi * np.random.default_rng(seed).random(frequency.size))
@@ -229,7 +229,7 @@ def _synthesis(periods, values, seed, damping, n, dt, edges, iterations) -> np.n
 
 
 def _envelope(n: int, rise: float, decay: float) -> np.ndarray:
-    """Return a window that swells as half a cosine, stays, and fades as half a cosine; zero at both ends."""
+    """Return a window with half-cosine ramps, zero at both ends."""
     s = np.arange(n) / (n - 1)
     with np.errstate(divide="ignore", invalid="ignore"):
         up = np.where(s < rise, s / rise, 1.0) if rise else np.ones(n)

@@ -1,4 +1,4 @@
-"""Units of acceleration, and how to recognise what is none."""
+"""Units of acceleration."""
 
 import re
 
@@ -19,7 +19,7 @@ def plain_unit(unit: str) -> str:
 
 
 def factor_of(unit: str, where: str, quoted: bool = True) -> float:
-    """Return what a unit is in m/s^2.
+    """Return the factor from a unit to m/s^2.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def factor_of(unit: str, where: str, quoted: bool = True) -> float:
     where : str
         Stands before the message.
     quoted : bool
-        Whether a message repeats an unknown unit; one that was found in a file may be anything.
+        Whether a message quotes an unknown unit; not for one read from a file.
 
     Raises
     ------

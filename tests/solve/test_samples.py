@@ -132,7 +132,13 @@ def test_bad_words_in_a_scene_file(text, message):
 
 @pytest.mark.parametrize(
     ("times", "message"),
-    [([], "empty"), ([1.0, 1.0], "increase"), ([-1.0], "negative"), ([np.nan], "finite"), ("soon", "row of numbers")],
+    [
+        ([], "empty"),
+        ([1.0, 1.0], "increase"),
+        ([-1.0], "negative"),
+        ([np.nan], "finite"),
+        ("soon", "sequence of numbers"),
+    ],
 )
 def test_bad_times(times, message):
     with pytest.raises(sf.SceneError, match=message):

@@ -1,4 +1,4 @@
-"""Reference simulator: event-driven integration that shares nothing with the package's solvers.
+"""Reference simulator: event-driven integration independent of the package's solvers.
 
 It reads the SymPy expressions of a scene by `sympy.lambdify`, integrates one mode at a time with SciPy, locates events
 on a fine grid of the dense output and chooses the next mode by enumeration. It is slow and simple. The stress run takes

@@ -135,7 +135,7 @@ class Equations:
         smooth = lambda e: kinks.pieces(e.xreplace(real))  # noqa: E731
         slips = [smooth(c.slip) for c in contacts]
         speeds = [m * w for m, w in zip(modes, slips, strict=True)]
-        # a law with an infinite slope at rest has no values beyond it, where steps that cross zero slip look
+        # a law with an infinite slope at rest is undefined beyond zero slip, where trial steps evaluate it
         steep = [bool(c.law.steep) or c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in contacts]
         speeds = [smooth(sp.Max(v, 0)) if s else v for v, s in zip(speeds, steep, strict=True)]
         load = [smooth(c.normal * c.profile) for c in contacts]
@@ -206,7 +206,7 @@ class Equations:
 
     @cached_property
     def scales(self):
-        """Sums of the magnitudes of the terms of every force, slip and guard: what their rounding is relative to."""
+        """Sums of the magnitudes of the terms of every force, slip and guard, the scales of their rounding errors."""
         return self._scalar(self._scales)
 
 
@@ -235,7 +235,7 @@ def _plain(expr: sp.Expr) -> sp.Expr:
 
 
 def features(expressions: list[sp.Expr]) -> list[sp.Expr]:
-    """Return the arguments whose change over a step must stay small, so that no narrow feature is leapt over.
+    """Return the arguments whose change over a step must stay small, so that no narrow feature is skipped.
 
     The function of an argument does nothing sudden while the argument changes by less than one, or by less than half of
     itself; where a power of a term is the argument, that term counts. A reciprocal counts by its logarithm.

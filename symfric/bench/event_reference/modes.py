@@ -1,4 +1,4 @@
-"""Accelerations and friction of one mode, and the choice of the mode by enumeration."""
+"""Accelerations and friction of one mode, and mode selection by enumeration."""
 
 import itertools
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ import numpy as np
 from symfric.bench.event_reference.equations import Equations
 
 EPS = 2.2e-16
-ROUNDING = 64 * EPS  # of the forces
-TIE = 1e-11  # of the forces: events are located to about this, and the motion a moment later decides
-_RANK = 1e-13  # of the largest singular value of slip rows
-LEADS = (1e-7, 1e-5, 1e-3)  # of the time scale, after which a tie is looked at
+ROUNDING = 64 * EPS  # rounding error relative to the forces
+TIE = 1e-11  # force relative to the others below which the sign is decided by the motion a moment later
+_RANK = 1e-13  # singular value of slip rows relative to the largest that counts as zero
+LEADS = (1e-7, 1e-5, 1e-3)  # times after which a tie is evaluated, relative to the time scale
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Mode:
 
 
 class Mechanics:
-    """The equations with the numbers of one run."""
+    """The equations of motion with the numbers of one run."""
 
     def __init__(self, equations: Equations, values: tuple[float, ...], time_scale: float):
         self.e, self.values, self.time_scale = equations, values, time_scale
@@ -59,7 +59,7 @@ class Mechanics:
         return parts
 
     def look(self, t: float, y, modes: tuple[int, ...]):
-        """Return slips and guards of the kinks, and the signs of these, one of which may decide another."""
+        """Return slips and guards of the kinks, and the signs of these, which may depend on each other."""
         e = self.e
         signs = (1,) * e.n_k
         watched = np.zeros(e.n_c + e.n_k)
@@ -86,7 +86,7 @@ class Mechanics:
         return np.concatenate([y[e.n : 2 * e.n], a, parts[2]])
 
     def motion(self, t: float, y, mode: Mode):
-        """Return accelerations, friction forces of every contact, and the parts they were made of."""
+        """Return accelerations, friction forces of every contact, and the terms of the equations."""
         parts = self.parts(t, y, mode)
         mass, force, _, rows, drift, friction, _ = parts
         stuck = [i for i, m in enumerate(mode.modes) if m == 0]
@@ -104,9 +104,9 @@ class Mechanics:
         return found[:n], push, parts
 
     def excess(self, t: float, y, mode: Mode, motion=None) -> np.ndarray:
-        """Return by how much of the bounds every sticking contact exceeds its own, <= 0 where it holds.
+        """Return the relative excess of every sticking contact over its bound, <= 0 where it holds.
 
-        Contacts whose rows depend on each other share what they hold: the share counts that loads the worst the least.
+        Contacts with dependent rows share the force so that the largest excess is least.
         """
         a, push, parts = self.motion(t, y, mode) if motion is None else motion
         mass, force, _, rows, drift, _, bounds = parts
@@ -126,7 +126,7 @@ class Mechanics:
 
 
 def reduced(rows: np.ndarray, drifts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return independent rows of size one that hold what the rows hold, and their drifts.
+    """Return normalised independent rows equivalent to the given rows, and their drifts.
 
     By elimination, which leaves the small difference of nearly parallel rows exact; their own equations would have
     the square of it as a pivot.
@@ -183,7 +183,7 @@ def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> flo
 
 
 class Choice:
-    """Mode at a state with contacts at zero slip, by trying every combination."""
+    """Mode selection at a state with contacts at zero slip, by trying every combination."""
 
     def __init__(self, mechanics: Mechanics, preference: int = 0):
         self.m, self.preference = mechanics, preference
@@ -229,7 +229,7 @@ class Choice:
         return accepted[0][0]
 
     def see(self, t: float, y: np.ndarray, mode: Mode) -> None:
-        """Remember how large forces, slips and guards have been: where they turn they are zero."""
+        """Update the largest sizes of forces, slips and guards, the scales of their zeros."""
         found = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
         self._scales = np.maximum(self._scales, found)
 
@@ -285,7 +285,7 @@ class Choice:
                     return None
         if any(resting):
             pushes = self._pushes(t, y, mode, forces)
-            for k in np.flatnonzero(resting):  # where the body would go without this friction
+            for k in np.flatnonzero(resting):  # direction in which the body would move without this friction
                 away = sum(-float(slopes[k, 1 : 1 + e.n] @ inverse @ rows[i]) * pushes[i] for i in range(e.n_c))
                 if away * mode.signs[k] < 0:
                     return None
@@ -295,7 +295,7 @@ class Choice:
         return mode
 
     def _side_later(self, t: float, y, mode: Mode, k: int, reach: float) -> float:
-        """Return the sign of a guard that begins at zero with no slope and no curvature; zero if it stays there."""
+        """Return the sign of a guard that starts at zero without slope and curvature; zero if it stays there."""
         for lead in LEADS[1:]:
             after, state = self._later(t, y, mode, lead)
             guard = float(self.m.e.watched(*self.m.arguments(after, state, mode))[self.m.e.n_c + k])
@@ -316,7 +316,7 @@ class Choice:
         return found
 
     def _later(self, t: float, y, mode: Mode, lead: float):
-        """Return time and state after a part of the time scale, by four steps of fourth order."""
+        """Return time and state after a fraction of the time scale, by four fourth-order steps."""
         m, n = self.m, 4
         h = lead * m.time_scale / n
         for _ in range(n):

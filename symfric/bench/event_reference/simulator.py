@@ -10,20 +10,21 @@ from symfric.bench.event_reference.equations import Equations
 from symfric.bench.event_reference.modes import Choice, Mechanics, Mode
 from symfric.model.scene import Scene
 
-_GRID = np.linspace(0.0, 1.0, 13)  # of a step, on which guards are looked at
-_FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])  # a mode may end soon after it began
+_GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluated
+# dense near the start, since a mode may end soon
+_FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])
 _CHANGE = 1.0  # of the argument of a feature over a step; and this part of the argument itself:
 _PART = 0.5
 _ZERO = 1e-13, 1e-12  # of the largest slip and of the largest guard of a kink so far: what counts as zero
 
 
 class GaveUp(Exception):
-    """The reference has no answer; the reason is its text."""
+    """Raised if the reference fails; its text is the reason."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What the reference simulator found.
+    """Result of the reference simulator.
 
     Attributes
     ----------
@@ -101,13 +102,13 @@ class _Motion:
         self.choice = Choice(mechanics, preference)
         self.events: list[tuple[float, tuple[int, ...]]] = []
         self.steps, self.h = 0, self.horizon / 40
-        self.largest = np.zeros(self.e.n_c + self.e.n_k)  # slips and guards so far
+        self.largest = np.zeros(self.e.n_c + self.e.n_k)  # largest slips and guards so far
 
     def run(self, y: np.ndarray) -> Reference:
         reason = ""
         self.x[:, self.times <= 0] = y[:, None]
         try:
-            with np.errstate(all="ignore"):  # what is not finite is found by the step that made it
+            with np.errstate(all="ignore"):  # steps check for finite values
                 self._motion(y)
         except GaveUp as gave_up:
             reason = str(gave_up)
@@ -133,7 +134,7 @@ class _Motion:
                 self._inputs(t, stops[0])
 
     def _stops(self) -> list[float]:
-        """Times where a sampled input bends or jumps, and the end."""
+        """Times at which a sampled input has a kink or jump, and the end."""
         end = self.horizon
         grids = [s.t0 + s.dt * np.arange(s.samples.size) for s in self.scene.inputs.values()]
         inner = np.unique(np.concatenate([np.zeros(0), *grids]))
@@ -156,7 +157,7 @@ class _Motion:
         return mode
 
     def _projected(self, t: float, y: np.ndarray, mode: Mode) -> np.ndarray:
-        """Return the state with the slips of sticking contacts brought to zero."""
+        """Return the state with the slips of sticking contacts set to zero."""
         stuck = [i for i, m in enumerate(mode.modes) if m == 0]
         if not stuck:
             return y
@@ -167,7 +168,7 @@ class _Motion:
         return y
 
     def _segment(self, t: float, y: np.ndarray, mode: Mode, stop: float):
-        """Integrate one mode; return where it ends, what has zero slip there, and whether that is the stop."""
+        """Integrate one mode; return its end, the contacts at zero slip there, and whether it is the stop."""
         if stop - t <= 4e-16 * stop:
             return t, y, self._zero(mode), True
         rate = lambda t, y: self.m.rate(t, y, mode)  # noqa: E731
@@ -262,7 +263,7 @@ class _Motion:
 
 
 def _change(arguments: np.ndarray) -> float:
-    """Return the largest change of an argument over a step, in what is allowed."""
+    """Return the largest change of an argument over a step, relative to the allowed change."""
     if not arguments.size:
         return 0.0
     low, high = np.min(arguments, axis=1), np.max(arguments, axis=1)

@@ -47,7 +47,7 @@ def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
 
 
 def _compiled(function: ca.Function) -> ca.Function:
-    """Return the function as a C compiler makes it."""
+    """Return the function compiled by a C compiler."""
     with tempfile.TemporaryDirectory() as folder:
         code = ca.CodeGenerator("stick_slip.c")
         code.add(function)

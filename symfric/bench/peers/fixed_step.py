@@ -1,4 +1,4 @@
-"""The fixed-step scheme of the study of scaled rolling isolation, to compare with."""
+"""The fixed-step scheme of the study of scaled rolling isolation, for comparison."""
 
 import numpy as np
 from numba import njit

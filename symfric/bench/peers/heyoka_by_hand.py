@@ -129,7 +129,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
     state, pars, limit = ta.state, ta.pars, hy.taylor_outcome.time_limit
 
     def go(until: float, released: float) -> float:
-        """Go on to a time, from `released` if the mass sticks until then; return when it will be released, or 0."""
+        """Integrate to a time, from `released` if the mass sticks until then; return its next release time, or 0."""
         v_b = pars[1]
         while True:
             if released:

@@ -74,7 +74,7 @@ class _Solver:
 
         def callback(ta, _):
             t = ta.time
-            if t - released[0] <= _COOLDOWN:  # what rounding leaves of the zero that a release starts from
+            if t - released[0] <= _COOLDOWN:  # rounding error of the zero at the release
                 return True
             state, pars = arrays
             y = state.tolist()
@@ -93,7 +93,7 @@ class _Solver:
         return callback
 
     def reset(self, start, mode) -> None:
-        """Return to the start."""
+        """Reset state and mode to the start."""
         self.events[0], self._released[0] = 0, -math.inf
         self._ta.reset_cooldowns()
         self._ta.time, self.state[:] = 0.0, start
@@ -102,7 +102,7 @@ class _Solver:
             self._pars[j] = mode[i]
 
     def go(self, segment) -> None:
-        """Go on to the end of a segment of the input."""
+        """Integrate to the end of a segment of the input."""
         end, *self._line[:] = segment
         for i, j in self._lines:
             self._pars[j] = self._line[i]

@@ -21,7 +21,7 @@ class Peer:
     ----------
     name : str
     prepare : callable
-        ``prepare(problem, tolerance) -> run``; ``run() -> Answer``. Everything that is done once is done by `prepare`.
+        ``prepare(problem, tolerance) -> run``; ``run() -> Answer``. `prepare` does all work that is needed only once.
     problems : tuple of str
         Names of the problems it takes.
     tolerances : tuple of float
@@ -43,7 +43,7 @@ class Peer:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What it needs and is not there."""
+        """Names of missing packages or tools."""
         return tuple(need for need in self.needs if not _present(need))
 
 
@@ -52,12 +52,12 @@ def _present(need: str) -> bool:
 
 
 def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], Answer]:
-    """Prepare the route that the package chooses."""
+    """Prepare the automatically selected route."""
     return (_through_sweep if problem.speeds else _through_program)(problem, tolerance, None)
 
 
 def _prepare_series(problem: Problem, tolerance: float) -> Callable[[], Answer]:
-    """Prepare the route `taylor` where the package would choose another."""
+    """Prepare the route `taylor` where another one is selected automatically."""
     return _through_program(problem, tolerance, "taylor")
 
 

@@ -20,7 +20,7 @@ WORKAROUNDS = (
     "event at the start of the step, and the loop never advances",
 )
 
-_EVERY = 25  # of the speeds of a sweep; all of them would take minutes
+_EVERY = 25  # every 25th speed of a sweep is run; all would take minutes
 
 
 def prepare_events(problem: Problem, tolerance: float) -> Callable[[], Answer]:
@@ -59,7 +59,7 @@ def _prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
 
 
 def _advance(form: Form, problem: Problem, tolerance: float, method: str, turn: Callable | None = None, turns=None):
-    """Return what goes from event to event; where `turn` is zero, the first state is added to `turns`."""
+    """Return a function that integrates to the next event; zeros of `turn` are recorded in `turns`."""
     from scipy.integrate import solve_ivp
 
     rates = sp.lambdify(form.arguments, [_plain(e) for e in form.rates], "math", cse=True)

@@ -16,8 +16,8 @@ from symfric.model.excitation import excitation_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 
-_ROUNDING = 1e-14  # of numbers that SymPy folded
-_SAMPLES = 64  # of a period, at which a holding force is looked at
+_ROUNDING = 1e-14  # relative rounding error of numbers combined by SymPy
+_SAMPLES = 64  # samples of a period at which a holding force is evaluated
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
         sliding = load * _odd(read(law.kinetic), signs[j], slips[j])
         for i in range(len(rates)):
             if unit[i, j]:
-                held = sp.expand(rates[i] - unit[i, j] * holds[j])  # often nothing is left where a contact sticks
+                held = sp.expand(rates[i] - unit[i, j] * holds[j])  # often zero where a contact sticks
                 rest = sp.Integer(0) if not held.free_symbols and abs(held) < _ROUNDING else held
                 if rest == 0:
                     rates[i] = moving[j] * (rates[i] - unit[i, j] * sliding)
@@ -228,7 +228,7 @@ def _segments(scene: Scene) -> tuple[tuple[float, ...], ...]:
 
 
 class Loop:
-    """The stick-slip logic around a solver that goes from event to event.
+    """The stick-slip logic around a solver that integrates to the next event.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ class Loop:
         return Answer(tuple(y), events)
 
     def run(self, t, y, mode, segments, parameters=()) -> tuple[list[float], list[float], int]:
-        """Go through segments of the input; return state, mode and the number of events."""
+        """Integrate over the segments of the input; return state, mode and the number of events."""
         events, advance = 0, self._advance
         assert advance is not None, "a loop without a solver only finds modes"
         for end, *line in segments:
@@ -277,7 +277,7 @@ class Loop:
         return self._form.straight and 1.0 not in mode[self._signs :]
 
     def resting(self, t, y, mode, line, end) -> tuple[float, list[float], bool]:
-        """Go on to the end or to the first release, and release; return time, state, and whether one was."""
+        """Advance a system at rest to the end or to the first release; return time, state and whether one occurred."""
         n, release, first, sign = len(self._positions), end, None, 0.0
         if self._rest is None:
             release, first, sign = self._searched(t, y, mode, line, end)
@@ -296,7 +296,7 @@ class Loop:
         return release, y, True
 
     def _searched(self, t, y, mode, line, end) -> tuple[float, int | None, float]:
-        """Return when, which contact and which way slips first where no formula says so."""
+        """Search for the first release: time, contact and direction, where there is no formula."""
         from scipy.optimize import brentq
 
         n, start = len(y) // 2, t

@@ -1,4 +1,4 @@
-"""Random scenes run by the chosen route and by a reference simulator: does a wrong run ever say nothing?"""
+"""Stress test: random scenes, run by the automatic route and compared with a reference simulator."""
 
 import itertools
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ def stress(
     Parameters
     ----------
     scenes : int
-        Shared by the families according to their weights.
+        Total number, divided among the families by their weights.
     seed : int
         Of the first structure of every family; the next ones follow.
     families : sequence of str, optional

@@ -1,4 +1,4 @@
-"""One random structure run by the chosen route, and compared with the reference simulator."""
+"""Comparison of one random structure, run by the automatic route, with the reference simulator."""
 
 import math
 
@@ -19,14 +19,14 @@ from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
 from symfric.solve.taylor.route import Taylor, TaylorProgram
 
-TOLERANCES = (1e-6, 1e-8, 1e-10)  # the first where a law has an infinite slope, which no route takes much finer
-WRONG = 1000.0  # tolerances that two runs may differ by
-CHANGE = 10.0  # how many times the change that a perturbation causes two runs may differ by
-_FINER = 1e-3  # of the tolerance: the third opinion
-_STEPS, _EVENTS = 20_000, 5_000  # budgets of a run; within them every run is over in about a second
-_REFERENCE, _REFEREE = 1e-10, 1e-12  # tolerances of the reference, and where it disagrees
-_TIMES = 8  # at which runs are compared
-_PERTURBATION = 1e-12  # of the start, beside one of the tolerance
+TOLERANCES = (1e-6, 1e-8, 1e-10)  # the first for laws with an infinite slope, for which no route is much more accurate
+WRONG = 1000.0  # largest difference of two runs, in tolerances
+CHANGE = 10.0  # largest difference of two runs, in units of the change by a perturbation
+_FINER = 1e-3  # tolerance of a third run, relative to the first
+_STEPS, _EVENTS = 20_000, 5_000  # budgets of a run, about a second of computing
+_REFERENCE, _REFEREE = 1e-10, 1e-12  # tolerances of the reference, and of its repetition after a disagreement
+_TIMES = 8  # number of times at which runs are compared
+_PERTURBATION = 1e-12  # relative perturbation of the start, besides one by the tolerance
 
 
 class Comparison:
@@ -60,7 +60,7 @@ class Comparison:
         draw = self.structure_draw(number)
         try:
             return self._compared(number, draw)
-        except Exception as error:  # of the package: the numbers of a family are valid
+        except Exception as error:  # a failure of the package, since the numbers of a family are valid
             none, reason = (math.nan, math.nan, math.nan, math.nan), f"{type(error).__name__}: {error}"
             return self._verdict(number, draw.kind, "silent failure", "", "raised", none, reason)
 
@@ -113,7 +113,8 @@ class Comparison:
         """Return the size of every state, by its largest value."""
         size = np.max(np.abs(run.x), axis=1) / self.structure.state_units(units)
         n = len(self.scene.system.q)
-        for part in np.split(np.arange(size.size), [n, 2 * n]):  # what is a millionth of its like is noise
+        # states below a millionth of the largest of their kind count as noise
+        for part in np.split(np.arange(size.size), [n, 2 * n]):
             if part.size:
                 size[part] = np.maximum(size[part], 1e-6 * np.max(size[part]))
         return np.maximum(size, max(1e-12 * np.max(size), 1e-300))

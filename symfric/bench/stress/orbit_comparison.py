@@ -1,4 +1,4 @@
-"""Limit cycles and their branches, whose orbits the reference simulator must repeat."""
+"""Comparison of limit cycles and branches with the reference simulator."""
 
 import math
 
@@ -13,14 +13,14 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
 
-PARAMETER, SPAN = "F", (0.25, 1.4)  # of a branch, in its value at the start
-ALLOWED = 1e-6  # of the sizes of an orbit, by which it may fail to close; the package locates it far finer
-_CHECKED = 6  # orbits of a branch that are followed
-_HALVINGS = 5  # of the bracket of an onset of sticking
+PARAMETER, SPAN = "F", (0.25, 1.4)  # parameter of a branch, and its span relative to the initial value
+ALLOWED = 1e-6  # largest gap of an orbit in the reference, relative to its size
+_CHECKED = 6  # number of orbits of a branch that are checked
+_HALVINGS = 5  # halvings of the bracket of an onset of sticking
 
 
 class OrbitComparison:
-    """One structure of a family whose limit cycles are looked for.
+    """Comparison of the limit cycles of one structure.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class OrbitComparison:
         self.reference = ReferenceSimulator(self.structure.scene, 1e-11)
 
     def verdict(self, number: int) -> Verdict:
-        """Look for the limit cycle or the branch of one draw, and follow it; whatever else is raised is a failure."""
+        """Find the limit cycle or the branch of one draw and compare it; unexpected exceptions are failures."""
         draw = self.family.draw(self.structure, self.seed, number)
         off, status, note = math.nan, "OK", ""
         try:
@@ -46,7 +46,7 @@ class OrbitComparison:
                 verdict = "unconfirmed"
         except NotFound as reason:
             verdict, status, note = "status", "NotFound", str(reason)
-        except Exception as error:  # of the package: the numbers of a family are valid
+        except Exception as error:  # a failure of the package, since the numbers of a family are valid
             verdict, status, note = "silent failure", "raised", f"{type(error).__name__}: {error}"
         name = f"{self.family.name}/{self.seed}/{number}"
         none = math.nan
@@ -97,7 +97,7 @@ class OrbitComparison:
         return worst, ""
 
     def _bisected(self, scene: Scene, branch: Branch, onset: Special) -> str:
-        """Narrow the bracket of an onset by limit cycles that the reference repeats; say if it is wrong."""
+        """Narrow the bracket of an onset by limit cycles confirmed by the reference; report if it is wrong."""
         values, sticks = branch.values, np.array([o.stick_fraction > 0 for o in branch.orbits])
         brackets = [
             (i, i + 1)

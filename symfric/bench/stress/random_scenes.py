@@ -13,11 +13,11 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
-HORIZON = 4.0  # of every scene: some radians of its vibrations
+HORIZON = 4.0  # horizon of every scene, some radians of its vibrations
 SIZES = (0.3, 0.25, 0.2, 0.15, 0.1)  # probabilities of one to five masses, and of one to five contacts
-COUPLING = 0.2  # of the smaller of two masses, which keeps the mass matrix positive definite
+COUPLING = 0.2  # coupling relative to the smaller of two masses, so that the mass matrix is positive definite
 
-# law: what it is made of, from mu, the drop r >= 0 from rest to slip, a speed v and a slope b
+# laws by name, from mu, the drop r >= 0 from rest to slip, a speed v and a slope b
 LAWS: dict[str, Callable] = {
     "coulomb": lambda mu, r, v, b: laws.coulomb(mu),
     "coulomb with a drop": lambda mu, r, v, b: laws.coulomb(mu * (1 + r), mu),
@@ -38,7 +38,7 @@ LAWS: dict[str, Callable] = {
 }
 OF_LINES = ("coulomb", "coulomb with a drop", "piecewise linear")
 
-SPRINGS: dict[str, Callable] = {  # forces that are not linear, from coordinate, velocity and a factor
+SPRINGS: dict[str, Callable] = {  # nonlinear forces, from coordinate, velocity and a factor
     "cubic spring": lambda q, u, h: -h * q**3,
     "pendulum": lambda q, u, h: -h * sp.sin(q),
     "soft spring": lambda q, u, h: -h * sp.tanh(2 * q),
@@ -83,7 +83,7 @@ def structure(seed: int) -> Scene:
     contacts = [_contact(rng, q, u, i, laws[(seed // 5 * 3 + i) % len(laws)], straight) for i in range(n_c)]
     system = System(q=q, u=u, mass=_masses(rng, n), force=forces)
     symbols = set().union(*(e.free_symbols for e in (*system.expressions, *contacts))) - {*q, *u, TIME}
-    names = sorted(s.name for s in symbols)  # a set has another order in every process
+    names = sorted(s.name for s in symbols)  # sorted, since the order of a set differs between processes
     values = {name: 0.1 if name[0] in "rbe" else 0.5 for name in names}
     initial = {s.name: 0.1 for s in (*q, *u)}
     return Scene(system, contacts, values, initial, HORIZON, {"path": Trajectory()})
@@ -138,7 +138,7 @@ def _contact(rng, q, u, i: int, law: str, straight: bool) -> Contact:
 
 
 class Dice:
-    """Draws the numbers of a structure; what a start on a surface needs of its equations is compiled once."""
+    """Generator of the numbers of a structure, with compiled equations for starts on a switching surface."""
 
     def __init__(self, scene: Scene):
         self.names = tuple(sorted(s.name for s in scene.parameters))
@@ -176,10 +176,10 @@ class Dice:
         return Draw(kind, values, dict(zip(self.states, start.tolist(), strict=True)))
 
     def _keep_apart(self, values: dict) -> None:
-        """Give belts of one slip but for their speeds speeds of their own.
+        """Give different speeds to belts whose slips differ only by their speeds.
 
-        Contacts that only numbers make parallel share no load; where friction drops after rest, the end of their
-        sticking is then not determined.
+        Contacts whose slips coincide only for particular values do not share load; where friction drops after rest, the
+        end of their sticking is then not determined.
         """
         slip, slopes, _, _ = self._look(values, np.zeros(2 * self._n))
         for i in range(self._n_c):
@@ -219,7 +219,7 @@ class Dice:
 
 
 def _moderate(rng, name: str) -> float:
-    """Return a value of order one; the first letter says what it is."""
+    """Return a value of order one, by the kind of parameter that the first letter of its name denotes."""
     kind = name[0]
     if kind in "cvFe":
         return float(rng.uniform(-0.5, 0.5))
@@ -233,7 +233,7 @@ def _moderate(rng, name: str) -> float:
 
 
 def _tied(rng, name: str) -> float:
-    """Return one of few values, so that events come at one time and forces lie on their bounds."""
+    """Return one of few values, so that events coincide and forces lie on their bounds."""
     if name[0] in "cvFe":
         return float(rng.choice([-0.25, 0.0, 0.25]))
     if name[0] in "rdb":
@@ -250,7 +250,7 @@ def _decades(rng, name: str) -> float:
 
 
 def _bounded_coupling(values: dict) -> None:
-    """Bring the couplings of the masses to where the mass matrix is positive definite."""
+    """Limit the couplings of the masses so that the mass matrix is positive definite."""
     for name in [n for n in values if n[0] == "e"]:
         i = int(name[1:])
         values[name] *= 2 * COUPLING * min(values[f"m{i}"], values[f"m{i + 1}"])

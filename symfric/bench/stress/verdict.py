@@ -1,4 +1,4 @@
-"""What the stress run says about each scene, and of all."""
+"""Verdicts of a stress run."""
 
 from collections import Counter
 from dataclasses import asdict, dataclass
@@ -8,7 +8,7 @@ VERDICTS = ("agrees", "alone", "unconfirmed", "status", "sensitive", "silent fai
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one random scene.
+    """Verdict on one random scene.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class StressResult:
-    """What a stress run found.
+    """Result of a stress run.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class StressResult:
         return tuple(v for v in self.verdicts if v.verdict == "silent failure")
 
     def to_dict(self) -> dict[str, object]:
-        """Return counts and every scene that did not simply agree, as plain data."""
+        """Return counts and all scenes without the verdict "agrees", as plain data."""
         statuses = Counter(v.status for v in self.verdicts if v.verdict == "status")
         notable = [asdict(v) for v in self.verdicts if v.verdict not in ("agrees", "alone")]
         plain = [{k: None if x != x else x for k, x in row.items()} for row in notable]

@@ -1,4 +1,4 @@
-"""What a family of scenes is: a generator of structures, and numbers for each."""
+"""A family of scenes: a generator of structures, and of numbers for each."""
 
 import math
 import zlib
@@ -19,7 +19,7 @@ Ranges = dict[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Structure:
-    """Equations with parameters, and where their numbers come from.
+    """Equations with parameters, and the distributions of these.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ def oscillators(n: int):
 
 
 def scene_of(q, u, forces, contacts, ranges: Ranges, horizon=4.0, *, mass=None, z=(), z_rate=(), inputs=None) -> Scene:
-    """Return a scene with moderate numbers for what has a range, restricted to what its expressions use."""
+    """Return a scene with moderate numbers for all parameters that its expressions use."""
     system = System(q=q, u=u, mass=sp.eye(len(q)) if mass is None else mass, force=forces, z=z, z_rate=z_rate)
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     names = {s.name for s in used} - {s.name for s in system.states} - {s.name for s in inputs or {}} - {"t"}

@@ -10,7 +10,7 @@ from symfric.model.system import Contact
 
 
 def _numbers():
-    """Return a maker of parameters that collects their ranges and dimensions."""
+    """Return a function that creates parameters and collects their ranges and dimensions."""
     ranges, dimensions = {}, {}
 
     def number(name: str, low: float, high: float, *dimension: int) -> sp.Symbol:

@@ -19,7 +19,7 @@ from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact
 
 WIDTHS = (0.002, 0.2)
-SHAPES: dict[str, Callable] = {  # of height and width about one
+SHAPES: dict[str, Callable] = {  # pulse shapes of height and width about 1
     "Gauss": lambda s: sp.exp(-(s**2)),
     "sech": lambda s: 1 / sp.cosh(s),
     "quartic Lorentz": lambda s: 1 / (1 + s**4),
@@ -27,7 +27,7 @@ SHAPES: dict[str, Callable] = {  # of height and width about one
     "difference of erf": lambda s: (sp.erf(s + 1) - sp.erf(s - 1)) / 2,
     "bounded exponential": lambda s: sp.exp(1 / (1 + s**2)) - 1,
 }
-ARGUMENTS: dict[str, Callable] = {  # of a feature at p of width w in what it depends on
+ARGUMENTS: dict[str, Callable] = {  # argument of a feature at p of width w
     "difference": lambda x, p, w: (x - p) / w,
     "logarithm": lambda x, p, w: sp.log((x + 1) / (p + 1)) / w,
     "sine": lambda x, p, w: sp.sin(x - p) / w,
