@@ -12,7 +12,7 @@ from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow_map import Flow, Passage, flow_of
 from symfric.orbits.guess import Fades, Guess, settled
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
 
@@ -189,7 +189,7 @@ def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
 
 
 def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> Orbit:
-    system = System(flow, values, guess.multiple)
+    system = ShootingSystem(flow, values, guess.multiple)
     z = system.pack(guess.start, guess.period, values)
     before = system.follow(z)
     found = solve(system, z)
@@ -198,7 +198,7 @@ def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> O
     return orbit_of(scene, *_shortest(system, found, guess.turns))
 
 
-def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
+def _shortest(system: ShootingSystem, point: Point, turns: int) -> tuple[ShootingSystem, Point]:
     """Return the orbit with its least period."""
     start, period, values = system.unpack(point.z)
     for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
@@ -209,7 +209,7 @@ def _shortest(system: System, point: Point, turns: int) -> tuple[System, Point]:
     return system, point
 
 
-def orbit_of(scene: Scene, system: System, point: Point) -> Orbit:
+def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
     """Compute the properties of a periodic orbit from a solution of its equations."""
     flow, passage = system.flow, point.passage
     start, period, values = system.unpack(point.z)

@@ -51,7 +51,7 @@ class Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Test:
+class TestFunction:
     """A test function: an additional equation.
 
     Attributes
@@ -67,7 +67,7 @@ class Test:
 
 
 @dataclass(frozen=True)
-class System:
+class ShootingSystem:
     """The equations of periodic orbits of one scene.
 
     Attributes
@@ -78,7 +78,7 @@ class System:
         Values of all parameters, by name.
     multiple : int
         Periods of the excitation in one of the orbit; 0 if the scene is autonomous.
-    test : Test or None
+    test : TestFunction or None
     lift : ndarray or None
         See `Flow.run`.
     widths : tuple of float
@@ -88,7 +88,7 @@ class System:
     flow: Flow
     values: dict[str, float]
     multiple: int = 0
-    test: Test | None = None
+    test: TestFunction | None = None
     lift: np.ndarray | None = None
     widths: tuple[float, ...] = ()
 
@@ -146,7 +146,7 @@ class System:
             rest, slopes = np.append(rest, self.test.value(z, passage)), np.vstack([slopes, more])
         return Point(z, passage, rest, slopes, phase)
 
-    def _slopes(self, test: Test, z: np.ndarray, passage: Passage) -> np.ndarray:
+    def _slopes(self, test: TestFunction, z: np.ndarray, passage: Passage) -> np.ndarray:
         if test.slopes:
             return test.slopes(z, passage)
         found = []
@@ -157,7 +157,7 @@ class System:
 
 
 def solve(
-    system: System,
+    system: ShootingSystem,
     z: np.ndarray,
     normal: np.ndarray | None = None,
     most: int = MOST_STEPS,
@@ -167,7 +167,7 @@ def solve(
 
     Parameters
     ----------
-    system : System
+    system : ShootingSystem
     z : ndarray, shape (n_z,)
     normal : ndarray, shape (n_z,), optional
         Direction along the solution curve if there is one unknown more than equations; steps are orthogonal to it.
@@ -191,7 +191,7 @@ def solve(
     raise NotFound(_STUCK)
 
 
-def _improved(system: System, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
+def _improved(system: ShootingSystem, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
     """Take one step of Newton's method, shortened until the residual falls."""
     n = len(system.flow.states)
     away = 0.0 if normal is None else -float(normal @ (now.z - plane))
@@ -211,11 +211,11 @@ def _improved(system: System, now: Point, size: float, normal, guess, plane) -> 
 
 
 def step_of(
-    system: System, point: Point, change: np.ndarray, normal: np.ndarray | None = None, along: float = 0.0
+    system: ShootingSystem, point: Point, change: np.ndarray, normal: np.ndarray | None = None, along: float = 0.0
 ) -> np.ndarray:
     """Return the change of the unknowns that changes the residuals by given amounts, (n_z,).
 
-    If the equations do not determine it, it is the shortest one in units of `System.sizes`; with `normal` one that has
+    If the equations do not determine it, it is the shortest one in units of `sizes`; with `normal` one that has
     the product `along` with that.
     """
     size, scale = system.sizes(point.z, point.passage), _scale(point)
@@ -232,7 +232,7 @@ def step_of(
     return size * np.where(rounding, 0.0, step)  # changes below rounding are zero, so that a body at rest stays at rest
 
 
-def null_of(system: System, point: Point) -> np.ndarray:
+def null_of(system: ShootingSystem, point: Point) -> np.ndarray:
     """Return a null direction of the equations, (n_z,)."""
     size = system.sizes(point.z, point.passage)
     return size * np.linalg.svd(point.slopes * size / _scale(point)[:, None])[2][-1]

@@ -56,7 +56,7 @@ class DesignPlan:
         return function(**self.arguments) if self.kind == "absorber" else function(scene, **self.arguments)
 
 
-def read_motion(motion: questions.Motion, place: str, folder: Path | None) -> Motion:
+def read_motion(motion: questions.MotionTable, place: str, folder: Path | None) -> Motion:
     """Return the ground motion of a table.
 
     Parameters

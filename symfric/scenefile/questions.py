@@ -15,7 +15,7 @@ def _path_as_table(value):
     return {"file": value} if isinstance(value, str) else value
 
 
-class Motion(Section):
+class MotionTable(Section):
     """A ground motion: the path of a record, or ``kind`` with the arguments of a function in ``sf.motions``."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
@@ -25,7 +25,7 @@ class Motion(Section):
     kind: Literal["synthetic", "sine_burst"] | None = None
 
 
-Ground = Annotated[Motion, BeforeValidator(_path_as_table)]
+Ground = Annotated[MotionTable, BeforeValidator(_path_as_table)]
 
 
 class QuenchLimits(Section):

@@ -10,7 +10,7 @@ import pytest
 from symfric.orbits.steady_state import Vibration
 from symfric.report.study import figures
 from symfric.report.study.friction_curves import FrictionCurve
-from symfric.report.study.measurement import Motion
+from symfric.report.study.measurement import SampledMotion
 from symfric.report.study.prediction import Curve
 from symfric.report.study.study import SweepResult
 
@@ -21,7 +21,7 @@ UNITS = {"x": "m", "u": "m/s", "t": "s", "v_b": "m/s"}
 def motion():
     t = np.linspace(0, 10, 500)
     x = np.vstack([np.sin(t), np.cos(t)])
-    return Motion(t, x, ("x", "u"), {"belt": ((1.0, 2.0), (7.0, 8.0))}, {}, "taylor", "OK", "", 4, 1e-12)
+    return SampledMotion(t, x, ("x", "u"), {"belt": ((1.0, 2.0), (7.0, 8.0))}, {}, "taylor", "OK", "", 4, 1e-12)
 
 
 @pytest.fixture

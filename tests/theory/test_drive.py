@@ -11,7 +11,7 @@ from scipy import integrate, optimize
 
 import symfric as sf
 from symfric.theory import drive
-from symfric.theory.drive.excursion import Flow, excursion
+from symfric.theory.drive.excursion import FreeResponse, excursion
 
 TIGHT = {"rtol": 3e-14, "atol": 1e-15, "method": "DOP853"}
 FINITE = [
@@ -221,7 +221,7 @@ def test_responses_with_any_damping(mu, s):
             S, slope = (e2 - e1) / (2 * a), (high * e2 - low * e1) / (2 * a)
         A = slope + 2 * mpmath.mpf(mu) * S
         exact = [float(mpmath.re(e)) for e in (S, A, 1 - A, slope)]
-    *found, scale = Flow(mu).responses(s)
+    *found, scale = FreeResponse(mu).responses(s)
     assert [e / scale for e in found] == pytest.approx(exact, rel=1e-11, abs=1e-14)
 
 

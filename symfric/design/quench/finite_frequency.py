@@ -7,7 +7,7 @@ import numpy as np
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.errors import NotFound
 from symfric.orbits.flow_map import Passage, flow_of
-from symfric.orbits.shooting import System, Test, solve
+from symfric.orbits.shooting import ShootingSystem, TestFunction, solve
 
 _FAR = 0.2  # relative correction of the amplitude above which it belongs to another orbit
 
@@ -49,10 +49,10 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
         return np.log(area) + target if area > 0 else np.nan
 
     start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
-    forced = System(flow, values, multiple=1, widths=(a,))
+    forced = ShootingSystem(flow, values, multiple=1, widths=(a,))
     try:
         orbit = solve(forced, forced.pack(start, 0.0, values), np.array([0.0, 0.0, 1.0]))
-        found = solve(replace(forced, test=Test(shrinks)), orbit.z).z[-1]
+        found = solve(replace(forced, test=TestFunction(shrinks)), orbit.z).z[-1]
     except (NotFound, np.linalg.LinAlgError):
         return None
     return float(found) if abs(found - a) < _FAR * a else None

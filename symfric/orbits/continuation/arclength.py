@@ -3,19 +3,19 @@
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.shooting import Point, System, solve, step_of
+from symfric.orbits.shooting import Point, ShootingSystem, solve, step_of
 
 CORRECTIONS = 8
 REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
 _SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
 
 
-def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray) -> np.ndarray:
+def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.ndarray) -> np.ndarray:
     """Return the units of the unknowns: ranges of the states, the period, the spans of the parameters.
 
     Parameters
     ----------
-    system : System
+    system : ShootingSystem
     point : Point
     limits : ndarray, shape (n_p, 2)
         Ends of the spans.
@@ -27,7 +27,7 @@ def units(system: System, point: Point, limits: np.ndarray, largest: np.ndarray)
     return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 
-def tangent(system: System, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
+def tangent(system: ShootingSystem, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the direction of the curve, of unit length in the units `size`, on the side of `along`, (n_z,)."""
     normal = along / size**2
     way = step_of(system, point, np.zeros(point.rest.size), normal, float(np.linalg.norm(along / size)))
@@ -41,7 +41,7 @@ def cosine(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> float:
 
 
 def step_along(
-    system: System, point: Point, way: np.ndarray, step: float, size: np.ndarray, limits: np.ndarray
+    system: ShootingSystem, point: Point, way: np.ndarray, step: float, size: np.ndarray, limits: np.ndarray
 ) -> tuple[Point | None, bool]:
     """Return the next solution, or the one where a parameter reaches its limit, and whether it reached it.
 

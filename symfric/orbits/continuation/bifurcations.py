@@ -11,7 +11,7 @@ from symfric.lower.mode_layout import contact_of_gap, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lift_of
 from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow_map import Flow, Guard, Passage
-from symfric.orbits.shooting import Point, System, Test, solve, step_of
+from symfric.orbits.shooting import Point, ShootingSystem, TestFunction, solve, step_of
 
 LIFTED = 1e3  # shift of a relaxed guard in units of its size; no motion reaches it
 EDGE = 3e-6  # distance from a grazing, relative to the guard's size, from which the grazing orbit is extrapolated
@@ -62,16 +62,16 @@ class Condition:
         """Distance of the solutions of `system` from the grazing itself, in units of the guard's size."""
         return self.deep if self.event >= 0 else EDGE if self.landing else -self.side * EDGE
 
-    def system(self, system: System, size: float) -> System:
+    def system(self, system: ShootingSystem, size: float) -> ShootingSystem:
         """Return the equations of periodic orbits with this condition; `size` is that of the guard."""
         if self.kind == "half-range":
-            return replace(system, test=Test(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
+            return replace(system, test=TestFunction(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
         if self.turn:
-            return replace(system, test=Test(lambda z, passage: _turn(system, z, passage, self)))
+            return replace(system, test=TestFunction(lambda z, passage: _turn(system, z, passage, self)))
         if self.event >= 0:
             return replace(system, test=_graze(system, self))
         if self.guard < 0:
-            return replace(system, test=Test(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
+            return replace(system, test=TestFunction(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
         if self.side:
             return replace(system, test=_touch(self, size))
         lift = ignoring(system.flow, self.guard, size)
@@ -118,7 +118,7 @@ def _others(passage: Passage, free: bool) -> np.ndarray:
     return np.delete(multipliers, trivial) if trivial is not None else multipliers
 
 
-def _touch(condition: Condition, size: float) -> Test:
+def _touch(condition: Condition, size: float) -> TestFunction:
     """Return the test function of a touch: least value of a guard, less the distance that the condition keeps."""
     k = condition.guard
 
@@ -127,10 +127,10 @@ def _touch(condition: Condition, size: float) -> Test:
         parts = passage.gaps_by_start[k], np.zeros(z.size - passage.end.size - n_p), passage.gaps_by_value[k]
         return np.concatenate(parts) / size
 
-    return Test(lambda z, passage: float(passage.gaps[k] / size) + condition.depth, slopes)
+    return TestFunction(lambda z, passage: float(passage.gaps[k] / size) + condition.depth, slopes)
 
 
-def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
+def _landing(system: ShootingSystem, k: int, size: float, lift: np.ndarray) -> TestFunction:
     """Return the test function of a touch at the first event of the orbit, where guard k has zero rate."""
     flow = system.flow
 
@@ -146,7 +146,7 @@ def _landing(system: System, k: int, size: float, lift: np.ndarray) -> Test:
         beyond = beyond_it(z, passage)
         return np.concatenate([beyond.gaps_by_start[k], np.zeros(int(system.free)), beyond.gaps_by_value[k]]) / size
 
-    return Test(value, slopes)
+    return TestFunction(value, slopes)
 
 
 def has_others(passage: Passage, k: int) -> bool:
@@ -155,7 +155,9 @@ def has_others(passage: Passage, k: int) -> bool:
     return not all(begins) if is_slip_gap(k) else any(begins)
 
 
-def at_the_edge(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+def at_the_edge(
+    system: ShootingSystem, point: Point, condition: Condition, normal: np.ndarray | None = None
+) -> np.ndarray:
     """Return the change of the unknowns from an orbit with a condition to the grazing itself, (n_z,).
 
     At right angles to `normal` if there is one unknown more than equations; the shortest way unless it is given.
@@ -165,7 +167,7 @@ def at_the_edge(system: System, point: Point, condition: Condition, normal: np.n
     return step_of(system, point, np.append(np.zeros(point.rest.size - 1), condition.depth), normal)
 
 
-def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
+def holding_at(system: ShootingSystem, z: np.ndarray, passage: Passage, contact: int, which: int) -> Guard:
     """Return the reserve of static friction at one of the ends of a contact's slips.
 
     Raises
@@ -180,13 +182,13 @@ def holding_at(system: System, z: np.ndarray, passage: Passage, contact: int, wh
     return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
 
 
-def _turn(system: System, z: np.ndarray, passage: Passage, condition: Condition) -> float:
+def _turn(system: ShootingSystem, z: np.ndarray, passage: Passage, condition: Condition) -> float:
     """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
     assert condition.turn is not None
     return holding_at(system, z, passage, *condition.turn).left + condition.depth
 
 
-def _graze(system: System, condition: Condition) -> Test:
+def _graze(system: ShootingSystem, condition: Condition) -> TestFunction:
     """Return the test function of a grazing event: its guard just reaches zero.
 
     With the event ignored, the guard would reach ``-g'^2/(2 g'')``, to leading order, after the time ``-g'/g''``. If
@@ -212,7 +214,7 @@ def _graze(system: System, condition: Condition) -> Test:
         ]
         return np.array([(ahead - behind) / (2 * _NEAR * h) for (ahead, behind), h in zip(ends, size, strict=True)])
 
-    return Test(value, slopes)
+    return TestFunction(value, slopes)
 
 
 def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
@@ -227,7 +229,7 @@ def ignoring(flow: Flow, k: int, size: float) -> np.ndarray:
     return lift
 
 
-def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float:
+def guard_size(system: ShootingSystem, z: np.ndarray, passage: Passage, k: int) -> float:
     """Return a size of guard k: of a slip, the range of the velocities; of a static bound, twice the bound.
 
     The bound is the largest static friction at the start and where the contact begins to stick.
@@ -242,7 +244,9 @@ def guard_size(system: System, z: np.ndarray, passage: Passage, k: int) -> float
     return size or abs(float(passage.gaps[k]))
 
 
-def between(system: System, one: Point, other: Point, where: Callable[[Passage], object]) -> tuple[Point, Point]:
+def between(
+    system: ShootingSystem, one: Point, other: Point, where: Callable[[Passage], object]
+) -> tuple[Point, Point]:
     """Bisect along the branch for a change of a property of the orbits; return the orbits on both sides.
 
     Where the branch ends at a jump, a trial may have no orbit; it then counts as the other side.

@@ -14,7 +14,7 @@ from symfric.orbits.continuation.hopf import birth
 from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
 from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow_map import flow_of
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.theory.hopf import HopfPoint
 
 
@@ -181,13 +181,15 @@ def continue_cycle(
     return _joined(scene, system, first, *sides)
 
 
-def _system(scene: Scene, name: str, span: tuple[float, float], orbit: Orbit | None, tolerance: float) -> System:
+def _system(
+    scene: Scene, name: str, span: tuple[float, float], orbit: Orbit | None, tolerance: float
+) -> ShootingSystem:
     flow, values = flow_of(scene, (name,), tolerance), values_of(scene)
     multiple = read_guess(orbit, flow, flow.period(values)).multiple if flow.period and orbit else 0
-    return System(flow, values, multiple, widths=(span[1] - span[0],))
+    return ShootingSystem(flow, values, multiple, widths=(span[1] - span[0],))
 
 
-def _parameter_alone(system: System) -> np.ndarray:
+def _parameter_alone(system: ShootingSystem) -> np.ndarray:
     return np.append(np.zeros(len(system.flow.states) + system.free), 1.0)
 
 
@@ -201,7 +203,7 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
     return _joined(scene, system, first, begin, walk.go(first, grows))
 
 
-def _joined(scene: Scene, system: System, first: Point, back: Found, there: Found) -> Branch:
+def _joined(scene: Scene, system: ShootingSystem, first: Point, back: Found, there: Found) -> Branch:
     """Join two walks from one orbit, backward and forward, to a branch."""
     orbits = [*reversed(back.orbits), Placed(system, first), *there.orbits]
     special = [*reversed(back.special), *there.special]

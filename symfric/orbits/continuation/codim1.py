@@ -14,7 +14,7 @@ from symfric.orbits.continuation.bifurcations import TOUCHES, Condition, at_the_
 from symfric.orbits.continuation.branch import Special
 from symfric.orbits.cycle import Orbit, orbit_of, read_guess
 from symfric.orbits.flow_map import flow_of
-from symfric.orbits.shooting import Point, System, null_of, solve
+from symfric.orbits.shooting import Point, ShootingSystem, null_of, solve
 
 # step lengths in units of the spans, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03
@@ -45,7 +45,7 @@ class Curve:
     ends: tuple[str, str]
     condition: Condition
     _points: tuple[Point, ...] = field(repr=False)
-    _system: System = field(repr=False)
+    _system: ShootingSystem = field(repr=False)
     _base: Scene = field(repr=False)
 
     def orbit(self, k: int) -> Orbit:
@@ -148,7 +148,7 @@ def continue_special(
     flow = flow_of(scene, names, tolerance)
     multiple = read_guess(orbit, flow, flow.period(values)).multiple if flow.period else 0
     system = _conditioned(
-        System(flow, values, multiple, widths=tuple(np.ptp(limits, axis=1).tolist())), special.condition, orbit
+        ShootingSystem(flow, values, multiple, widths=tuple(np.ptp(limits, axis=1).tolist())), special.condition, orbit
     )
     first = solve(system, system.pack(orbit.start, orbit.period, values), _unit(system, -1))
     along = null_of(system, first)
@@ -167,7 +167,7 @@ def continue_special(
     )
 
 
-def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
+def _conditioned(system: ShootingSystem, condition: Condition, orbit: Orbit) -> ShootingSystem:
     """Return the equations of the special point; for a touch, the guard is in units of its size on the orbit."""
     if condition.kind in TOUCHES and condition.guard < 0 and not condition.turn:
         raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
@@ -177,25 +177,27 @@ def _conditioned(system: System, condition: Condition, orbit: Orbit) -> System:
     return condition.system(system, guard_size(system, z, system.follow(z), condition.guard))
 
 
-def _unit(system: System, place: int) -> np.ndarray:
+def _unit(system: ShootingSystem, place: int) -> np.ndarray:
     """Return the unit vector of one unknown."""
     direction = np.zeros(len(system.flow.states) + system.free + 2)
     direction[place] = 1.0
     return direction
 
 
-def _exact(system: System, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
+def _exact(system: ShootingSystem, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
     """Return the unknowns at the grazing itself; see `at_the_edge`."""
     return point.z + at_the_edge(system, point, condition, normal)
 
 
-def _grazes(system: System, point: Point) -> bool:
+def _grazes(system: ShootingSystem, point: Point) -> bool:
     """Whether another guard is about to graze, beyond which the orbits have other events."""
     gaps = [k for k, gap in enumerate(point.passage.gaps) if abs(gap) < FAR]
     return any(abs(point.passage.gaps[k]) < _NEARLY * guard_size(system, point.z, point.passage, k) for k in gaps)
 
 
-def _trace(system: System, start: Point, along: np.ndarray, limits: np.ndarray, most: int) -> tuple[list[Point], str]:
+def _trace(
+    system: ShootingSystem, start: Point, along: np.ndarray, limits: np.ndarray, most: int
+) -> tuple[list[Point], str]:
     """Follow the curve from a point to the end of a span; return the points and why it ended."""
     points: list[Point] = []
     point, step, largest = start, _FIRST, start.passage.ranges

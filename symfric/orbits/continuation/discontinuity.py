@@ -21,7 +21,7 @@ from symfric.orbits.continuation.bifurcations import (
     slip_ends,
 )
 from symfric.orbits.flow_map import Passage
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # distances from a corner, relative to the span, at which its other side is sought
 _CLOSE = 0.3  # largest distance of a corner on this step, relative to the ranges, the period and the span
@@ -37,7 +37,7 @@ class Corner(NamedTuple):
     Attributes
     ----------
     condition : Condition
-    system : System
+    system : ShootingSystem
         Of the branch.
     point : Point
         At the grazing, or at the distance from it that the condition keeps.
@@ -48,7 +48,7 @@ class Corner(NamedTuple):
     """
 
     condition: Condition
-    system: System
+    system: ShootingSystem
     point: Point
     beyond: Point | None = None
     jump: bool = False
@@ -64,7 +64,9 @@ class Corner(NamedTuple):
         return float(self.edge[-1])
 
 
-def corner_between(system: System, one: Point, other: Point, size: np.ndarray, span: tuple[float, float]) -> Corner:
+def corner_between(
+    system: ShootingSystem, one: Point, other: Point, size: np.ndarray, span: tuple[float, float]
+) -> Corner:
     """Find the corner between two orbits of a branch with different events, in units `size` of the unknowns."""
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
@@ -92,13 +94,13 @@ def corner_between(system: System, one: Point, other: Point, size: np.ndarray, s
 
 
 def corner_ahead(
-    system: System, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
+    system: ShootingSystem, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
 ) -> Corner | None:
     """Find the corner at which a walk stopped, and an orbit beyond it if there is one nearby.
 
     Parameters
     ----------
-    system : System
+    system : ShootingSystem
     point : Point
         The last orbit.
     way : ndarray, shape (n_z,)
@@ -138,7 +140,7 @@ def corner_ahead(
     return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
 
 
-def _edges(system: System, point: Point, contact: int) -> list[Corner]:
+def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:
     """Return the grazing orbits near a given one, whether or not the contact has other events."""
     n = len(slip_ends(point.passage, contact))
     found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
@@ -149,7 +151,7 @@ def _edges(system: System, point: Point, contact: int) -> list[Corner]:
     return [corner for corner in found if corner]
 
 
-def _turned(system: System, near: Point, contact: int, which: int, kind: str) -> Corner | None:
+def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind: str) -> Corner | None:
     """Return the nearby orbit on which the end of a slip is at the limit between a stick and a reversal."""
     values = system.unpack(near.z)[2]
     ends = [after for _, i, before, after in near.passage.events if i == contact and before]
@@ -165,7 +167,7 @@ def _turned(system: System, near: Point, contact: int, which: int, kind: str) ->
     return Corner(condition, system, found, jump=peaked and holding.rate > 0)
 
 
-def _touch(system: System, untouched: Point, condition: Condition) -> Corner | None:
+def _touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Corner | None:
     """Return the nearby orbit that touches a guard, None if it is not found.
 
     Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
@@ -182,7 +184,7 @@ def _touch(system: System, untouched: Point, condition: Condition) -> Corner | N
     return Corner(condition, system, found, jump=bool(condition.side)) if same else None
 
 
-def _landing(system: System, point: Point) -> Corner | None:
+def _landing(system: ShootingSystem, point: Point) -> Corner | None:
     """Return the nearby orbit whose first event is a grazing of its guard, beyond which the event is missed."""
     if not point.passage.events:
         return None
@@ -197,7 +199,7 @@ def _landing(system: System, point: Point) -> Corner | None:
     return None
 
 
-def _grazes(system: System, point: Point) -> list[Corner]:
+def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
     """Return the nearby orbits on which one of the other events is a grazing, to leading order."""
     found = []
     for k in range(1, len(point.passage.events)):
@@ -215,7 +217,7 @@ def _grazes(system: System, point: Point) -> list[Corner]:
     return found
 
 
-def _without_sticking(system: System, point: Point, contact: int) -> Point | None:
+def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Point | None:
     """Return the nearby orbit that ignores the zero slip at which a contact of the given orbit sticks."""
     if all(i != contact for _, i, _, _ in point.passage.events):
         return None
@@ -227,7 +229,7 @@ def _without_sticking(system: System, point: Point, contact: int) -> Point | Non
         return None
 
 
-def _other_side(system: System, point: Point, corner: Point, size: np.ndarray) -> Point | None:
+def _other_side(system: ShootingSystem, point: Point, corner: Point, size: np.ndarray) -> Point | None:
     """Return an orbit on the other side of a corner, with other events."""
     normal, mark = _parameter_alone(point), signature(point.passage)
     for distance in _BEYOND:
@@ -270,7 +272,7 @@ def _kind(untouched: Passage, touched: Passage) -> str:
     return "stick-onset" if sticks[0] < sticks[1] else "grazing"
 
 
-def _guards(point: Point, contact: int, system: System) -> list[int]:
+def _guards(point: Point, contact: int, system: ShootingSystem) -> list[int]:
     """Return the guards of a contact that have a local minimum on the orbit, the nearest to zero first."""
     near = np.abs(point.passage.gaps)
     rows = [k for k in gaps(contact) if near[k] < FAR]

@@ -4,7 +4,7 @@ import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.scene import Scene
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.orbits.sizes import filled
 from symfric.theory import equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
@@ -14,7 +14,7 @@ _GENTLE = 1e-3  # first amplitude, relative to the one at which cubic terms give
 _REACH = 3.0  # half width of the bracket of a Hopf point, in units of its extrapolated distance
 
 
-def birth(scene: Scene, system: System, at: HopfPoint) -> tuple[Point, np.ndarray]:
+def birth(scene: Scene, system: ShootingSystem, at: HopfPoint) -> tuple[Point, np.ndarray]:
     """Return a small cycle near a Hopf point, and the direction in which the cycles grow, (n_z,).
 
     The eigenvector belongs to the multiplier i of the flow map over a quarter of the period.

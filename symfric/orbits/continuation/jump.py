@@ -9,20 +9,20 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation.arclength import REST
 from symfric.orbits.continuation.bifurcations import signature
 from symfric.orbits.cycle import limit_cycle, read_guess
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _BEYOND = (1e-6, 1e-4)  # distances beyond the end, relative to the span
 
 
 def settled_beyond(
-    scene: Scene, system: System, end: Point, value: float, way: float, span: tuple[float, float]
-) -> tuple[System, Point] | None:
+    scene: Scene, system: ShootingSystem, end: Point, value: float, way: float, span: tuple[float, float]
+) -> tuple[ShootingSystem, Point] | None:
     """Return the orbit to which the motion settles just beyond the last orbit of a branch; None if to none.
 
     Parameters
     ----------
     scene : Scene
-    system : System
+    system : ShootingSystem
         With one parameter.
     end : Point
         The last orbit.

@@ -12,7 +12,7 @@ from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between,
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
-from symfric.orbits.shooting import Point, System, solve
+from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 # step lengths in units of the span, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
@@ -28,7 +28,7 @@ _NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if 
 class Placed(NamedTuple):
     """An orbit with its equations; beyond a jump it may take another number of excitation periods."""
 
-    system: System
+    system: ShootingSystem
     point: Point
 
 
@@ -56,14 +56,14 @@ class Walk:
     Parameters
     ----------
     scene : Scene
-    system : System
+    system : ShootingSystem
         With one parameter.
     span : (float, float)
     most : int
         Orbits of one walk.
     """
 
-    def __init__(self, scene: Scene, system: System, span: tuple[float, float], most: int):
+    def __init__(self, scene: Scene, system: ShootingSystem, span: tuple[float, float], most: int):
         self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
         self._largest = np.zeros(len(system.flow.states))
 

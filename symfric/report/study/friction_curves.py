@@ -10,7 +10,7 @@ from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
-from symfric.report.study.measurement import Motion
+from symfric.report.study.measurement import SampledMotion
 
 POINTS = 500
 
@@ -41,12 +41,12 @@ class FrictionCurve:
     note: str = ""
 
 
-def friction_curves(scene: Scene, motion: Motion | None, equilibrium, design) -> tuple[FrictionCurve, ...]:
+def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, design) -> tuple[FrictionCurve, ...]:
     """Return one curve for each contact, over the sliding speeds that occur.
 
     Parameters
     ----------
-    motion : Motion or None
+    motion : SampledMotion or None
     equilibrium : Equilibrium or None
     design : Design or None
         Of a fast excitation.

@@ -28,7 +28,7 @@ PATH = "motion of the study"  # name of an additional output, unlikely to occur 
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SampledMotion:
     """One computed motion, sampled for drawing.
 
     Attributes
@@ -67,14 +67,14 @@ def as_run(scene: Scene) -> Scene:
     return scene.wanting({**scene.outputs, PATH: Trajectory()})
 
 
-def motion(scene: Scene, tolerance: float = 1e-9) -> Motion:
+def motion(scene: Scene, tolerance: float = 1e-9) -> SampledMotion:
     """Simulate the scene; return its motion and scalar outputs."""
     from symfric.solve.routes import simulate
 
     run = simulate(as_run(scene), tolerance=tolerance)
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
-    return Motion(
+    return SampledMotion(
         t,
         run(t),
         run.names,

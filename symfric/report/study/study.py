@@ -15,7 +15,7 @@ from symfric.report.html.versions import versions
 from symfric.report.study.comparison import Row, closed_forms_apply, compare
 from symfric.report.study.friction_curves import FrictionCurve, friction_curves
 from symfric.report.study.measurement import (
-    Motion,
+    SampledMotion,
     as_run,
     motion,
     vibrations,
@@ -112,14 +112,14 @@ class QuenchResult:
         Name of the belt speed.
     shown : float
         Its value in the two motions.
-    before, after : Motion
+    before, after : SampledMotion
     """
 
     design: "Design"
     speed: str
     shown: float
-    before: Motion
-    after: Motion
+    before: SampledMotion
+    after: SampledMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ class StudyResult:
     equilibrium: Answer["Equilibrium"]
     stability: Answer["Stability"]
     hopf: Answer["HopfPoint"]
-    motion: Answer[Motion]
+    motion: Answer[SampledMotion]
     steady: Answer[Vibration]
     sweep: Answer[SweepResult]
     quench: Answer[QuenchResult]

@@ -35,7 +35,7 @@ from symfric.solve.integrators.mode_selection import (
     numbers,
     starting_mode,
 )
-from symfric.solve.integrators.segment import FINEST, Flow, Piece, Start
+from symfric.solve.integrators.segment import FINEST, ModeIntegrators, Piece, Start
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Answer
@@ -170,10 +170,14 @@ class IntegratorsProgram:
         self._held = settings.plugin in ONE_STEP
         self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
         count = len(self._integrals)
-        self._make_flow = partial(Flow, self._field, self.automaton, count, settings, self.tolerance, scene.horizon)
+        self._make_flow = partial(
+            ModeIntegrators, self._field, self.automaton, count, settings, self.tolerance, scene.horizon
+        )
         first = self._make_flow()
         self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
-        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator can be used by one run at a time
+        self._idle: deque[ModeIntegrators] = deque(
+            [first], maxlen=_KEPT
+        )  # an integrator can be used by one run at a time
         self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
 
     def __reduce__(self):
@@ -235,7 +239,7 @@ class IntegratorsProgram:
         refuse_lists(self.scene.outputs)
         return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
-    def _lease(self) -> Flow:
+    def _lease(self) -> ModeIntegrators:
         """Borrow a set of integrators for one run."""
         try:
             flow = self._idle.pop()
@@ -277,7 +281,7 @@ class IntegratorsProgram:
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 
-    def _integrate(self, flow: Flow, motion: _Motion, p: np.ndarray, end: float) -> None:
+    def _integrate(self, flow: ModeIntegrators, motion: _Motion, p: np.ndarray, end: float) -> None:
         """Integrate to `end`, to the next event, or over a part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest

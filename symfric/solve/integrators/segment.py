@@ -73,7 +73,7 @@ class Piece:
     fell: int = -1
 
 
-class Flow:
+class ModeIntegrators:
     """The integrators of the modes of one automaton, with step counts; for one run at a time."""
 
     def __init__(

@@ -23,7 +23,7 @@ def slope(value, name: str) -> float:
 
 
 @dataclass(frozen=True)
-class Flow:
+class FreeResponse:
     """Solutions of ``w'' + 2 mu w' + w = 0``: ``w = w0 A + v0 S`` and ``w' = v0 S' - w0 S``.
 
     S is the response to a unit impulse, A the one to a unit displacement. ``w = w0 + v0 S - w0 I`` with the integral
@@ -123,7 +123,7 @@ def _ramp(rate: float, s: float, down: float) -> float:
     return math.exp(down - rate * s) * math.expm1(rate * s) / rate
 
 
-def rise(flow: Flow, w: float, v: float, level: float) -> float | None:
+def rise(flow: FreeResponse, w: float, v: float, level: float) -> float | None:
     """Return the speed at which the orbit that rises from (w, v >= 0) reaches a level above w; None if it turns first.
 
     An overdamped orbit that tends to w = 0 has no turning point, and reaches no level above.
@@ -140,7 +140,7 @@ def rise(flow: Flow, w: float, v: float, level: float) -> float | None:
     return max(flow.rate(w, v, _crossing(flow, w, v, level, 0.0, end)), 0.0)
 
 
-def fall(flow: Flow, w: float, v: float) -> float | None:
+def fall(flow: FreeResponse, w: float, v: float) -> float | None:
     """Return the speed < 0 at which the orbit that leaves w upwards with v >= 0 returns to w.
 
     None if it decays towards 0 without returning; infinite if it grows without turning.
@@ -161,7 +161,7 @@ def fall(flow: Flow, w: float, v: float) -> float | None:
     return flow.rate(w, v, _crossing(flow, w, v, w, top, end))
 
 
-def _crossing(flow: Flow, w: float, v: float, level: float, start: float, end: float) -> float:
+def _crossing(flow: FreeResponse, w: float, v: float, level: float, start: float, end: float) -> float:
     from scipy import optimize
 
     return optimize.brentq(lambda s: flow.gap(w, v, s, level), start, end, xtol=1e-300, rtol=ROUNDING, maxiter=5000)
@@ -184,14 +184,14 @@ def excursion(floor: float, v: float, corner: float, inner: float, outer: float)
     crossed : bool
         Whether it passed the corner.
     """
-    below = Flow(inner)
+    below = FreeResponse(inner)
     up = rise(below, floor, v, corner)
     if not up:
         return abs(fall(below, floor, v) or 0.0), False
-    down = abs(fall(Flow(outer), corner, up) or 0.0)
+    down = abs(fall(FreeResponse(outer), corner, up) or 0.0)
     return (descent(below, corner, down, floor) if math.isfinite(down) else down), True
 
 
-def descent(flow: Flow, level: float, v: float, floor: float) -> float:
+def descent(flow: FreeResponse, level: float, v: float, floor: float) -> float:
     """Return ``|w'|`` at the floor of the orbit that leaves a level with ``w' = -v`` <= 0; 0 if it never reaches it."""
     return rise(flow, -level, v, -floor) or 0.0

@@ -13,8 +13,8 @@ from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
 from symfric.theory.drive.pair import (
-    Orbit,
     Pair,
+    SlidesOrbit,
     W,
     closed,
     difference,
@@ -225,7 +225,7 @@ def _kinetic(fc1) -> float:
     return fc1
 
 
-def _onset(pair: Pair, fc1: float) -> tuple[Orbit, str]:
+def _onset(pair: Pair, fc1: float) -> tuple[SlidesOrbit, str]:
     """Return the orbit of the smallest delta, and the kind of end of its family; raise `NotFound` if there is none."""
     dips = _dips(pair)
     if not dips:
@@ -254,7 +254,7 @@ def _dips(pair: Pair) -> list[tuple[float, float, np.ndarray]]:
     return [(float(t[k]), float(delta[k]), fundamental[k] @ (a + b * delta[k])) for k in order]
 
 
-def _again(pair: Pair, fc1: float, before: Orbit | None) -> tuple[Orbit, str] | None:
+def _again(pair: Pair, fc1: float, before: SlidesOrbit | None) -> tuple[SlidesOrbit, str] | None:
     """Return the onset near the grazing orbit of a neighbouring parameter value, None if it no longer exists."""
     orbit = None if before is None else closed(pair, before, landing=0.0)
     return _least(pair, fc1, orbit) if orbit is not None and passes(pair, orbit, fc1) else None
@@ -269,14 +269,14 @@ def _long_slip(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
     return columns[0][0], np.stack([states.T for _, states in columns], axis=2)
 
 
-def _stuck(pair: Pair, y: np.ndarray, slip: float, delta: float) -> Orbit:
+def _stuck(pair: Pair, y: np.ndarray, slip: float, delta: float) -> SlidesOrbit:
     """Return a guess of an orbit: the stick from y lasts until the load is delta."""
     longest = 2 * (delta + abs(pair.load @ y)) * (1 + pair.r * pair.zeta**2) + 20 * max(1.0, pair.zeta)
     t, states = path(pair.sticking, y, longest)
-    return Orbit(y, float(slip), float(t[max(1, int(np.argmax(pair.load @ states >= delta)))]))
+    return SlidesOrbit(y, float(slip), float(t[max(1, int(np.argmax(pair.load @ states >= delta)))]))
 
 
-def _remembering(pair: Pair, guess: Orbit, **load) -> Orbit | None:
+def _remembering(pair: Pair, guess: SlidesOrbit, **load) -> SlidesOrbit | None:
     """Close an orbit directly, or by a homotopy in the dependence of the stick on the previous slip."""
     orbit = closed(pair, guess, **load)
     if orbit is not None:
@@ -289,7 +289,7 @@ def _remembering(pair: Pair, guess: Orbit, **load) -> Orbit | None:
     return orbit
 
 
-def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
+def _least(pair: Pair, fc1: float, graze: SlidesOrbit) -> tuple[SlidesOrbit, str] | None:
     """Return the orbit of the smallest delta in the family that starts at a grazing orbit, and the kind of its end."""
     delta = difference(pair, graze)
     before = graze
@@ -303,7 +303,7 @@ def _least(pair: Pair, fc1: float, graze: Orbit) -> tuple[Orbit, str] | None:
     return None
 
 
-def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, str] | None:
+def _fold(pair: Pair, fc1: float, first: SlidesOrbit, second: SlidesOrbit) -> tuple[SlidesOrbit, str] | None:
     """Return the orbit of least delta between two orbits (a fold)."""
     from scipy.optimize import brentq
 
@@ -313,7 +313,7 @@ def _fold(pair: Pair, fc1: float, first: Orbit, second: Orbit) -> tuple[Orbit, s
     return (fold, "fold") if passes(pair, fold, fc1) else None
 
 
-def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | None:
+def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[SlidesOrbit, str] | None:
     """Return the end of the family of cycles, continued from strong friction towards weaker friction."""
     orbit = next((o for k in range(12) if (o := _after_a_long_stick(pair, fc1, delta * 2**k)) is not None), None)
     if orbit is None:
@@ -334,14 +334,14 @@ def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[Orbit, str] | Non
     return orbit, _touch(pair, orbit) if low == 0 else "inner grazing"
 
 
-def _touch(pair: Pair, orbit: Orbit) -> str:
+def _touch(pair: Pair, orbit: SlidesOrbit) -> str:
     """Return the continuation of a slip phase after it touched w = 0."""
     t, fundamental = _long_slip(pair)
     later = 1 + fundamental[t > 1e-3 * orbit.slip] @ orbit.y @ W
     return "grazing" if np.all(later > 0) else "longer slip"
 
 
-def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | None:
+def _followed(pair: Pair, fc1: float, least: SlidesOrbit, delta: float) -> SlidesOrbit | None:
     """Return the orbit of a delta by continuation from the least one; None if the family does not reach it."""
     from scipy.optimize import brentq
 
@@ -365,7 +365,7 @@ def _followed(pair: Pair, fc1: float, least: Orbit, delta: float) -> Orbit | Non
     return orbit if passes(pair, orbit, fc1) else None
 
 
-def _after_a_long_stick(pair: Pair, fc1: float, delta: float) -> Orbit | None:
+def _after_a_long_stick(pair: Pair, fc1: float, delta: float) -> SlidesOrbit | None:
     """Return the orbit of a delta from the slip after a long stick."""
     a, b = pair.ramp()
     t, fundamental = _long_slip(pair)
@@ -378,7 +378,7 @@ def _after_a_long_stick(pair: Pair, fc1: float, delta: float) -> Orbit | None:
     return orbit if orbit is not None and passes(pair, orbit, fc1) else None
 
 
-def _cycle(pair: Pair, fc1: float, orbit: Orbit, end: str) -> SlidesCycle:
+def _cycle(pair: Pair, fc1: float, orbit: SlidesOrbit, end: str) -> SlidesCycle:
     """Return an orbit as a `SlidesCycle`, in the source's coordinates."""
     out = released(pair, orbit)
     rest = np.array([-fc1, pair.r * pair.zeta**2 * fc1, 0.0, 0.0])

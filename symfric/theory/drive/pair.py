@@ -89,7 +89,7 @@ class Pair:
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class SlidesOrbit:
     """A closed path of one slip and one stick.
 
     Attributes
@@ -113,12 +113,12 @@ def path(flow: Callable, y: np.ndarray, end: float, number: int = SAMPLES) -> tu
     return np.linspace(0.0, end, number), states
 
 
-def closed(pair: Pair, guess: Orbit, *, landing=None, release=None, share: float = 1.0) -> Orbit | None:
+def closed(pair: Pair, guess: SlidesOrbit, *, landing=None, release=None, share: float = 1.0) -> SlidesOrbit | None:
     """Close an orbit by Newton's method; None if that fails.
 
     Parameters
     ----------
-    guess : Orbit
+    guess : SlidesOrbit
     landing, release : float
         One of them: the load f.y at the end of the slip, or at the end of the stick.
     share : float
@@ -152,12 +152,12 @@ def closed(pair: Pair, guess: Orbit, *, landing=None, release=None, share: float
             return None
         size = np.max(np.abs(step)) / max(1.0, np.max(np.abs(y)))
         if size < 1e-15 or (size < 1e-9 and size >= 0.5 * last):
-            return Orbit(y, float(T1), float(T2))
+            return SlidesOrbit(y, float(T1), float(T2))
         last = size
     return None
 
 
-def landed(pair: Pair, guess: Orbit, landing: float) -> Orbit:
+def landed(pair: Pair, guess: SlidesOrbit, landing: float) -> SlidesOrbit:
     """Close an orbit whose slip ends with a load between those of two closed ones; raise `NotFound` if that fails."""
     orbit = closed(pair, guess, landing=landing)
     if orbit is None:
@@ -165,17 +165,17 @@ def landed(pair: Pair, guess: Orbit, landing: float) -> Orbit:
     return orbit
 
 
-def released(pair: Pair, orbit: Orbit) -> np.ndarray:
+def released(pair: Pair, orbit: SlidesOrbit) -> np.ndarray:
     """Return the state in which the stick of an orbit ends, shape (4,)."""
     return pair.sticking(orbit.stick) @ orbit.y
 
 
-def difference(pair: Pair, orbit: Orbit) -> float:
+def difference(pair: Pair, orbit: SlidesOrbit) -> float:
     """Return delta of an orbit."""
     return float(pair.load @ released(pair, orbit))
 
 
-def slope(pair: Pair, orbit: Orbit) -> float:
+def slope(pair: Pair, orbit: SlidesOrbit) -> float:
     """Return d delta/d (load where the slip ends) along the family of orbits; zero at grazing and at folds."""
     E, S = pair.slipping(orbit.slip), pair.sticking(orbit.stick)
     out = S @ orbit.y
@@ -187,7 +187,7 @@ def slope(pair: Pair, orbit: Orbit) -> float:
     return float(pair.load @ (S @ change[:4] + pair.stick @ out * change[5]))
 
 
-def passes(pair: Pair, orbit: Orbit, fc1: float) -> bool:
+def passes(pair: Pair, orbit: SlidesOrbit, fc1: float) -> bool:
     """Whether an orbit satisfies the friction law: w > 0 during slip, and the load within bounds during stick."""
     out = released(pair, orbit)
     delta = pair.load @ out
@@ -204,7 +204,7 @@ def passes(pair: Pair, orbit: Orbit, fc1: float) -> bool:
     return bool(np.all(loads[:-1] < delta) and np.all(loads > -(2 * fc1 + delta)) and loads[0] <= 1e-9 * delta)
 
 
-def multipliers(pair: Pair, orbit: Orbit) -> np.ndarray:
+def multipliers(pair: Pair, orbit: SlidesOrbit) -> np.ndarray:
     """Return the two Floquet multipliers that are not identically zero, largest first.
 
     Notes

@@ -8,7 +8,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.notebook import html_table
 from symfric.model.symbols import finite
-from symfric.theory.drive.excursion import Flow, descent, excursion, slope
+from symfric.theory.drive.excursion import FreeResponse, descent, excursion, slope
 
 MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)
 
@@ -207,6 +207,6 @@ def _from_motion(mu1: float, mu2: float, lam: float, shift: float) -> Positionin
     deceleration = 2 * shift * speed  # by the damper, whose support no longer moves
     corner = min(speed, 1.0)
     if speed > 1:
-        deceleration = descent(Flow(mu2), speed, deceleration, 1.0)
-    landing = descent(Flow(mu1), corner, deceleration, 0.0)
+        deceleration = descent(FreeResponse(mu2), speed, deceleration, 1.0)
+    landing = descent(FreeResponse(mu1), corner, deceleration, 0.0)
     return PositioningError(lam + landing, _type(mu2) if speed > 1 else "a")
