@@ -40,19 +40,22 @@ def settle(w):
     marks the guards that start the new mode at zero.
     """
     n_x, n_c = w.y.size - 1, w.sticks.size
+    if not w.limits.coupled:
+        return _select(w, n_x, n_c)
     for i in range(n_c):
         w.passes[i] = 0
     for k in range(w.m.size):
         w.entry_m[k] = w.m[k]
     for r in range(n_x):
         w.entry_y[r] = w.y[r]
-    status = _select(w, n_x, n_c)
-    if status == _OK and _moved_in_vain(w, n_c):
+    for attempt in range(2):
+        status = _select(w, n_x, n_c)
+        if attempt == 1 or status != _OK or not _moved_in_vain(w, n_c):
+            break
         for k in range(w.m.size):
             w.m[k] = w.entry_m[k]
         for r in range(n_x):
             w.y[r] = w.entry_y[r]
-        status = _select(w, n_x, n_c)
     return status
 
 
@@ -121,9 +124,10 @@ def _try_sticking(w, n_x, n_c):
         w.zero[i] = w.old[i] == 0 or w.hit[backward(i)] != 0
     _find_zeros(w, n_c)
     passing = False
-    for i in range(n_c):
-        if w.passes[i]:
-            w.m[i], passing = 0.0, True
+    if w.limits.coupled:
+        for i in range(n_c):
+            if w.passes[i]:
+                w.m[i], passing = 0.0, True
     if _project(w, n_c) or passing:  # then the slips of dependent contacts are zero too
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)

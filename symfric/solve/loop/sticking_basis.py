@@ -28,6 +28,13 @@ def share(w, n_c):
 
     A basis is kept as long as its contacts stick. Return whether some slips are nearly dependent.
     """
+    if not w.limits.coupled:  # each has its own
+        n = 0
+        for i in range(n_c):
+            if w.m[i] > 0.5:
+                w.m[i], w.order[n], w.share[i, i] = HOLDS, i, w.gauge[COUPLING + i, i]
+                n += 1
+        return False
     n = _order(w, n_c)
     for a in range(n):
         i = w.order[a]
