@@ -358,6 +358,10 @@ BRANCHED = {
         laws.cubic(f_0, sp.Rational(1, 4), sp.Rational(1, 2)).regularised(V_S),
         (lambda w: f_0 * w / V_S, lambda w: CUBIC.subs(v, w - V_S)),
     ),
+    "Thomsen regularised, (6)": (
+        laws.thomsen_regularised(f_0, sp.Rational(1, 4), sp.Rational(1, 2), V_S),
+        (lambda w: f_0 * w / V_S, lambda w: CUBIC.subs(v, (w - V_S) * sp.Rational(5, 4))),  # v_m/(v_m - v_s) = 5/4
+    ),
     "Stribeck, linear": (
         laws.stribeck(mu_s, mu, c, b).regularised(V_S),
         (lambda w: mu_s * w / V_S, lambda w: STRIBECK.subs(v, w - V_S)),

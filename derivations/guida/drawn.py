@@ -213,15 +213,30 @@ def _(by_mu2, by_mu1):
 # With p* < 0 the equilibrium w = 0 lies on the second section. Backwards from grazing the orbit passes the corner, and
 # then w = 0, upwards; beyond it u = w'/w falls from infinity by u' = -(u^2 - 2 mu2 u + 1) (time reversed). It turns
 # down only if u reaches 0, that is if the quadratic has no real root, mu2 < 1.
-@PART.corrected(
-    "Section IV, slope",
-    "least slope 2 mu2 of the second section without stick-slip for any eps",
-    right=sp.Integer(2),
-    printed=sp.Integer(1),
-    note="the slope drawn in figure 3 is tan(beta2) = 2 mu2 and must reach 2, mu2 = 1; with 2 mu2 = 1.1, mu1 = -.3, "
-    "p* = -.2 stick-slip exists above eps = 8.39; p* <= 0 is needed too",
-)
-def _(claim):
+def least_without_threshold():
+    """Return the mu2 from which the quadratic has a real root."""
     u, b = sp.symbols("u b", positive=True)
     (least,) = sp.solve(sp.discriminant(u**2 - 2 * b * u + 1, u), b)
-    return 2 * least - claim
+    return least
+
+
+@PART.verified(
+    "Section IV, slope mu2",
+    "least mu2 of the second section without stick-slip for any eps, p* < 0: stable from 1 on",
+    sp.Integer(1),
+    note="the statement is true if the slope of the second section is mu2, the ordinate of figure 5",
+)
+def _(claim):
+    return least_without_threshold() - claim
+
+
+@PART.corrected(
+    "Section IV, slope",
+    "least tangent of the second section, 2 mu2 with damper, without stick-slip for any eps",
+    right=sp.Integer(2),
+    printed=sp.Integer(1),
+    note="false if the slope is the one drawn in figure 3, tan(beta2) = 2 mu2: with 2 mu2 = 1.1, mu1 = -.3, p* = -.2 "
+    "stick-slip exists above eps = 8.39; p* < 0 is needed in both readings",
+)
+def _(claim):
+    return 2 * least_without_threshold() - claim

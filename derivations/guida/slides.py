@@ -241,8 +241,8 @@ LIMIT = S1_ * D2_ / (R_ * S1_ + D2_)
     "definiteness of the damping: bound on -mu",
     right=LIMIT,
     printed=S1_ * D2_ / (S1_ + D2_),
-    note="two denominators are lost in the text, (s1 s2/ )(s1 + s2/ )^-1. With r in both it is right for d2 = s2; "
-    "without them it fails unless r = 1",
+    note="two denominators are lost in the text, (s1 s2/ )(s1 + s2/ )^-1, and are left out in the printed form here. "
+    "That both were r is an assumption: it makes the condition right for d2 = s2. Without them it fails unless r = 1",
 )
 def _(claim):
     B = sp.diag(1, 1 / R_) * linearised()[0]

@@ -3,9 +3,10 @@
 import sympy as sp
 
 from derivations.ledger import Ledger
+from derivations.residuals import agree
 from symfric.model import laws
 from symfric.model.symbols import SPEED
-from symfric.theory import transient
+from symfric.theory import falling_speeds, transient
 
 PART = Ledger("handbook", "models of interface damping")
 
@@ -92,18 +93,70 @@ for _number, _law in FALLING:
     def _(claim, law=_law):
         return sp.limit(law.kinetic / SPEED, SPEED, sp.oo) - claim
 
-    # Region 1 of figure 19.15: (19.106) and (19.107) leave f_d with a horizontal tangent, so that b v decides.
+
+# Regions 1 and 2 of figure 19.15. Without the viscous part both laws fall at every speed, as the text says. With it
+# they leave f_d with the slope b > 0, because f_sb starts horizontally: region 1 begins with a rise, and it depends on
+# b v_c/f_d whether there is a fall at all.
+WITHOUT = (
+    ("(19.106)", laws.lorentz(f_d, v_c), -2 * f_d * V / (v_c * (1 + (V / v_c) ** 2)) ** 2),
+    ("(19.107)", laws.gauss(f_d, v_c), -2 * f_d * V / v_c**2 * sp.exp(-((V / v_c) ** 2))),
+)
+for _number, _law, _slope in WITHOUT:
+
+    @PART.verified(
+        f"{_number} regions 1 and 2, b = 0",
+        "slope of friction without viscous damping: negative at every speed, -1 for its sign",
+        _slope,
+        -1,
+    )
+    def _(claim, sign, law=_law):
+        slope = law.kinetic.diff(SPEED).subs(SPEED, V)
+        return slope - claim, (-1 if slope.is_negative else 0) - sign
 
     @PART.corrected(
-        f"{_number} region 1",
+        f"{_number} region 1, b > 0",
         "slope of friction at v -> 0",
         right=b,
         printed="negative slope in regions 1 and 2",
-        note="f_sb starts with slope 0, so the total slope at v -> 0 is b >= 0; only region 2 is unstable. The "
-        "statement holds for (19.108) with alpha < 0, where the slope starts from -infinity",
+        note="f_sb starts with slope 0, so that b decides: for b > 0 the slope is positive up to a first speed, "
+        "negative up to a second one, if there are two, see the next rows. For b = 0 the statement holds at "
+        "every v > 0, for (19.108) with alpha < 0 up to alpha^2/(4 b^2)",
     )
-    def _(claim, law=_law):
+    def _(claim, law=dict(FALLING)[_number]):
         return sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+") - claim
+
+
+# The two speeds. (19.107): with z = -2 (v/v_c)^2 the slope vanishes where z e^z = -(b v_c/f_d)^2/2, Lambert's function.
+# (19.106): with s = v/v_c where (b v_c/f_d) (1 + s^2)^2 = 2 s, of degree four; its numbers are below.
+BETWEEN = tuple(v_c * sp.sqrt(-sp.LambertW(-((b * v_c / f_d) ** 2) / 2, branch) / 2) for branch in (0, -1))
+
+
+@PART.verified("(19.107) unstable speeds", "speeds between which friction falls, b > 0", *BETWEEN)
+def _(*claim):
+    # W e^W = -(b v_c/f_d)^2/2 with W = -w on either branch; b is written through it
+    w = sp.Symbol("w", positive=True)
+    through = sp.sqrt(2 * w) * sp.exp(-w / 2) * f_d / v_c
+    slope = laws.gauss(f_d, v_c, b=b).kinetic.diff(SPEED)
+    speeds = [speed.replace(sp.LambertW, lambda *_: -w) for speed in claim]
+    return [slope.subs(SPEED, speed).subs(b, through) for speed in speeds]
+
+
+SKETCH = {f_d: sp.Rational(8, 10), v_c: sp.Rational(3, 10), b: sp.Rational(35, 100)}  # drawn for figure 19.15, ours
+LIMITS = [[sp.Float(e) for e in falling_speeds(law(0.8, 0.3, b=0.35))[0]] for law in (laws.lorentz, laws.gauss)]
+
+
+@PART.verified(
+    "(19.106), (19.107) numbers",
+    "speeds between which friction falls: symfric.theory.falling_speeds for f_d = .8, v_c = .3, b = .35",
+    *LIMITS[0],
+    *LIMITS[1],
+    numbers="12 digits",
+)
+def _(*claim):
+    s = sp.Symbol("s")
+    quartic = sp.Poly((b * v_c / f_d).subs(SKETCH) * (1 + s**2) ** 2 - 2 * s, s)
+    lorentz = sorted(r * SKETCH[v_c] for r in quartic.nroots(n=30) if r.is_real)
+    return [agree(f, c) for f, c in zip([*lorentz, *(e.subs(SKETCH) for e in BETWEEN)], claim, strict=True)]
 
 
 # Region 2 exists only if the fall of f_sb beats the viscous rise somewhere. The steepest fall is where the second

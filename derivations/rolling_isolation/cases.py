@@ -1,10 +1,11 @@
 """Cases and states, section 2.4."""
 
+import numpy as np
 import sympy as sp
 
 from derivations.ledger import Ledger
-from derivations.rolling_isolation.factors import SCALES
 from derivations.rolling_isolation.structure import BOTH, C, V, _newton, a_e, g, m, mu, step, w
+from symfric.report.sources.rolling import study
 from symfric.theory import scaling
 
 PART = Ledger("rolling_isolation", "2.4: cases and states")
@@ -12,17 +13,30 @@ PART = Ledger("rolling_isolation", "2.4: cases and states")
 
 @PART.verified(
     "Section 2.4 cases",
-    "models, friction distributions, cases in all",
+    "models, friction distributions, cases in all, of the study that the package runs",
     25,
     8,
     40000,
     note="25 is the prototype and 6 scales of 2 tables with 2 gravities; 8 is 6 concave distributions with R = 0 in 3 "
     "cases",
 )
-def _(models, frictions, cases):
-    scales, tables, gravities = len(SCALES) - 1, 2, 2
-    found = 1 + scales * tables * gravities, 6 - 1 + 3
-    return found[0] - models, found[1] - frictions, 1 * 2 * found[0] * found[1] * 20 * 5 - cases
+def _(count, profiles, cases):
+    # counted on what the package runs: models that differ in a factor or in gravity, frictions that differ at a place
+    different = {(tuple(model.factors.to_dict().values()), model.gravity) for model in study.models()}
+    floors = {np.array(_friction(p)).tobytes() for p in study.frictions().values()}
+    runs = len(different) * len(floors) * len(study.DAMPINGS) * len(study.INTENSITIES) * len(study.synthetic_set())
+    return len(different) - count, len(floors) - profiles, runs - cases
+
+
+def _friction(profile):
+    """Return the coefficient of a profile at some places of the floor."""
+    places = np.linspace(-1.9, 1.9, 400)
+    if isinstance(profile, float):
+        return np.full_like(places, profile)
+    if np.ndim(profile[0]) == 0:
+        return profile[0] + profile[1] * np.abs(places)
+    edges, values = profile
+    return values[np.searchsorted(edges[1:-1], places, side="right")]
 
 
 # While both move alike friction holds the structure: it must give the whole of m a_e, because the damper rests.
@@ -71,18 +85,25 @@ def _(claim):
     return -force * step / m - claim
 
 
-@PART.corrected(
+# The second condition is tested with the velocity w that the first one lets through, before it is set to 0. What it
+# compares with mu g is the friction that the structure would need to move like the ground from there; at rest, w = 0,
+# that is |a_e| <= mu g. Both differ by C w/m, which the first condition bounds.
+
+
+@PART.verified(
     "after Table 2 second condition",
-    "force of friction per mass that keeps the structure with the ground",
-    right=a_e,
-    printed=a_e + C * w / m,
-    note="|a_e - C (v_e - v_s)/m| <= mu g: at rest relative to the ground the damper gives nothing; the first "
-    "condition lets through a w of mu g dt, so the printed one errs by C mu g dt/m",
+    "friction per mass that the structure needs to move like the ground at a velocity w; its error at the largest w",
+    a_e + C * w / m,
+    C * mu * g * step / (m - C * step),
+    note="tested a step early, the condition is off by C mu g dt/m at the most to the first order, which vanishes with "
+    "the step",
 )
-def _(claim):
-    needed = sp.Symbol("F", real=True)
-    velocity = 0  # v_s - v_e once the structure stays
-    return sp.solve(needed - C * velocity - m * a_e, needed)[0] / m - claim
+def _(claim, error):
+    needed, left = sp.Symbol("F", real=True), sp.Symbol("left", positive=True)
+    (force,) = sp.solve(needed - C * w - m * a_e, needed)  # m a_s = F - C w with a_s = a_e
+    (largest,) = sp.solve(left - C * left * step / m - mu * g * step, left)  # of the first condition
+    excess = (force / m).subs(w, largest) - (force / m).subs(w, 0)
+    return force / m - claim, excess - error, sp.limit(error, step, 0)
 
 
 PART.definition("(1)", "returned ratio", scaling.returned_ratio(*sp.symbols("model prototype factor", positive=True)))

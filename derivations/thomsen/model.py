@@ -6,7 +6,7 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from derivations.residuals import less
-from symfric.model.laws import cubic
+from symfric.model.laws import cubic, thomsen_regularised
 from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
@@ -209,4 +209,20 @@ def _(below, above):
     slope = sp.Symbol("slope")
     (found,) = sp.solve(slope * v_s - mu_s, slope)
     smooth = cubic_through_minimum(POSITIVE - v_s, v_m - v_s)
-    return found * POSITIVE - below, smooth - above
+    package = [e.subs(SPEED, POSITIVE) for e, _ in thomsen_regularised(mu_s, mu_m, v_m, v_s).kinetic.args]
+    return found * POSITIVE - below, smooth - above, package[0] - below, package[1] - above
+
+
+# `Law.regularised` moves (5) by v_s as a whole: the same at v_s, another law beyond it, by the first order in v_s.
+@PART.verified(
+    "(6) moved",
+    "places of the minimum: of (6), and of (5) moved by v_s; beyond the source",
+    v_m,
+    v_m + v_s,
+)
+def _(*claims):
+    found = []
+    for law in (thomsen_regularised(mu_s, mu_m, v_m, v_s), cubic(mu_s, mu_m, v_m).regularised(v_s)):
+        slope = law.kinetic.args[-1].expr.diff(SPEED)
+        found.append(max(sp.solve(slope, SPEED), key=lambda e: e.subs({v_m: 2, v_s: 1})))
+    return less(found, claims)

@@ -3,6 +3,7 @@
 from symfric.theory import absorber, belt, drive, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
+from symfric.theory.falling import falling_speeds
 from symfric.theory.hopf import HopfPoint, hopf
 from symfric.theory.hurwitz import symbolic_hurwitz, symbolic_hurwitz_of_matrices
 from symfric.theory.root_locus import RootLocus, damper_loop, root_locus
@@ -22,6 +23,7 @@ __all__ = [
     "damper_loop",
     "drive",
     "equilibrium",
+    "falling_speeds",
     "hopf",
     "root_locus",
     "scaling",

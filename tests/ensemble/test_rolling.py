@@ -93,6 +93,11 @@ def test_a_patched_floor_has_its_mean_and_deviation():
     edges, values = sf.patched_floor(4.0, 81, 0.005, 0.000815, 0.001, seed=3)
     assert values.mean() == pytest.approx(0.005, rel=1e-12)
     assert values.std() == pytest.approx(0.000815, rel=1e-12)
+    for seed in range(30):
+        within = np.abs(sf.patched_floor(4.0, 81, 0.005, 0.002355, 0.004, seed=seed)[1] - 0.005)
+        assert within.max() <= 0.004 * (1 + 1e-9)
+    with pytest.raises(sf.SceneError, match="3 cells drawn with seed 1 do not get the deviation"):
+        sf.patched_floor(4.0, 3, 0.005, 0.001, 0.0011, seed=1)
     assert np.array_equal(values, sf.patched_floor(4.0, 81, 0.005, 0.000815, 0.001, seed=3)[1])
     assert edges[0] == -2.0
     assert edges[-1] == 2.0
@@ -139,3 +144,17 @@ def test_bad_input_is_one_line(arguments, message, tmp_path):
     outcome = CliRunner().invoke(main, ["reproduce", *arguments, "-o", str(tmp_path)])
     assert outcome.exit_code == 2
     assert message in outcome.output
+
+
+@pytest.mark.parametrize(
+    "values", [[0.01, 0.01, 0.02], [0.01, 0.02, 0.02], [0.02, 0.02, 0.02], [0.01, 0.01, 0.02, 0.02]]
+)
+def test_neighbouring_cells_may_have_the_same_friction(values, motions):
+    edges, fine = [-1.0, 0.0, 0.1, 1.0], [-1.0, -0.5, 0.0, 0.05, 0.1, 0.5, 1.0]
+    split = np.repeat(values, 2) if len(values) == 3 else np.interp(fine, edges, values)
+    scenes = (
+        sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=motions[0], profile=p) for p in ((edges, values), (fine, split))
+    )
+    one, two = (sf.simulate(scene) for scene in scenes)
+    assert one.route == two.route == "exact"
+    assert one["peak_displacement"] == pytest.approx(two["peak_displacement"], rel=1e-9)

@@ -105,6 +105,46 @@ def test_regularised_cubic_law_is_thomsen_6_shifted():
     assert L.cubic(0.4, 0.25, 0.5).regularised(v_s)(s) == pytest.approx(expected, rel=1e-13)
 
 
+def _period_by_an_integrator(law):
+    """Period of the belt's cycle with a smooth law, from crossings of steady sliding by a general integrator."""
+    rest = float(law(0.2))
+
+    def field(_t, y):
+        return y[1], -0.1 * y[1] - y[0] - law(y[1] - 0.2)
+
+    def rising(_t, y):
+        return y[0] - rest
+
+    rising.direction = 1
+    run = integrate.solve_ivp(field, (0, 200), [0.0, 0.0], "Radau", events=rising, rtol=1e-9, atol=1e-11)
+    return float(np.diff(run.t_events[0])[-5:].mean())
+
+
+@pytest.mark.parametrize("v_s", [0.01, 0.03])
+def test_thomsen_6_is_another_law_than_the_moved_one(v_s):
+    thomsen, moved = L.thomsen_regularised(0.4, 0.25, 0.5, v_s), L.cubic(0.4, 0.25, 0.5).regularised(v_s)
+    fine = np.linspace(v_s, 0.7, 200001)
+    assert fine[np.argmin(thomsen(fine))] == pytest.approx(0.5, abs=1e-5)
+    assert fine[np.argmin(moved(fine))] == pytest.approx(0.5 + v_s, abs=1e-5)
+    assert thomsen(0.5) == pytest.approx(0.25, rel=1e-13)
+    assert moved(0.5 + v_s) == pytest.approx(0.25, rel=1e-13)
+    assert thomsen.smooth
+    assert thomsen.source == "Thomsen (6)"
+    assert "Thomsen (6)" not in moved.source
+    periods = {law: sf.limit_cycle(sf.scenes.mass_on_belt(law, v_b=0.2)).period for law in (thomsen, moved)}
+    if v_s == 0.01:
+        assert periods[thomsen] == pytest.approx(6.8110308, abs=1e-7)
+        assert periods[moved] == pytest.approx(6.806459, abs=1e-6)
+    for law, period in periods.items():
+        assert period == pytest.approx(_period_by_an_integrator(law), rel=1e-6)
+
+
+@pytest.mark.parametrize("v_s", [0.0, -0.1, 0.5, 0.7])
+def test_thomsen_6_needs_a_speed_below_that_of_the_minimum(v_s):
+    with pytest.raises(sf.SceneError, match="must be above 0 and below v_m"):
+        L.thomsen_regularised(0.4, 0.25, 0.5, v_s)
+
+
 @pytest.mark.parametrize(("shape", "step"), [("arctan", lambda r: 2 / np.pi * np.arctan(r)), ("tanh", np.tanh)])
 @pytest.mark.parametrize("name", LAWS)
 def test_smooth_regularisations_multiply_the_law(name, shape, step):

@@ -8,11 +8,14 @@ import pytest
 from click.testing import CliRunner
 
 import symfric as sf
+from symfric.bench.peers.fixed_step import fixed_step
 from symfric.cli import main
 from symfric.report.html.gallery import gallery
+from symfric.report.sources.guida import slides
 from symfric.report.sources.registry import SOURCES, Inputs, title
 from symfric.report.sources.reproduction import NOT_MADE, chosen, reproductions
-from symfric.report.sources.rolling import figures
+from symfric.report.sources.rolling import figures, printed_scheme
+from symfric.report.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
 from symfric.report.sources.thomsen import quench
 
 NAMES = tuple(reproductions())
@@ -146,8 +149,51 @@ def test_the_stop_of_a_drive_agrees_with_the_solver(made):
 
 
 def test_models_return_one_where_similarity_says_so(rolled):
-    assert verdicts(rolled["rolling-4"]) == verdicts(rolled["rolling-6"]) == [True]
+    assert verdicts(rolled["rolling-4"]) == verdicts(rolled["rolling-6"]) == [True] * 3
     assert verdicts(rolled["rolling-2"])[:2] == [True, True]
+    ratio = next(f for f in rolled["rolling-7"].findings if "just the model scale" in f.claim)
+    assert ratio.holds
+    assert "1:19: 0.0526" in ratio.found
+
+
+def test_the_printed_scheme_returns_one_with_exact_factors_at_every_scale():
+    motions = [sf.motions.sine_burst(2.0, f, 6, dt=0.01) for f in (0.7, 1.9)]
+    profiles = {False: 0.005, True: sf.patched_floor(4.0, 81, 0.005, 0.002355, 0.004, seed=4)}
+    peaks = ("peak_acceleration", "peak_velocity", "peak_displacement")
+    for moved, profile in profiles.items():
+        exact = [sf.theory.scaling.factors(L, D) for L, D in ((4.0, 1.0), (19.0, 1.0), (7.3, 2.8), (2.0, 0.3))]
+        found = returned_by_steps(motions, profile, exact, moved=moved)
+        assert all(np.max(np.abs(found[k] - 1)) < 5e-14 for k in peaks)
+        rounded = returned_by_steps(motions, profile, rounded_factors(), moved=moved)
+        off = np.max(np.abs(rounded["peak_acceleration"] - 1), axis=(1, 2))
+        assert np.all(off[[0, 1, 3, 4, 5]] > 1e-4)
+        assert off[2] < 1e-12  # 1:10 is printed exactly
+
+
+def test_the_vectorised_scheme_is_the_scheme_of_one_motion():
+    motion = sf.motions.sine_burst(2.0, 1.1, 6, dt=0.01)
+    found = printed_scheme._march(
+        motion.samples[:, None, None],
+        np.array([[motion.dt]]),
+        np.array([[motion.samples.size]]),
+        (sf.theory.scaling.factors(1.0),),
+        2e5,
+        printed_scheme._floor(0.005),
+        False,
+    )
+    single = fixed_step(motion.samples, motion.dt, 2e5 / 3e5, 0.005 * 9.81)
+    np.testing.assert_allclose([v.item() for v in found.values()], single, rtol=1e-13)
+
+
+def test_the_falling_section_of_the_handbook_is_judged_where_it_is(made):
+    assert verdicts(made["handbook-19.15"]) == [False, True, True, None]
+    assert "up to v = 0.01986" in made["handbook-19.15"].findings[0].found
+
+
+def test_a_statement_with_two_readings_is_judged_in_both():
+    findings = reproductions()["guida-5"].findings(slides.stability_maps(3))
+    assert [f.holds for f in findings] == [True, False, False]
+    assert "eps_crit = 8.388 at 2 mu2 = 1.1" in findings[1].found
 
 
 def test_scale_tables_are_those_printed(rolled):

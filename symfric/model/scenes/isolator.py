@@ -93,20 +93,22 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     _check_cells(edges, numbers)
     if numbers.size == edges.size - 1:
         lines = [sp.Float(v) for v in numbers]
-        pieces = [(line, _U < _STRETCH * edge) for line, edge in zip(lines[:-1], edges[1:-1].tolist(), strict=True)]
-        return _stretched(sp.Piecewise(*pieces, (lines[-1], True)))
+        return _stretched(lines, edges[1:-1].tolist())
     slopes = np.diff(numbers) / np.diff(edges)
     lines = [
         sp.Float(v) + sp.Float(k) * (_U / _STRETCH - sp.Float(e))
         for v, k, e in zip(numbers, slopes, edges, strict=False)
     ]
-    pieces = [(sp.Float(numbers[0]), _U < _STRETCH * edges[0])]
-    pieces += [(line, _U < _STRETCH * edge) for line, edge in zip(lines, edges[1:].tolist(), strict=True)]
-    return _stretched(sp.Piecewise(*pieces, (sp.Float(numbers[-1]), True)))
+    return _stretched([sp.Float(numbers[0]), *lines, sp.Float(numbers[-1])], edges.tolist())
 
 
-def _stretched(profile: sp.Expr) -> tuple[sp.Expr, dict]:
-    """Return a profile and the value of its stretch parameter, which one without edges or with one at u = 0 lacks."""
+def _stretched(lines: list[sp.Expr], edges: list[float]) -> tuple[sp.Expr, dict]:
+    """Return a profile and the value of its stretch parameter, which one without edges or with one at u = 0 lacks.
+
+    Between two lines that are the same there is no edge: SymPy would join their conditions to one that is no interval.
+    """
+    pieces = [(a, _U < _STRETCH * edge) for a, b, edge in zip(lines, lines[1:], edges, strict=False) if a != b]
+    profile = sp.Piecewise(*pieces, (lines[-1], True))
     return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
 
 
@@ -122,8 +124,8 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
     mean, deviation : float
         Mean and standard deviation of the coefficients, which they have exactly.
     spread : float, optional
-        Largest distance from the mean of the distribution they are drawn from, a symmetric beta distribution with this
-        range and deviation; the uniform one, ``sqrt(3) deviation``, unless given.
+        Largest distance of a coefficient from the mean, to rounding. They are drawn from a symmetric beta distribution
+        with this range and deviation; the uniform one, ``sqrt(3) deviation``, unless given.
     seed : int
 
     Returns
@@ -139,7 +141,8 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
     Notes
     -----
     The study of scaled rolling isolation gives range, mean and deviation of its cases 2 and 3, and neither their cells
-    nor how they were drawn: a beta distribution is a choice.
+    nor how they were drawn: a beta distribution is a choice. Moving and stretching a draw to its mean and deviation may
+    carry it out of the range; it is cut off there and stretched again, until it stays inside.
     """
     length, mean, deviation = finite(length, "length"), finite(mean, "mean"), finite(deviation, "deviation")
     spread = math.sqrt(3) * deviation if spread is None else finite(spread, "spread")
@@ -149,10 +152,27 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
         raise SceneError(f"spread is {spread:g}; nothing within it has the deviation {deviation:g}")
     shape = 0.5 * ((spread / deviation) ** 2 - 1.0)
     drawn = np.random.default_rng(seed).beta(shape, shape, n)
-    values = mean + deviation * (drawn - drawn.mean()) / drawn.std()
+    found = _stretched_within(drawn, spread / deviation)
+    if found is None:
+        raise SceneError(f"{n} cells drawn with seed {seed} do not get the deviation {deviation:g} within {spread:g}")
+    values = mean + deviation * found
     if np.any(values < 0):
         raise SceneError(f"a coefficient is {values.min():.3g}; take a smaller deviation or spread")
     return length * np.linspace(-0.5, 0.5, n + 1), values
+
+
+def _stretched_within(drawn: np.ndarray, reach: float) -> np.ndarray | None:
+    """Return numbers with mean 0, deviation 1 and nothing beyond +-reach, near those drawn; None if that fails."""
+    found = drawn
+    for _ in range(1000):
+        deviation = found.std()
+        if deviation == 0:
+            return None
+        found = (found - found.mean()) / deviation
+        if np.max(np.abs(found)) <= reach * (1 + 1e-12):
+            return found
+        found = np.clip(found, -reach, reach)
+    return None
 
 
 def _coefficient(value, name: str) -> float:

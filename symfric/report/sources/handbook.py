@@ -6,7 +6,8 @@ from symfric.model import laws, scenes
 from symfric.model.symbols import SPEED
 from symfric.report.sources.panels import Curve, FigureData, Panel, panels_entry
 from symfric.report.sources.registry import Finding
-from symfric.theory import transient
+from symfric.theory import falling_speeds, transient
+from symfric.theory.stability import stability
 
 DELTA = 0.08  # mu g/omega_n^2 over x0 of figure 19.17, ours: the source draws a sketch
 VELOCITY, FORCE = "relative velocity $v$", "damping force $f$"
@@ -22,12 +23,10 @@ def _combined(law: laws.Law, top: float, number: int = 600) -> tuple[np.ndarray,
 def figure_15() -> FigureData:
     """Main characteristics of interface damping: stiction, Coulomb, Stribeck and viscous regions."""
     import sympy as sp
-
-    law = laws.lorentz(0.8, 0.3, mu_s=1.0, b=0.35)
-    slope = sp.lambdify(SPEED, law.kinetic.diff(SPEED))
     from scipy.optimize import brentq
 
-    turn = float(brentq(slope, 0.1, 3.0))
+    law = laws.lorentz(0.8, 0.3, mu_s=1.0, b=0.35)
+    ((rising, turn),) = falling_speeds(law)
     steepest = float(brentq(sp.lambdify(SPEED, law.kinetic.diff(SPEED, 2)), 0.01, 1.0))
     first = 0.5 * steepest
     marks = (("1 | 2", first), ("unstable | stable", turn))
@@ -35,9 +34,24 @@ def figure_15() -> FigureData:
     panel = Panel(
         "", VELOCITY, FORCE, (Curve("", *_combined(law, 2.0)),), y_range=(0, 1.15), marks=marks, levels=levels
     )
+    slope = float(sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+"))
+    dry = falling_speeds(laws.lorentz(0.8, 0.3, mu_s=1.0))
+    unstable = {v: not _slides_steadily(law, v) for v in (0.5 * rising, 0.5 * (rising + turn), 1.5 * turn)}
     findings = (
         Finding(
-            "the slope is negative in regions 1 and 2, which is the unstable region", f"up to v = {turn:.3f}", True
+            "the slope is negative in regions 1 and 2, which is the unstable region",
+            f"{slope:+.2f} at v = 0+ and positive up to v = {rising:.5f}, negative from there to {turn:.5f}",
+            rising == 0,
+        ),
+        Finding(
+            "the same without the viscous part, b = 0",
+            f"negative from v = {dry[0][0]:g} to {dry[0][1]:g}",
+            dry == ((0.0, np.inf),),
+        ),
+        Finding(
+            "steady sliding is unstable where the slope is negative, and only there",
+            ", ".join(f"v = {v:.4f}: {'unstable' if grows else 'stable'}" for v, grows in unstable.items()),
+            list(unstable.values()) == [False, True, False],
         ),
         Finding(
             "regions 1 and 2 are apart",
@@ -49,6 +63,11 @@ def figure_15() -> FigureData:
         "(19.105) with (19.106): $f_s$ = 1, $f_d$ = 0.8, $v_c$ = 0.3, $b$ = 0.35, ours; the source draws a sketch."
     )
     return FigureData("handbook-19.15", caption, (panel,), 1, findings)
+
+
+def _slides_steadily(law: laws.Law, speed: float) -> bool:
+    """Return whether a mass on a spring slides steadily on a belt of some speed, without a damper."""
+    return bool(stability(scenes.mass_on_belt(law, v_b=speed, beta=0.0)).stable)
 
 
 def models() -> FigureData:

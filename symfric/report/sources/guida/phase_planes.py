@@ -75,11 +75,20 @@ def figure_3() -> FigureData:
     law = scene.contacts[0].law.where(scene.parameter_values())
     w = np.linspace(0.01, 2.0, 200)
     off = float(np.max(np.abs(law(w) - characteristic(**SLOPES)(v * w) / v)))
+    printed, right = -1 / v / (1 - v), -(1 - v) / -v  # p1/p2 with p1 = -v*/v; -p2/p1 with p1 = -v/v*
+    corner = float(law.breaks[0]) - 1
+    jump = float(law.stick - law.at_rest)
     findings = (
         Finding(
-            "p* = p1/p2 with p1 = -v*/v, (1)", f"p* = (v* - v)/v = {p_star:g} here: p1 = -v/v*, p* = -p2/p1", False
+            "p* = p1/p2 with p1 = -v*/v, (1)",
+            f"that is {printed:g}; the force has its corner at x' = {corner:g} = -p2/p1 with p1 = -v/v*, {right:g}",
+            abs(printed - corner) < 1e-12,
         ),
-        Finding("eps = f_s - f_c is that of the maps", "the maps' eps is by v*: eps1 = eps (1 + p*)", False),
+        Finding(
+            "eps = f_s - f_c is that of the maps",
+            f"f_s - f_c = {jump:g} by v, and eps = {EPSILON:g} of the maps by v*: eps1 = eps (1 + p*)",
+            abs(jump - EPSILON) < 1e-12,
+        ),
         Finding("the ready scene has this force", f"off by {off:.1e}", off < 1e-12),
     )
     return FigureData("guida-3", f"$v = 2v^*$, by $v$. {_values()}", (panel,), 1, findings)
@@ -93,14 +102,22 @@ def figure_6() -> FigureData:
     marks = (("$-(2 - p_2)$", -V - 1), ("$p_1$", -V), ("$p_2$", 1 - V))
     curve = Curve("", *both_ways(law, 3.0, V))
     panel = Panel("", r"$x'$", "$f(x' - p_1)$", (curve,), x_range=(-5, 1), marks=marks, levels=levels)
-    upper, inner, jump = law(1.0 + 1e-12), law(1.0 - 1e-12), 4 * (SLOPES["mu1"] - SLOPES["mu2"])
+    inner, bend = law(-1.0 + 1e-9), 2 * (SLOPES["mu1"] - SLOPES["mu2"])
+    jumps = {sign: -FC + sign * bend - 2 * SLOPES["mu2"] - inner for sign in (1, -1)}  # at the corner, X' = -v*
+    rising = np.linspace(-V - 3, -V - 0.001, 40001)
+    slopes = np.diff(law(rising + V))
+    corner = float(rising[1 + np.argmax(np.abs(np.diff(slopes)))])
     findings = (
         Finding(
             "(8), last branch: f'c + 2(mu1 - mu2) + 2 mu2 (x' - p1)",
-            f"it jumps by {jump:g} at the corner; with a minus it does not: {inner:.6f} and {upper:.6f} forward",
-            False,
+            f"it jumps by {jumps[1]:g} at the corner; with a minus by {abs(jumps[-1]):.0e}",
+            abs(jumps[1]) < 1e-6,
         ),
-        Finding("the corner backward is at -(2 - p2)", f"-V - 1 = {-V - 1:g} = -(2 - p2)", True),
+        Finding(
+            "the corner backward is at -(2 - p2)",
+            f"the slope changes at {corner:.3f}, and -(2 - p2) = {-(2 - (1 - V)):g}",
+            abs(corner + 2 - (1 - V)) < 1e-3,
+        ),
     )
     return FigureData("guida-6", f"$v = 2v^*$: $p_1$ = -2, $p_2$ = -1. {_values()}", (panel,), 1, findings)
 

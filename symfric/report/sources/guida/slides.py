@@ -226,6 +226,11 @@ def vibrates(figure: str, damping: str) -> bool:
     return events[-1].t > 0.9 * horizon
 
 
+def slides_cycle_of(change: dict[str, float]) -> float:
+    """Return the static friction above which a cycle exists, with some values of figure 14 changed."""
+    return drive.two_slides_threshold(**{k: v for k, v in {**PAIR, **change}.items() if k != "fs1"})
+
+
 def readings(number: int = 60) -> Readings:
     """Evaluate both interpretations of s2 for figures 14 and 15."""
     s2 = np.geomspace(0.05, 3.0, number)

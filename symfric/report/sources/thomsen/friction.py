@@ -29,27 +29,15 @@ def figure_2() -> FigureData:
     drawn = {
         r"(a) $\mu_m = \mu_s$: Coulomb": laws.coulomb(MU_S),
         r"(b) $\mu_m = 0.25$": falling,
-        r"(c) $\mu_m = 0.25$, $v_s = 0.02$": _regularised(0.02),
+        r"(c) $\mu_m = 0.25$, $v_s = 0.02$": laws.thomsen_regularised(MU_S, MU_M, V_M, 0.02),
     }
     panels = tuple(
         Panel(name, SPEED, FRICTION, (Curve("", *odd(law, v)),), y_range=(-0.5, 0.5)) for name, law in drawn.items()
     )
-    off = float(np.max(np.abs(_regularised(1e-4)(v) - falling(v))))
+    off = float(np.max(np.abs(laws.thomsen_regularised(MU_S, MU_M, V_M, 1e-4)(v) - falling(v))))
     found = f"(6) with v_s = 1e-4 differs from (5) by {off:.1e} at most while sliding; (6) is printed with u_s for mu_s"
     findings = (Finding("for small v_s (6) looks as (5)", found, off < 1e-3),)
     return FigureData("thomsen-2", r"$\mu_s$ = 0.4, $v_m$ = 0.5.", panels, 3, findings)
-
-
-def _regularised(v_s: float) -> laws.Law:
-    """Return (6), which compresses the speed beyond v_s so that the minimum stays at v_m."""
-    import sympy as sp
-
-    from symfric.model.symbols import SPEED as V
-
-    s = (V - v_s) / (V_M - v_s)
-    sliding = MU_S - sp.Rational(3, 2) * (MU_S - MU_M) * (s - s**3 / 3)
-    rising = MU_S * V / v_s
-    return laws.Law(sp.Piecewise((rising, v_s > V), (sliding, True)), sp.Integer(0), (sp.Float(v_s),), "Thomsen (6)")
 
 
 def figure_7() -> FigureData:

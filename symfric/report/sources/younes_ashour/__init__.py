@@ -18,8 +18,20 @@ def _text(rows: list[dict]) -> str:
 
 
 def _findings(rows: list[dict]) -> tuple[Finding, ...]:
-    words = (f"{r['reading']}: " + (", ".join(f"{k} {v:.4g}" for k, v in r["evidence"].items()) or "-") for r in rows)
-    return tuple(Finding(f"{r['where']}: {r['claim']}", w, r["holds"]) for r, w in zip(rows, words, strict=True))
+    return tuple(Finding(f"{r['where']}: {r['claim']}", _found(r), _holds(r)) for r in rows)
+
+
+def _holds(row: dict) -> bool | None:
+    """Return whether a claim holds; the model may agree with measured records, but it cannot refute them."""
+    return None if row["measured"] and not row["holds"] else row["holds"]
+
+
+def _found(row: dict) -> str:
+    """Return the reading and its numbers; of a claim about records, what the model says."""
+    words = f"{row['reading']}: " + (", ".join(f"{k} {v:.4g}" for k, v in row["evidence"].items()) or "-")
+    if not row["measured"] or row["holds"] is None:
+        return words
+    return f"about measured records, {'so' if row['holds'] else 'not so'} in the model; {words}"
 
 
 FIGURES = {

@@ -40,25 +40,31 @@ class Claim:
     ----------
     where, words : str
     readings : tuple of Reading
+    measured : bool
+        Whether the sentence is about measured records: the model can agree with it or not, but neither prove nor refute
+        it.
     """
 
     where: str
     words: str
     readings: tuple[Reading, ...]
+    measured: bool = False
 
     @property
     def verdict(self) -> str:
-        """'true', 'false', 'true only under a stated reading', or 'not testable'."""
+        """'true', 'false', 'true only under a stated reading', 'so in the model', 'not so in the model', ..."""
         found = {r.holds for r in self.readings} - {None}
         if not found:
             return "not testable"
+        if self.measured:
+            return "partly so in the model" if len(found) == 2 else f"{'' if True in found else 'not '}so in the model"
         return "true only under a stated reading" if len(found) == 2 else "true" if True in found else "false"
 
 
 def claims() -> tuple[Claim, ...]:
     """Test every claim."""
     return tuple(
-        Claim(where, words, tuple(Reading(reading, *test()) for reading, test in readings.items()))
+        Claim(where, words, tuple(Reading(reading, *test()) for reading, test in readings.items()), where in MEASURED)
         for where, words, readings in CLAIMS
     )
 
@@ -71,6 +77,7 @@ def claims_table(found: tuple[Claim, ...] | None = None) -> list[dict[str, objec
                 "where": claim.where,
                 "claim": claim.words,
                 "verdict": claim.verdict,
+                "measured": claim.measured,
                 "reading": reading.words,
                 "holds": reading.holds,
                 "evidence": dict(reading.evidence),
@@ -235,6 +242,7 @@ def _records() -> Evidence:
 
 
 Test = Callable[[], Evidence]
+MEASURED = ("figure 9", "figure 10", "conclusion 4")  # what the source says there, it says of its records
 CLAIMS: tuple[tuple[str, str, dict[str, Test]], ...] = (
     (
         "figure 3, conclusion 1",
