@@ -79,11 +79,25 @@ def models() -> FigureData:
     }
     curves = tuple(Curve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(found.items()))
     panel = Panel("", VELOCITY, FORCE, curves, y_range=(0, 1.15), levels=(("$f_s$", 1.0), ("$f_d$", 0.8)))
+    dry = {"(19.106)": laws.lorentz(0.8, 0.3), "(19.107)": laws.gauss(0.8, 0.3)}
+    ends = {name: (float(law.at_rest), float(law(1e3))) for name, law in dry.items()}
+    signs = {alpha: falling_speeds(laws.square_root(0.8, alpha, b=0.9)) for alpha in (-0.9, 0.9)}
     findings = (
         Finding(
-            "f_d represents dynamic Coulomb friction", "it is the value as v tends to 0; (19.106), (19.107) go to 0"
+            "f_d represents dynamic Coulomb friction, at every speed",
+            "f_d = 0.8; "
+            + ", ".join(f"{n} is {low:g} at v = 0+ and {high:.1g} at v = 1000" for n, (low, high) in ends.items()),
+            all(high == low for low, high in ends.values()),
         ),
-        Finding("(19.108) models the Stribeck effect", "it falls only for alpha < 0, and carries sgn(v) already", None),
+        Finding(
+            "(19.108) models the Stribeck effect for either sign of alpha",
+            "; ".join(
+                f"alpha = {a:g}: " + (f"falls up to v = {s[0][1]:g}" if s else "falls nowhere")
+                for a, s in signs.items()
+            )
+            + "; it carries sgn(v) already",
+            all(signs.values()),
+        ),
     )
     caption = r"$f_s$ = 1, $f_d$ = 0.8, $v_c$ = 0.3, $b$ = 0.35; (19.108) with $\alpha$ = -0.9, $b$ = 0.9; ours."
     return FigureData("handbook-models", caption, (panel,), 1, findings)
@@ -109,7 +123,9 @@ def figure_17() -> FigureData:
     stop = transient.stop_position(DELTA)
     findings = (
         Finding(
-            "each half cycle loses 2 Delta, (xiii), (xiv)", f"between {-lost.max():.6f} and {-lost.min():.6f}", True
+            "each half cycle loses 2 Delta, (xiii), (xiv)",
+            f"between {-lost.max():.6f} and {-lost.min():.6f}; 2 Delta = {2 * DELTA:g}",
+            float(np.max(np.abs(lost + 2 * DELTA))) < 1e-6,
         ),
         Finding(
             "a half cycle needs x0 > (4i - 3) Delta or (4i - 1) Delta",
@@ -144,22 +160,41 @@ def chatter() -> FigureData:
         found[speed] = np.ptp(x[t > 0.9 * t[-1]]) / np.ptp(x[t < 0.1 * t[-1]])
         panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (Curve("", t, x),), levels=(("", rest),)))
     t, x, u, _ = _interface(1.0, 0.02)
+    cycle = _frequency(t, x)
+    rest = _interface(0.0, 5.0)
+    still = float(np.ptp(rest[1][rest[0] > 0.9 * rest[0][-1]]) / np.ptp(rest[1][rest[0] < 0.1 * rest[0][-1]]))
     panels.append(
         Panel("phase plane, $v_b$ = 1", "$x$ [m]", r"$\dot x$ [m/s]", (Curve("", x, u),), levels=(("$v_b$", 1.0),))
     )
     findings = (
         Finding(
-            "a slight disturbance grows where the slope is negative", f"{found[1.0]:.1f} times, up to a cycle", True
+            "a slight disturbance grows where the slope is negative",
+            f"{found[1.0]:.1f} times, up to a cycle",
+            found[1.0] > 1,
         ),
         Finding("it decays where the slope is positive", f"to {found[3.0]:.2f} of its range", found[3.0] < 1),
         Finding(
             "initially the velocity is x' = 0, there b is negative and (19.109) unstable",
-            "b must be the slope at a sliding speed that is not 0: without one, friction only takes energy",
-            False,
+            f"on a belt at rest the range falls to {still:.2f} of the start: friction only takes energy there",
+            still > 1,
+        ),
+        Finding(
+            "the frequency of the cycle primarily depends on inertia and stiffness",
+            f"{cycle:.4f} rad/s, and sqrt(k/m) = {STIFF[0]:g}",
+            abs(cycle / STIFF[0] - 1) < 0.2,
         ),
     )
     caption = "Two straight lines as figure 19.19, ten times as high, on a belt; ours."
     return FigureData("handbook-chatter", caption, tuple(panels), 3, findings)
+
+
+def _frequency(t: np.ndarray, x: np.ndarray) -> float:
+    """Return the angular frequency of a vibration from its upward passages through its mean, late in the record."""
+    late = t > 0.7 * t[-1]
+    t, x = t[late], x[late] - 0.5 * (x[late].max() + x[late].min())
+    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    crossings = t[up] - x[up] * (t[up + 1] - t[up]) / (x[up + 1] - x[up])
+    return float(2 * np.pi / np.mean(np.diff(crossings)))
 
 
 def _interface(speed: float, start: float) -> tuple:
@@ -180,7 +215,7 @@ def _interface(speed: float, start: float) -> tuple:
         initial={x: x0, u: 0.0},
         horizon=12.0,
     )
-    rest = float(equilibrium(scene.where({x0: 0.0})).x[0])
+    rest = float(equilibrium(scene.where({x0: 0.0})).x[0]) if speed else 0.0
     run = simulate(scene.where({x0: rest + start * STIFF[1] / 10}), tolerance=1e-10).checked()
     t = np.union1d(np.linspace(0.0, 12.0, 6000), run.t)
     return t, *run(t), rest
