@@ -3,7 +3,9 @@
 from functools import cache
 
 import mpmath
+import numpy as np
 import sympy as sp
+from scipy import linalg
 
 from derivations.guida.motion import sticks, vibrates
 from derivations.ledger import Ledger
@@ -192,6 +194,7 @@ def _(period, sticking, least):
     "before Fig 15, both sides",
     "started on the touching cycle, the motion dies out a thousandth of fs1 - fc1 below it and lasts above it",
     *map(sp.Integer, (0, 1, 0, 1)),
+    numbers=FOLLOWED,
 )
 def _(*claim):
     found = []
@@ -201,4 +204,29 @@ def _(*claim):
         for side in (-1e-3, 1e-3):
             fs1 = 1.0 + (onset.fs1 - 1.0) * (1 + side)
             found.append(vibrates(0.2, second, fs1, start=(e1, e2, u2 - 1.0, u2)))
+    return less(found, claim)
+
+
+def extent(s2, fs1):
+    """Return the largest eta2 and the largest relative speed of a cycle, from a stick's end by the exponential."""
+    found = drive.two_slides_cycle(**{**PAIR, "s2": s2, "fs1": fs1})
+    rows = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 0, -0.4, 0], [0, -0.25, 0, -2 * s2]])
+    stuck = rows.copy()
+    stuck[2] = stuck[3] = (0.5 * rows[2] + rows[3]) / 1.5
+    e1, e2, _, u2 = found.landing
+    start = linalg.expm(stuck * found.stick_time) @ np.array([e1, e2, u2 - 1.0, u2])
+    rest = np.array([-1.0, 2.0, 0.0, 0.0])
+    path = np.array([rest + linalg.expm(rows * s) @ (start - rest) for s in np.linspace(0, found.slip_time, 2001)])
+    return path[:, 1].max(), (path[:, 2] - path[:, 3]).max()
+
+
+@PART.verified(
+    "Fig 16, axes",
+    "largest eta2 and largest eta1' - eta2' in tenths, s1 = .2, s2 = 1.3: at fs1 = 7.4, 8 and 8.4",
+    *map(sp.Integer, (85, 53, 95, 59, 103, 62)),
+    note="the axes of the figure end at 10 and 6, which suggests fs1 of 8 to 8.4, not the caption's 7.4",
+    numbers="two digits of a cycle",
+)
+def _(*claim):
+    found = [round(10 * float(e)) for fs1 in (7.4, 8.0, 8.4) for e in extent(1.3, fs1)]
     return less(found, claim)

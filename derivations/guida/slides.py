@@ -160,6 +160,26 @@ def _(*claim):
     return found[e1] - claim[0], found[e2] - claim[1]
 
 
+# With a support at rest the text lets the slides come to rest "in a finite time". Friction between them ends their
+# relative motion in a finite time; from then on they move as one, r times (24) line 1 and line 2 without friction, and
+# that motion decays as exp(-rate tau): never in a finite time.
+@PART.corrected(
+    "after (27) zero speed",
+    "rate at which the common motion of slides that stick to each other decays, support at rest",
+    right=(r * s1 + d2) / (1 + r),
+    printed=sp.oo,
+    note="'to which will tend in a finite time': only their relative motion ends then; the springs and viscous dampers "
+    "bring the common motion to rest exponentially",
+)
+def _(claim):
+    rate = sp.Symbol("rate")
+    together = r * (e1dd + 2 * s1 * e1d + e1 + f) + (e1dd + 2 * d2 * e1d + e1 / zeta**2 - r * f)  # eta1 = eta2
+    if claim == sp.oo:
+        return claim
+    polynomial = sp.expand(together).subs({e1dd: rate**2, e1d: rate, e1: 1})
+    return -sum(sp.roots(sp.Poly(polynomial, rate))) / 2 - claim
+
+
 # In deviations from the equilibrium forward sliding is homogeneous, and a stick ends where the friction is fs1 - fc1
 # above its kinetic value: a cycle without backward sliding knows only that difference.
 @PART.verified("(24), Section IV", "friction in deviations from the equilibrium when a stick ends", fs1 - fc1)

@@ -173,6 +173,33 @@ for _number, _law, _bound in STEEPEST:
         return [-slope.subs(SPEED, turn) - claim for turn in sp.solve(slope.diff(SPEED), SPEED)]
 
 
+# 19.5.1: two straight lines stand for gears and bearings. The package's law of two sections is continuous at its corner
+# and falls up to there, and only there.
+@PART.verified(
+    "19.5.1 two lines",
+    "speeds between which a law of two lines falls, slopes -a and c: from rest to the corner",
+    0,
+    v_c,
+    note="figure 19.19; sharp fall, then a moderate rise, the equivalent viscous damping constant",
+)
+def _(*claim):
+    law = laws.piecewise_linear(f_d, [0, v_c], [f_d, f_d - V * v_c], last_slope=b)  # slopes -V and b
+    slopes = [piece.expr.diff(SPEED) for piece in law.kinetic.args]
+    corner = law.kinetic.args[0].expr - law.kinetic.args[1].expr
+    (place,) = sp.solve(corner, SPEED)
+    falls = [bool(slope.is_negative) for slope in slopes]
+    return 0 - claim[0], (place if falls == [True, False] else sp.oo) - claim[1]
+
+
+PART.unverifiable("Figure 19.14", "damping ratio of structures against amplitude", "measured; no data is printed")
+PART.unverifiable(
+    "Figure 19.18",
+    "measured friction of a pair of spur gears, close to two lines",
+    "no data is printed; `sf.identify.two_lines` fits the law to points and says how well",
+)
+PART.unverifiable("Table 19.6", "damping ratios for seismic design", "a code's values; nothing to derive")
+
+
 @PART.verified("(19.108) region 2", "speed at which friction is least, for alpha = -|alpha|", V**2 / (4 * b**2))
 def _(claim):
     slope = laws.square_root(f_d, -V, b=b).kinetic.diff(SPEED)  # V stands for |alpha|

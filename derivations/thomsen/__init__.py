@@ -4,14 +4,16 @@
 `model`       2: letters, equation of motion, friction function   (1)-(6)
 `pure_slip`   3.1, 3.2: steady sliding, averaging, pure slip      (7)-(22)
 `stick_slip`  3.3, 3.4: stick-slip, summary                       (23)-(30)
+`accuracy`    2.3, 3.4: how good what is called good is
 `separation`  4.1: slow and fast motion                           (31)-(42)
 `effective`   4.1: effective friction                             (43)-(50)
-`quenching`   4.2, 5: stability under fast excitation, quenching  (51)-(61)
+`quenching`   4.2, 5: stability under fast excitation, quenching  (51)-(58)
+`energy`      5.3, 5.4: what quenching costs                      (59)-(61)
 ============  ==================================================  ===========
 """
 
 from derivations.ledger import joined
-from derivations.thomsen import effective, model, pure_slip, quenching, separation, stick_slip
+from derivations.thomsen import accuracy, effective, energy, model, pure_slip, quenching, separation, stick_slip
 
 LEDGER = joined(
     "thomsen",
@@ -19,7 +21,9 @@ LEDGER = joined(
     model,
     pure_slip,
     stick_slip,
+    accuracy,
     separation,
     effective,
     quenching,
+    energy,
 )

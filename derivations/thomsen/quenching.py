@@ -10,13 +10,8 @@ from derivations.thomsen.effective import ALPHA3, differences, effective, pieces
 from derivations.thomsen.model import (
     ETA,
     FIGURE_3,
-    INPUT,
-    KINETIC,
     LAW,
-    SINE,
-    V_B0,
     V_B1,
-    Omega,
     acceleration,
     beta,
     d,
@@ -28,15 +23,14 @@ from derivations.thomsen.model import (
     mu_s,
     psi,
     speed,
-    tau,
     v,
     v_1,
     v_b,
     v_m,
     x,
 )
-from derivations.thomsen.pure_slip import A, drift, force_coefficients, stick_start
-from derivations.thomsen.separation import INTENSITY, T, general_motion, mean, orders, q, shaken, v_r
+from derivations.thomsen.pure_slip import A, drift, force_coefficients
+from derivations.thomsen.separation import INTENSITY, q, shaken, v_r
 from symfric.model.symbols import SPEED
 from symfric.theory import belt
 
@@ -164,6 +158,17 @@ def _(speed_where_lines_join, coefficient):
     return place - shaken(speed_where_lines_join), found - coefficient
 
 
+@PART.verified(
+    "figure 9, beta",
+    "derivative of the squared upper end of (55) by beta: damping narrows the range, and lowers a Omega*^2, by",
+    -2 * v_m**2 / ETA,
+    -sp.Rational(4, 3) * v_m**2 / ETA,
+)
+def _(*claims):
+    squares = [UPPER**2, belt.quench_intensity(symbolic=True) ** 2]
+    return [sp.simplify(e.diff(beta) - c) for e, c in zip(squares, claims, strict=True)]
+
+
 # The range closes where both ends meet.
 @cache
 def upper_end_squared() -> sp.Expr:
@@ -195,14 +200,19 @@ def _(*claims):
 
 
 # Amplitude under excitation, for vibrations that stay outside |v_r| < a Omega: averaging of (40) with (47) line 2.
+# They do as long as the amplitude is at most v_b - q: from the belt speed on at which both are equal.
 @PART.verified(
     "after (56)",
-    "what excitation adds to the slope and to the cubic coefficient of friction; the amplitude, less than A0",
+    "what excitation adds to the slope and to the cubic coefficient of friction; the amplitude, less than A0; the belt "
+    "speed from which on it holds",
     sp.Rational(3, 2) * ALPHA3 * INTENSITY**2,
     0,
     2 * sp.sqrt(V_B1**2 - v_b**2 - INTENSITY**2 / 2),
+    (INTENSITY + sp.sqrt(20 * V_B1**2 - 14 * INTENSITY**2)) / 5,
+    note="below that speed the cycle enters |v_r| < a Omega, where friction is another one; at a Omega = .2 with "
+    "figure 3's values from v_b = .4049",
 )
-def _(slope, cubic_coefficient, amplitude):
+def _(slope, cubic_coefficient, amplitude, from_speed):
     added = sp.Poly(sp.expand(effective(-1) - friction(v_r, -1)), v_r)
     force = 2 * beta * v + gamma2 * (at_belt_speed()[1] - at_belt_speed()[1].subs(v, 0))
     rate = drift(sp.expand(force).subs(v, A * sp.cos(psi)))[0]
@@ -214,7 +224,16 @@ def _(slope, cubic_coefficient, amplitude):
         added.coeff_monomial(v_r) - shaken(slope),
         added.coeff_monomial(v_r**3) - cubic_coefficient,
         sp.sqrt(sp.factor(sp.expand(found.subs(reach)))) - in_regime(shaken(amplitude)).subs(reach),
+        _touches(found.subs(square, 1), in_regime(shaken(from_speed))),
     )
+
+
+def _touches(amplitude_squared, from_speed):
+    """What is left of A = v_b - q at a belt speed, v_1 written through the root in it."""
+    root = sp.Symbol("root", positive=True)
+    through = {v_1: sp.sqrt((root**2 + 14 * q**2) / 20)}
+    place = from_speed.subs(through)
+    return sp.expand(sp.simplify((amplitude_squared - (speed - q) ** 2).subs(through).subs(speed, place)))
 
 
 # --- 5.1 More damping, or another material ----------------------------------------------------------------------------
@@ -312,77 +331,3 @@ def _(slow, fast, package):
     found = [min(given, crossing().subs(numbers)) for given in belts]
     stated = [in_regime(package).subs({**numbers, V: given}) for given in belts]
     return limits()[0] - slow, crossing() - in_regime(fast), *less(found, stated)
-
-
-# --- 5.3 Energy considerations ----------------------------------------------------------------------------------------
-@PART.corrected(
-    "before (59)",
-    "velocity at quasi-equilibrium, to order 1",
-    right=-INTENSITY * sp.cos(T),
-    printed=-INTENSITY * sp.sin(T),
-    note="the derivative of (37); the sine is that of the position",
-)
-def _(claim):
-    return orders(general_motion().diff(T) - shaken(claim), 0)
-
-
-# With this velocity the integral E_inp of (4) is q^2 cos^2(T)/2 and a constant; (59) chooses the one that makes it the
-# kinetic energy of the fast motion.
-FAST_VELOCITY = -q * sp.cos(T)
-SHARE = v_m**2 * (1 - 2 * beta / ETA)
-
-
-@PART.verified(
-    "(59)",
-    "kinetic energy of the quenching motion, both forms",
-    Q_STAR**2 * sp.cos(T) ** 2 / 2,
-    SHARE * sp.cos(T) ** 2 / 3,
-)
-def _(*claims):
-    star = {q: quenching_intensity()}
-    energy = KINETIC.subs(v, FAST_VELOCITY).subs(star)
-    power = shaken(INPUT).subs({v: FAST_VELOCITY, SINE: sp.sin(T)}).subs(star)
-    stated = [in_regime(c) for c in claims]
-    return [energy - c for c in stated] + [power - Omega * c.diff(T) for c in stated]
-
-
-@PART.corrected(
-    "(59) meaning",
-    "work of the excitation over one of its periods, to the order of (59)",
-    right=0,
-    printed=Q_STAR**2 / 2,
-    note="not the energy required: (59) flows to and fro. What quenching costs is the mean power that friction and "
-    "damper take, belt.mean_power; the excitation supplies it by the part of x' of the next order",
-)
-def _(claim):
-    return 2 * sp.pi / Omega * mean(shaken(INPUT).subs({v: FAST_VELOCITY, SINE: sp.sin(T)})) - claim
-
-
-theta_0 = sp.Symbol("theta_0", real=True)
-WAVE = sp.cos(tau + theta_0) ** 2
-
-
-@PART.corrected(
-    "(60)",
-    "kinetic energy of the largest pure-slip vibration, both forms",
-    right=(belt.largest_pure_slip_amplitude(symbolic=True) ** 2 * WAVE / 2, sp.Rational(2, 5) * SHARE * WAVE),
-    printed=(belt.largest_pure_slip_amplitude(symbolic=True) ** 2 * WAVE / 2, sp.Rational(2, 3) * SHARE * WAVE),
-    note="the factor of (21) and (22); with 2/3 the ratio (61) of the maxima would be 1/2, not the printed 5/6",
-)
-def _(*claims):
-    energy = KINETIC.subs(v, stick_start() * sp.cos(tau + theta_0))
-    return [energy - in_regime(c) for c in claims]
-
-
-@PART.verified("(61)", "ratio of the two energies", belt.energy_ratio(symbolic=True), (Q_STAR / V_B0) ** 2)
-def _(*claims):
-    found = (quenching_intensity() / stick_start()) ** 2
-    return [found - in_regime(c) for c in claims]
-
-
-# --- 5.4 Discussion ---------------------------------------------------------------------------------------------------
-@PART.verified(
-    "5.4", "effective less true friction at v_b = a Omega: larger", sp.Rational(3, 2) * ALPHA3 * INTENSITY**3
-)
-def _(claim):
-    return (effective(0) - friction(v_r, 1)).subs(v_r, q) - shaken(claim)

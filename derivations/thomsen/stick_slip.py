@@ -279,10 +279,21 @@ def _(*claims):
     "A1 at v_b = 0, and the belt speed of its maximum",
     right=(0, V_B0),
     printed=(0, V_B1),
-    note="A1 grows up to the end v_b0 of its range",
+    note="A1 grows up to the end v_b0 of its range, see the next row",
 )
 def _(start, end):
     return stick_slip().subs(speed, 0) - start, stick_start() - in_regime(end)
+
+
+# A1^2 grows all the way: with p = eta - 2 beta and y = eta (v_b/v_m)^2 its derivative over 2 v_b is
+# 1 + (p - y)(p - y/3), and below v_b1 both brackets are positive, p - y being eta (v_1^2 - v_b^2)/v_m^2.
+@PART.verified(
+    "3.4 (c) growth",
+    "d(A1^2)/d v_b over 2 v_b: above 1 for all belt speeds below v_b1",
+    1 + eta**2 * (v_1**2 - speed**2) * (v_1**2 - speed**2 / 3) / v_m**4,
+)
+def _(claim):
+    return sp.expand(stick_slip().diff(speed) / (2 * speed) - claim)
 
 
 IN_NUMBERS = {
