@@ -8,7 +8,7 @@ from symfric.report.sources.registry import Finding
 from symfric.theory import belt
 
 MU_S, MU_M, V_M = 0.4, 0.25, 0.5
-INTENSITIES = (0.1, 0.2, 0.3, 0.4, 0.5)  # of figure 7, ours: the source does not print its own
+INTENSITIES = (0.1, 0.2, 0.3, 0.4, 0.5)  # for figure 7; chosen here, the source does not print them
 REASONABLE = 0.1  # relative error that the word is taken for, ours
 EXPANDED = (0.2, 0.5)  # of figure 7 (b)
 SPEED, FRICTION = r"$v_r$", r"$\mu(v_r)$"
