@@ -14,14 +14,14 @@ from symfric.errors import SceneError
 WHOLE, PART = 2000, 500
 # `contract` allows fused multiply-add: fewer roundings and shorter chains, at the price of
 # last bits that differ between processors; sums are never reordered
-_ARITHMETIC = {
+ARITHMETIC = {
     ca.OP_ADD: "fadd contract",
     ca.OP_SUB: "fsub contract",
     ca.OP_MUL: "fmul contract",
     ca.OP_DIV: "fdiv",
 }
-_COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
-_CALLS = {
+COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
+CALLS = {
     ca.OP_EXP: "exp",
     ca.OP_LOG: "log",
     ca.OP_POW: "pow",
@@ -47,7 +47,7 @@ _CALLS = {
     ca.OP_CEIL: "ceil",
 }
 _BINARY_CALLS = {"pow", "atan2", "hypot"}
-_INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.OP_FMAX: "maxnum"}
+INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.OP_FMAX: "maxnum"}
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class Written:
 
     label: str
     text: str
+    declared: tuple[str, ...] = ()  # what else it calls
 
     def name(self) -> str:
         """Return the name of the function."""
@@ -74,11 +75,12 @@ def assembly(functions: Sequence[ca.Function | Written]) -> str:
     SceneError
         If an operation has no machine-code translation; named.
     """
-    names = sorted(set(_CALLS.values()))
+    names = sorted(set(CALLS.values()))
     header = [f'target triple = "{llvm.get_default_triple()}"']
     header += [f"declare double @{n}(double{', double' if n in _BINARY_CALLS else ''})" for n in names]
     header += [f"declare double @llvm.{n}.f64(double)" for n in ("sqrt", "fabs")]
     header += [f"declare double @llvm.{n}.f64(double, double)" for n in ("minnum", "maxnum")]
+    header += sorted({line for f in functions if isinstance(f, Written) for line in f.declared})
     return "\n".join([*header, *(f.text if isinstance(f, Written) else _Function(f).text() for f in functions)])
 
 
@@ -196,8 +198,8 @@ def _store(lines: list[str], address: str, value: str, array: str, element: int)
 def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
     """Append the code of one operation and return the name of its result."""
     r = f"%r{k}"
-    if op in _ARITHMETIC:
-        lines.append(f"{r} = {_ARITHMETIC[op]} double {v[0]}, {v[1]}")
+    if op in ARITHMETIC:
+        lines.append(f"{r} = {ARITHMETIC[op]} double {v[0]}, {v[1]}")
     elif op == ca.OP_SQ:
         lines.append(f"{r} = fmul contract double {v[0]}, {v[0]}")
     elif op == ca.OP_TWICE:
@@ -206,18 +208,18 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
         lines.append(f"{r} = fneg double {v[0]}")
     elif op == ca.OP_INV:
         lines.append(f"{r} = fdiv double {_literal(1.0)}, {v[0]}")
-    elif op in _INTRINSICS:
-        lines.append(f"{r} = call double @llvm.{_INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
-    elif op in _COMPARISONS:
-        lines.append(f"%c{k} = fcmp {_COMPARISONS[op]} double {v[0]}, {v[1]}")
+    elif op in INTRINSICS:
+        lines.append(f"{r} = call double @llvm.{INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
+    elif op in COMPARISONS:
+        lines.append(f"%c{k} = fcmp {COMPARISONS[op]} double {v[0]}, {v[1]}")
         lines.append(f"{r} = uitofp i1 %c{k} to double")
     elif op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
         _logic(lines, k, op, v)
     elif op == ca.OP_IF_ELSE_ZERO:
         lines.append(f"%c{k} = fcmp une double {v[0]}, {_literal(0.0)}")
         lines.append(f"{r} = select i1 %c{k}, double {v[1]}, double {_literal(0.0)}")
-    elif op in _CALLS:
-        lines.append(f"{r} = call double @{_CALLS[op]}({', '.join('double ' + x for x in v)})")
+    elif op in CALLS:
+        lines.append(f"{r} = call double @{CALLS[op]}({', '.join('double ' + x for x in v)})")
     else:
         raise SceneError(f"CasADi operation number {op} has no machine-code translation; use route='integrators'")
     return r

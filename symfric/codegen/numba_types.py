@@ -31,7 +31,7 @@ def compiled(function: Callable[_P, _R], /) -> Callable[_P, _R]: ...
 
 @overload
 def compiled(
-    *, inline: bool = False, fused: bool = False, ieee_division: bool = False, from_python: bool = False
+    *, inline: bool = False, fused: bool | None = None, ieee_division: bool = False, from_python: bool = False
 ) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]: ...
 
 
@@ -40,7 +40,7 @@ def compiled(
     /,
     *,
     inline: bool = False,
-    fused: bool = False,
+    fused: bool | None = None,
     ieee_division: bool = False,
     from_python: bool = False,
 ) -> Callable[_P, _R] | Callable[[Callable[_P, _R]], Callable[_P, _R]]:
@@ -54,8 +54,8 @@ def compiled(
         For short functions, and for those that one other calls at every step. numba hands this down to all that the
         function calls unless they say otherwise, as those with False do: everything would become one function, which
         takes a minute to compile.
-    fused : bool
-        A product and a sum may become one instruction with one rounding.
+    fused : bool, optional
+        Whether a product and a sum may become one instruction with one rounding; as in the caller unless given.
     ieee_division : bool
         A division by zero gives an infinity or NaN instead of an error.
     from_python : bool
@@ -66,8 +66,8 @@ def compiled(
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     if inline or not from_python:
         options["forceinline"] = inline
-    if fused:
-        options["fastmath"] = _FUSED
+    if fused is not None:
+        options["fastmath"] = _FUSED if fused else False
     if ieee_division:
         options["error_model"] = "numpy"
 

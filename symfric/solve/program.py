@@ -13,7 +13,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
 from symfric.solve.case_values import Cases, read_cases, refuse_lists, workers_of
-from symfric.solve.loop.case_arrays import COUNTS
+from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.run import Run
@@ -214,12 +214,17 @@ class Compiled:
     def _map_own(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
         """Run cases whose built-in values are unchanged."""
         model, (y, p) = self._model, self._numbers.rows(cases)
-        kept = run_cases(model, y, p, threads, progress)
+        kept = self._run_cases(y, p, threads, progress)
         stats: dict[str, np.ndarray] = dict(zip(COUNTS, np.ascontiguousarray(kept.counted.T), strict=True))
         stats |= {name: np.full(cases.size, value) for name, value in self._extra.items()}
         final, t_final = kept.y[:, : model.n_x].T, kept.y[:, -1].copy()
         rows = rows_of(model.wanted, kept)
         return make_batch(self.scene, cases, final, t_final, kept.status, stats, rows, kept.rest)
+
+    def _run_cases(
+        self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
+    ) -> CaseArrays:
+        return run_cases(self._model, y, p, threads, progress)
 
 
 def _between(progress: Callable[[float], None] | None, low: float, high: float) -> Callable[[float], None] | None:

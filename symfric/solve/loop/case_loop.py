@@ -2,13 +2,13 @@
 
 from symfric.codegen.loop_calls import FAILED, call_loop
 from symfric.codegen.numba_types import compiled, opener
-from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
+from symfric.solve.loop.case_arrays import CaseArrays
+from symfric.solve.loop.case_results import take
 from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.status import PAUSED, Status
 
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 _MOST_STEPS = 100_000  # steps of some cases together, about 0.01 s, after which Python may report or stop
-_COUNTED = len(COUNTS)
 _cases_at, _run_at = opener(CaseArrays), opener(RunArrays)  # the fields of `RunArrays` come first in every workspace
 
 
@@ -35,27 +35,10 @@ def launch(address, fresh):
             b.place.paused = 1
             return PAUSED
         b.place.paused = 0
-        _take(b, w, k)
+        take(b, w, k)
         b.status[k] = _NAN if code == FAILED else code
         b.place.next = k + 1
         steps += w.counts.steps
         if steps > _MOST_STEPS:
             return PAUSED
     return _OK
-
-
-@compiled
-def _take(b, w, k):
-    """Copy the results of a case."""
-    for i in range(w.y.size):
-        b.y[k, i] = w.y[i]
-    for e in range(w.total.shape[0]):
-        for i in range(w.total.shape[1]):
-            b.total[k, e, i] = w.total[e, i]
-    for i in range(w.seen.size):
-        b.seen[k, i] = w.seen[i]
-    b.rest[k] = w.clock.rest
-    c = w.counts
-    counts = (c.steps, c.events, c.kinks, c.grazes)
-    for i in range(_COUNTED):
-        b.counted[k, i] = counts[i]

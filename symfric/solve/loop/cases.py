@@ -1,7 +1,7 @@
 """Many cases of one compiled scene on any number of threads, without Python between them."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -38,13 +38,71 @@ def run_cases(
     CaseArrays
         In the order of the cases; a case depends on nothing but its own start and parameters.
     """
-    n = len(y)
+    loop = load_loop("symfric.solve.loop.case_loop", "the loop over many cases")
+
+    def work(share: "Share") -> Iterator[int]:
+        workspace = model.workspace()
+        own = replace(share.arrays, place=Place.zeros())
+        place, table = own.place, Table(own)
+        place.loop = model.loop.address
+        place.table, place.result, place.trouble = workspace.lend()
+        while (block := share.take())[0] < block[1]:
+            place.next, place.end = block
+            fresh = True
+            while loop.launch(table, fresh):
+                fresh = False
+                yield 0
+            yield block[1] - block[0]
+        model.give_back(workspace)
+
     arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size)
-    work = _Work(model, arrays, max(1, min(_BLOCK, n // (4 * threads))))
+    return share_out(arrays, work, threads, progress)
+
+
+class Share:
+    """The cases that are left, handed out in blocks."""
+
+    def __init__(self, arrays: CaseArrays, block: int):
+        self.arrays, self._block, self._size = arrays, block, len(arrays.status)
+        self._lock, self._next = threading.Lock(), 0
+
+    def take(self) -> tuple[int, int]:
+        """Return the first and the last but one of the next cases; an empty range if none is left."""
+        with self._lock:
+            begin = self._next
+            self._next = min(self._size, begin + self._block)
+            return begin, self._next
+
+
+def share_out(
+    arrays: CaseArrays,
+    work: Callable[[Share], Iterator[int]],
+    threads: int,
+    progress: Callable[[float], None] | None,
+) -> CaseArrays:
+    """Let threads do the work on shares of some cases; each yields now and then how many more are done."""
+    n = len(arrays.status)
+    share = Share(arrays, max(1, min(_BLOCK, n // (4 * threads))))
     if threads == 1 or n <= 1:
-        work.go_on(progress)
+        done = 0
+        for more in work(share):
+            done += more
+            if progress is not None:
+                progress(done / n)
         return arrays
-    crew = [threading.Thread(target=work.go_on_apart, daemon=True) for _ in range(min(threads, n))]
+    counts, failures, halted = [0] * min(threads, n), [], threading.Event()
+
+    def apart(k: int) -> None:
+        try:
+            for more in work(share):
+                counts[k] += more
+                if halted.is_set():
+                    return
+        except BaseException as failure:
+            failures.append(failure)
+            halted.set()
+
+    crew = [threading.Thread(target=apart, args=(k,), daemon=True) for k in range(len(counts))]
     try:
         for thread in crew:
             thread.start()
@@ -52,64 +110,15 @@ def run_cases(
             while thread.is_alive():
                 thread.join(_INTERVAL)
                 if progress is not None:
-                    progress(work.done / n)
+                    progress(sum(counts) / n)
     finally:
-        work.halted = True
+        halted.set()
         for thread in crew:
             if thread.ident is not None:
                 thread.join()
-    if work.failures:
-        raise work.failures[0]
+    if failures:
+        raise failures[0]
     return arrays
-
-
-class _Work:
-    """Queue of the remaining cases, in blocks."""
-
-    def __init__(self, model: CompiledModel, arrays: CaseArrays, block: int):
-        self._loop = load_loop("symfric.solve.loop.case_loop", "the loop over many cases")
-        self._model, self._arrays, self._block = model, arrays, block
-        self._lock, self._next, self._size = threading.Lock(), 0, len(arrays.status)
-        self.done, self.halted = 0, False
-        self.failures: list[BaseException] = []
-
-    def _take(self) -> tuple[int, int]:
-        with self._lock:
-            begin = self._next
-            self._next = min(self._size, begin + self._block)
-            return begin, self._next
-
-    def go_on(self, progress: Callable[[float], None] | None = None) -> None:
-        """Run blocks of cases until the queue is empty."""
-        workspace = self._model.workspace()
-        own = replace(self._arrays, place=Place.zeros())
-        place, table = own.place, Table(own)
-        place.loop = self._model.loop.address
-        place.table, place.result, place.trouble = workspace.lend()
-        while not self.halted:
-            place.next, place.end = begin, end = self._take()
-            if begin == end:
-                break
-            fresh = True
-            while self._loop.launch(table, fresh):
-                fresh = False
-                if self.halted:
-                    return
-                if progress is not None:
-                    progress((self.done + place.next - begin) / self._size)
-            with self._lock:
-                self.done += end - begin
-            if progress is not None:
-                progress(self.done / self._size)
-        self._model.give_back(workspace)
-
-    def go_on_apart(self) -> None:
-        """Run blocks in a thread, and store an exception."""
-        try:
-            self.go_on()
-        except BaseException as failure:
-            self.failures.append(failure)
-            self.halted = True
 
 
 def rows_of(wanted: Wanted, arrays: CaseArrays) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def series_model(
     functions += [jump] if jump else []
     if automaton.transition:
         functions.append(_joined_transition(automaton))
-    code = compile_functions([*functions, _joined_gauge(automaton.gauge)])
+    code = compile_functions([*functions, joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
     first = make_arrays(automaton, variants, code.addresses, wanted.rows, pieces, jump)
     clock, limits = first.clock, first.limits
@@ -81,7 +81,7 @@ def _joined_transition(automaton: Automaton) -> ca.Function:
     return ca.Function("transition", [state, ca.vertcat(p, m, hit)], [ca.densify(ca.vertcat(*out))])
 
 
-def _joined_gauge(gauge: ca.Function) -> ca.Function:
+def joined_gauge(gauge: ca.Function) -> ca.Function:
     """Return the gauge as a function of ([y; t], p) with one output, the calling convention of the machine code."""
     state, p = ca.SX.sym("y", gauge.nnz_in(0) + 1), ca.SX.sym("p", gauge.nnz_in(2))
     return ca.Function("gauge", [state, p], [ca.vertcat(*gauge(state[:-1], state[-1], p))])

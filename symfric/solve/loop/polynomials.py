@@ -22,11 +22,11 @@ def value(b, n, s):
     return r
 
 
-@compiled(inline=True, fused=True, from_python=True)
+@compiled(inline=True, fused=False, from_python=True)
 def value_and_slope(b, n, t):
-    """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power."""
+    """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power; none is fused."""
     square = t * t
-    fourth, inverse = square * square, 1.0 / t
+    fourth = square * square
     a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     power, weight = 1.0, 0.0
     for k in range(0, n + 1, 4):  # upward, because numba checks the sign of decreasing indices
@@ -37,7 +37,7 @@ def value_and_slope(b, n, t):
         a3, d3 = a3 + b3, d3 + (weight + 3.0) * b3
         power *= fourth
         weight += 4.0
-    return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 * inverse + square * d3)
+    return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 / t + square * d3)
 
 
 @compiled(fused=True, from_python=True)
@@ -151,12 +151,13 @@ def _stays_above(b, h, start, total):
     return lowest > rest
 
 
-@compiled(inline=True, fused=True, from_python=True)
+@compiled(inline=True, fused=False, from_python=True)
 def _march(b, n, h):
     """Step from 0 towards the first crossing without passing it; NaN if that takes too many steps.
 
     With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
-    parabola is safe, and converges to a simple root of b as fast as Newton's method.
+    parabola is safe, and converges to a simple root of b as fast as Newton's method. Nothing is fused, because of two
+    products in a sum compilers choose one: the lanes of `symfric.solve.lanes` are to end at the same bits.
     """
     bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
     for k in range(2, n + 1):
@@ -220,6 +221,16 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
 
 
 @compiled(fused=True, from_python=True)
+def _bends_one_way(b, n, t):
+    """Whether the second derivative at t is larger than all its changes on [0, 1] may be."""
+    curve, change = 0.0, 0.0
+    for k in range(n, 1, -1):
+        curve = curve * t + (k * (k - 1)) * b[k]
+        change += (k * (k - 1) * (k - 2)) * abs(b[k])
+    return abs(curve) > change * max(t, 1.0 - t)
+
+
+@compiled(fused=True, from_python=True)
 def extend_range(b, n, low, high, table, stack, found, slope):
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
@@ -241,11 +252,13 @@ def extend_range(b, n, low, high, table, stack, found, slope):
         return low, high
     for k in range(n):
         slope[k] = (k + 1) * b[k + 1]
-    if 2.0 * abs(second) > bend:  # the slope is monotone: at most one extremum
-        last = value(slope, n - 1, 1.0)
-        if (first < 0.0) == (last < 0.0):
+    last = value(slope, n - 1, 1.0)
+    turns = (first < 0.0) != (last < 0.0)
+    t = polish(slope, n - 1, 0.0, 1.0, first, last) if turns else 0.5
+    if 2.0 * abs(second) > bend or _bends_one_way(b, n, t):  # the slope is monotone: at most one extremum
+        if not turns:
             return low, high
-        inner = value(b, n, polish(slope, n - 1, 0.0, 1.0, first, last))
+        inner = value(b, n, t)
         return min(low, inner), max(high, inner)
     for j in range(roots(slope, n - 1, n, table, stack, found)):
         inner = value(b, n, found[j])

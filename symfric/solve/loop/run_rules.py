@@ -9,7 +9,7 @@ from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
 _OK, _STEPS, _EVENTS = int(Status.OK), int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET)
 _CHATTER = int(Status.CHATTER)
 _STALLED = 200  # most events without advance of time
-_WINDOW = 1000  # a run stands still if so many events advance less than a rounding error of the time
+WINDOW = 1000  # a run stands still if so many events advance less than a rounding error of the time
 
 
 @compiled(inline=True)
@@ -52,7 +52,7 @@ def budget(w, t):
         return _CHATTER
     if w.counts.events > w.limits.max_events:
         return _EVENTS
-    if w.counts.events - w.counts.mark_events > _WINDOW:
+    if w.counts.events - w.counts.mark_events > WINDOW:
         if t - w.clock.mark_t < 4e-13 * max(t, 1e-3 * w.clock.t_end):
             return _CHATTER
         w.counts.mark_events, w.clock.mark_t = w.counts.events, t

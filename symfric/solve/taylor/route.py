@@ -1,14 +1,19 @@
 """The route `taylor`: settings, and programs compiled from a scene."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.model.scene import Scene
+from symfric.solve.loop.case_arrays import CaseArrays
+from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.series import Series
 from symfric.solve.lowered import LoweredScene
@@ -16,6 +21,10 @@ from symfric.solve.program import Compiled, Numbers, check_tolerance
 from symfric.solve.protocol import Answer
 from symfric.solve.taylor.expansion import expand, is_branching, is_long
 
+if TYPE_CHECKING:
+    from symfric.solve.lanes.model import LaneModel
+
+LEAST = 1000  # cases for which lanes are compiled, which takes as long as some thousands of them; the bits are the same
 MARGIN = 0.2  # tolerance of a step relative to that of the run, so that the error of a run stays below it
 
 
@@ -85,10 +94,11 @@ class TaylorProgram(Compiled):
         self.order = order = settings.order or order_for(self.tolerance, states, is_branching(self.automaton.field))
         self._extra = {"order": order}
         sticker = self.automaton.sticks.index(True) if sum(self.automaton.sticks) == 1 else -1
-        variants = variants_of(self.automaton, order, sticker)
+        self._variants = variants_of(self.automaton, order, sticker)
         budgets = settings.max_steps, settings.max_events
         fine = MARGIN * self.tolerance
-        self._model = series_model(scene, self.automaton, variants, wanted, budgets, (fine, fine))
+        self._model = series_model(scene, self.automaton, self._variants, wanted, budgets, (fine, fine))
+        self._lane_models: list[LaneModel | None] = []  # one, once many cases have been run
         self.wider: dict[frozenset[str], TaylorProgram] = {}
         self.built_in = lowered.built_in
         self._numbers = Numbers(scene, self.automaton.parameters, self.built_in)
@@ -96,6 +106,27 @@ class TaylorProgram(Compiled):
     def __reduce__(self):
         """Pickle as the arguments of `prepare`; machine code is compiled or loaded when unpickled."""
         return TaylorProgram, (self.scene, self.tolerance, self.settings, self.varied)
+
+    def _run_cases(
+        self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
+    ) -> CaseArrays:
+        """Run many cases in lanes of vectors where the scene can, as long as compiling the lanes pays."""
+        lanes = self._lanes() if len(y) >= LEAST else None
+        if lanes is None:
+            return run_cases(self._model, y, p, threads, progress)
+        from symfric.solve.lanes.cases import run_in_lanes  # numba: not for a single run
+
+        return run_in_lanes(lanes, y, p, threads, progress)
+
+    def _lanes(self) -> "LaneModel | None":
+        from symfric.solve.lanes.model import LaneModel, plan_of
+
+        if not self._lane_models:
+            with SYMBOLIC:
+                if not self._lane_models:
+                    plan = plan_of(self._model, self.automaton, self._variants, self.scene.horizon)
+                    self._lane_models.append(LaneModel(plan, self._model) if plan else None)
+        return self._lane_models[0]
 
     def remade(self, varied: frozenset[str]) -> "TaylorProgram":
         """Return the program with the parameters `varied` free instead of built in."""

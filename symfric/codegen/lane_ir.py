@@ -1,0 +1,392 @@
+"""LLVM assembly of functions that do the same to several cases side by side, one in each lane of vectors.
+
+Python expressions of `Lanes` write the code: arithmetic for all lanes at once, and masks for what only some of them do.
+A lane's bits never depend on its neighbours: a branch or a loop runs if any lane is in its mask, and what the others
+compute there is thrown away.
+"""
+
+import struct
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+
+from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Written
+from symfric.errors import SceneError
+
+REAL, FLAG, WHOLE = "d", "b", "i"  # kinds of values
+
+
+class Lanes:
+    """A value in every lane; plain numbers fold.
+
+    Comparisons are ordered: false for NaN.
+    """
+
+    __slots__ = ("g", "kind", "name")
+
+    def __init__(self, g: "LaneCode", name: str, kind: str):
+        self.g, self.name, self.kind = g, name, kind
+
+    def __add__(self, other):
+        return self.g.add(self, other)
+
+    def __radd__(self, other):
+        return self.g.add(other, self)
+
+    def __sub__(self, other):
+        return self.g.sub(self, other)
+
+    def __rsub__(self, other):
+        return self.g.sub(other, self)
+
+    def __mul__(self, other):
+        return self.g.mul(self, other)
+
+    def __rmul__(self, other):
+        return self.g.mul(other, self)
+
+    def __truediv__(self, other):
+        return self.g.div(self, other)
+
+    def __rtruediv__(self, other):
+        return self.g.div(other, self)
+
+    def __neg__(self):
+        return self.g.neg(self)
+
+    def __lt__(self, other):
+        return self.g.compare("olt", self, other)
+
+    def __le__(self, other):
+        return self.g.compare("ole", self, other)
+
+    def __gt__(self, other):
+        return self.g.compare("ogt", self, other)
+
+    def __ge__(self, other):
+        return self.g.compare("oge", self, other)
+
+    def __and__(self, other):
+        return self.g.logic("and", self, other)
+
+    __rand__ = __and__
+
+    def __or__(self, other):
+        return self.g.logic("or", self, other)
+
+    __ror__ = __or__
+
+    def __xor__(self, other):
+        return self.g.logic("xor", self, other)
+
+    def __invert__(self):
+        return self.g.logic("xor", self, True)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+Value = Any  # Lanes, or a number that is the same in all of them
+
+
+def kind_of(a: Value) -> str:
+    """Return the kind of a value."""
+    return a.kind if isinstance(a, Lanes) else FLAG if isinstance(a, bool) else REAL
+
+
+def moves(a: Value) -> bool:
+    """Whether a value is anything but a number that is known now."""
+    return isinstance(a, Lanes)
+
+
+def _real(a: Value) -> Value:
+    return a if isinstance(a, Lanes) else float(a)
+
+
+def _is(a: Value, x: float) -> bool:
+    return not isinstance(a, Lanes) and a == x
+
+
+class LaneCode:
+    """One function ``void name(double* S, double* none, i64* F)`` of blocks of `width` lanes: fields, masks."""
+
+    def __init__(self, name: str, width: int):
+        self._name, self._width = name, width
+        self._lines: list[str] = []
+        self._n, self._block = 0, "entry"
+        self._type = {REAL: f"<{width} x double>", FLAG: f"<{width} x i1>", WHOLE: f"<{width} x i64>"}
+
+    def written(self) -> Written:
+        """Return the function."""
+        d, w = self._type[REAL], self._width
+        calls = "\n".join(line for line in self._lines if "@" in line)
+        unary = "fabs", "sqrt", "arithmetic.fence"
+        of_vectors = {f"declare {d} @llvm.{n}.v{w}f64({d})": f"llvm.{n}.v" for n in unary}
+        of_vectors |= {f"declare {d} @llvm.{n}.v{w}f64({d}, {d})": f"llvm.{n}.v" for n in ("minnum", "maxnum")}
+        head = f"define void @{self._name}({d}* noalias nocapture %S, {d}* noalias %N, i64* noalias %F) nounwind {{"
+        used = tuple(text for text, what in of_vectors.items() if what in calls)
+        return Written(self._name, "\n".join([head, "entry:", *self._lines, "ret void", "}"]), used)
+
+    def _new(self, kind: str, text: str) -> Lanes:
+        self._n += 1
+        self._lines.append(f"%v{self._n} = {text}")
+        return Lanes(self, f"%v{self._n}", kind)
+
+    def _plain(self, text: str) -> str:
+        return self._new("", text).name
+
+    def _ref(self, a: Value) -> str:
+        if isinstance(a, Lanes):
+            return a.name
+        if isinstance(a, bool):
+            entry = f"i1 {str(a).lower()}"
+        elif isinstance(a, int):
+            entry = f"i64 {a}"
+        else:
+            entry = f"double 0x{struct.unpack('<Q', struct.pack('<d', a))[0]:016X}"
+        return "<" + ", ".join([entry] * self._width) + ">"
+
+    def _op(self, text: str, kind: str, a: Value, b: Value) -> Lanes:
+        a, b = (_real(a), _real(b)) if kind == REAL else (a, b)
+        return self._new(kind, f"{text} {self._type[kind]} {self._ref(a)}, {self._ref(b)}")
+
+    # arithmetic; a product and a sum may become one instruction, as in the code for one case
+    def add(self, a, b):
+        """Return a + b."""
+        if not moves(a) and not moves(b):
+            return a + b
+        return b if _is(a, 0) else a if _is(b, 0) else self._op(ARITHMETIC[ca.OP_ADD], REAL, a, b)
+
+    def sub(self, a, b):
+        """Return a - b."""
+        if not moves(a) and not moves(b):
+            return a - b
+        return a if _is(b, 0) else self.neg(b) if _is(a, 0) else self._op(ARITHMETIC[ca.OP_SUB], REAL, a, b)
+
+    def mul(self, a, b):
+        """Return a b; zero if one of them is known to be that."""
+        if not moves(a) and not moves(b):
+            return a * b
+        if _is(a, 0) or _is(b, 0):
+            return 0.0
+        return b if _is(a, 1) else a if _is(b, 1) else self._op(ARITHMETIC[ca.OP_MUL], REAL, a, b)
+
+    def div(self, a, b):
+        """Return a / b."""
+        if not moves(a) and not moves(b):
+            return a / b
+        return 0.0 if _is(a, 0) else self._op(ARITHMETIC[ca.OP_DIV], REAL, a, b)
+
+    def twice(self, a):
+        """Return 2 a."""
+        return self._op("fadd", REAL, a, a) if moves(a) else 2.0 * a
+
+    def neg(self, a):
+        """Return -a."""
+        return self._new(REAL, f"fneg {self._type[REAL]} {a.name}") if moves(a) else -a
+
+    def _intrinsic(self, name: str, *args: Value) -> Lanes:
+        d = self._type[REAL]
+        given = ", ".join(f"{d} {self._ref(a)}" for a in args)
+        return self._new(REAL, f"call {d} @llvm.{name}.v{self._width}f64({given})")
+
+    def abs(self, a):
+        """Return the magnitude."""
+        return self._intrinsic("fabs", a) if moves(a) else abs(a)
+
+    def sqrt(self, a):
+        """Return the square root."""
+        return self._intrinsic("sqrt", a)
+
+    def compare(self, how: str, a, b) -> Lanes:
+        """Return a mask."""
+        return self._new(FLAG, f"fcmp {how} {self._type[REAL]} {self._ref(_real(a))}, {self._ref(_real(b))}")
+
+    def equal(self, a, b) -> Lanes:
+        """Return where two numbers are equal."""
+        return self.compare("oeq", a, b)
+
+    def logic(self, how: str, a, b):
+        """Return a mask of two masks."""
+        for p, q in ((a, b), (b, a)):
+            if isinstance(p, bool):
+                if how != "xor":
+                    return q if p == (how == "and") else p
+                if not p:
+                    return q
+        return self._op(how, FLAG, a, b)
+
+    def select(self, mask, a, b):
+        """Return a in the lanes of the mask and b in the others."""
+        if isinstance(mask, bool):
+            return a if mask else b
+        if a is b or (not moves(a) and not moves(b) and a == b):
+            return a
+        t = self._type[kind_of(a)]
+        return self._new(kind_of(a), f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
+
+    def max(self, a, b):
+        """Return the larger; b if one is NaN."""
+        return max(a, b) if not moves(a) and not moves(b) else self.select(self.compare("ogt", a, b), a, b)
+
+    def min(self, a, b):
+        """Return the smaller; b if one is NaN."""
+        return min(a, b) if not moves(a) and not moves(b) else self.select(self.compare("olt", a, b), a, b)
+
+    # whole numbers, and the bits of others
+    def bits(self, a: Lanes) -> Lanes:
+        """Return the bits of numbers."""
+        return self._new(WHOLE, f"bitcast {self._type[REAL]} {self._ref(a)} to {self._type[WHOLE]}")
+
+    def from_bits(self, a: Lanes) -> Lanes:
+        """Return the numbers of some bits."""
+        return self._new(REAL, f"bitcast {self._type[WHOLE]} {a.name} to {self._type[REAL]}")
+
+    def whole(self, op: str, a, b) -> Lanes:
+        """Return an operation of LLVM on whole numbers."""
+        return self._op(op, WHOLE, a, b)
+
+    def compare_whole(self, how: str, a, b) -> Lanes:
+        """Return a mask."""
+        return self._new(FLAG, f"icmp {how} {self._type[WHOLE]} {self._ref(a)}, {self._ref(b)}")
+
+    def best(self, how: str, a, b) -> Lanes:
+        """Return the larger (sgt) or the smaller (slt) of whole numbers."""
+        t = self._type[WHOLE]
+        mask = self.compare_whole(how, a, b)
+        return self._new(WHOLE, f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
+
+    # memory
+    def _place(self, k: int) -> str:
+        d = self._type[REAL]
+        return f"{d}* {self._plain(f'getelementptr {d}, {d}* %S, i64 {k}')}, align {8 * self._width}"
+
+    def load(self, k: int) -> Lanes:
+        """Return field k."""
+        return self._new(REAL, f"load {self._type[REAL]}, {self._place(k)}")
+
+    def store(self, k: int, a) -> None:
+        """Set field k."""
+        self._lines.append(f"store {self._type[REAL]} {self._ref(a)}, {self._place(k)}")
+
+    def store_mask(self, k: int, mask) -> None:
+        """Set word k of the masks, one bit for each lane."""
+        wide = self._plain(f"zext i{self._width} {self._bitmask(mask)} to i64")
+        self._lines.append(f"store i64 {wide}, i64* {self._plain(f'getelementptr i64, i64* %F, i64 {k}')}")
+
+    def load_mask(self, k: int) -> Lanes:
+        """Return word k of the masks."""
+        wide = self._plain(f"load i64, i64* {self._plain(f'getelementptr i64, i64* %F, i64 {k}')}")
+        narrow = self._plain(f"trunc i64 {wide} to i{self._width}")
+        return self._new(FLAG, f"bitcast i{self._width} {narrow} to {self._type[FLAG]}")
+
+    def _bitmask(self, mask) -> str:
+        return self._plain(f"bitcast {self._type[FLAG]} {self._ref(mask)} to i{self._width}")
+
+    # control
+    def _any(self, mask) -> str:
+        return self._plain(f"icmp ne i{self._width} {self._bitmask(mask)}, 0")
+
+    def _begin(self, label: str) -> None:
+        self._lines.append(f"{label}:")
+        self._block = label
+
+    def _phi(self, a, first: str, b, second: str) -> str:
+        return f"phi {self._type[kind_of(a)]} [ {self._ref(a)}, %{first} ], [ {self._ref(b)}, %{second} ]"
+
+    def branch(self, mask, olds: Sequence, body: Callable[[Sequence], Sequence]) -> list:
+        """Return ``body(olds)`` if any lane is in the mask, else olds; the body itself selects what a lane keeps."""
+        self._n += 1
+        do, end, before = f"do{self._n}", f"end{self._n}", self._block
+        self._lines.append(f"br i1 {self._any(mask)}, label %{do}, label %{end}")
+        self._begin(do)
+        news, after = body(olds), self._block
+        self._lines.append(f"br label %{end}")
+        self._begin(end)
+        return [self._new(kind_of(o), self._phi(o, before, n, after)) for o, n in zip(olds, news, strict=True)]
+
+    def loop(self, state: Sequence, body: Callable[[Sequence], Sequence]) -> list:
+        """Repeat ``state = body(state)`` while any lane is in the mask state[0]; lanes that left it must not change."""
+        self._n += 1
+        do, end, before = f"loop{self._n}", f"end{self._n}", self._block
+        self._lines.append(f"br i1 {self._any(state[0])}, label %{do}, label %{end}")
+        self._begin(do)
+        at, inner = len(self._lines), [self._new(kind_of(a), "") for a in state]
+        news = body(inner)
+        go, after = self._any(news[0]), self._block
+        for j, (a, v, b) in enumerate(zip(state, inner, news, strict=True)):
+            self._lines[at + j] = f"{v.name} = {self._phi(a, before, b, after)}"
+        self._lines.append(f"br i1 {go}, label %{do}, label %{end}")
+        self._begin(end)
+        return [self._new(v.kind, self._phi(a, before, b, after)) for a, v, b in zip(state, inner, news, strict=True)]
+
+    # functions
+    def _lane_by_lane(self, name: str, args: Sequence) -> Lanes:
+        """Call a function of the C library for one lane after another."""
+        made = "undef"
+        for lane in range(self._width):
+            d = self._type[REAL]
+            one = ["double " + self._plain(f"extractelement {d} {self._ref(a)}, i32 {lane}") for a in args]
+            value = self._plain(f"call double @{name}({', '.join(one)})")
+            made = self._plain(f"insertelement {d} {made}, double {value}, i32 {lane}")
+        return Lanes(self, made, REAL)
+
+    def graph(self, f: ca.Function, inputs: Sequence[Sequence]) -> list[list]:
+        """Return the outputs of a CasADi SX function as lists, given its inputs as lists; rounded, as in memory."""
+        work: dict[int, Any] = {}
+        outs: list[list] = [[0.0] * f.nnz_out(i) for i in range(f.n_out())]
+        for k in range(f.n_instructions()):
+            op, to, of = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+            if op == ca.OP_INPUT:
+                work[to[0]] = inputs[of[0]][of[1]]
+            elif op == ca.OP_CONST:
+                work[to[0]] = float(f.instruction_constant(k))
+            elif op == ca.OP_OUTPUT:
+                outs[to[0]][to[1]] = self._number(work[of[0]])
+            else:
+                work[to[0]] = self._operation(op, [work[a] for a in of])
+        return [[self.rounded(a) for a in out] for out in outs]
+
+    def rounded(self, a):
+        """Return a value that no later operation becomes one instruction with, as one that is read from memory."""
+        return self._intrinsic("arithmetic.fence", a) if moves(a) else a
+
+    def _number(self, a):
+        return self.select(a, 1.0, 0.0) if kind_of(a) == FLAG else a
+
+    def _flag(self, a):
+        if kind_of(a) == FLAG:
+            return a
+        return self.compare("une", a, 0.0) if moves(a) else a != 0.0
+
+    def _operation(self, op: int, given: list):
+        if op == ca.OP_IF_ELSE_ZERO:
+            return self.select(self._flag(given[0]), self._number(given[1]), 0.0)
+        if op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
+            flags = [self._flag(a) for a in given]
+            return self.logic("xor", flags[0], True) if op == ca.OP_NOT else self.logic(_LOGIC[op], *flags)
+        v = [self._number(a) for a in given]
+        if op in CALLS:
+            return self._lane_by_lane(CALLS[op], v)
+        if op in COMPARISONS:
+            return self.compare(COMPARISONS[op], *v)
+        if op in INTRINSICS:
+            return self.abs(v[0]) if op == ca.OP_FABS else self._intrinsic(INTRINSICS[op], *v)
+        if op in _PLAIN:
+            return _PLAIN[op](self, *v)
+        raise SceneError(f"CasADi operation number {op} has no machine-code translation; use route='integrators'")
+
+
+_LOGIC = {ca.OP_AND: "and", ca.OP_OR: "or"}
+_PLAIN: dict[int, Callable] = {
+    ca.OP_ADD: LaneCode.add,
+    ca.OP_SUB: LaneCode.sub,
+    ca.OP_MUL: LaneCode.mul,
+    ca.OP_DIV: LaneCode.div,
+    ca.OP_NEG: LaneCode.neg,
+    ca.OP_SQ: lambda g, a: g.mul(a, a),
+    ca.OP_TWICE: lambda g, a: g.twice(a),
+    ca.OP_INV: lambda g, a: g.div(1.0, a),
+    ca.OP_ASSIGN: lambda g, a: a,
+    ca.OP_LIFT: lambda g, a, b: a,
+}

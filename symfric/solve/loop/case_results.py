@@ -1,0 +1,23 @@
+"""Results of one case among those of all."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.case_arrays import COUNTS
+
+_COUNTED = len(COUNTS)
+
+
+@compiled
+def take(b, w, k):
+    """Copy the results of a case."""
+    for i in range(w.y.size):
+        b.y[k, i] = w.y[i]
+    for e in range(w.total.shape[0]):
+        for i in range(w.total.shape[1]):
+            b.total[k, e, i] = w.total[e, i]
+    for i in range(w.seen.size):
+        b.seen[k, i] = w.seen[i]
+    b.rest[k] = w.clock.rest
+    c = w.counts
+    counts = (c.steps, c.events, c.kinks, c.grazes)
+    for i in range(_COUNTED):
+        b.counted[k, i] = counts[i]
