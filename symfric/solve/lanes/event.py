@@ -14,8 +14,7 @@ from symfric.lower.mode_layout import backward, forward
 from symfric.solve.lanes.fields import HELD, Plan
 from symfric.solve.lanes.step import Step
 from symfric.solve.loop.model import joined_gauge
-from symfric.solve.loop.polynomials import MARCHES
-from symfric.solve.loop.tolerances import EPS, MOST_DOUBT, ROUNDING, TIE
+from symfric.solve.loop.precision import EPS, MARCHES, MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.loop.workspace import COUPLING, DROP, FORCES, LOAD, PULL, SLIP, TERMS
 
 SLIPS, STICKS = 0, 1  # variants of the series

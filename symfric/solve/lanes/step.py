@@ -15,8 +15,8 @@ from symfric.codegen.llvm_ir import Written
 from symfric.lower.mode_layout import backward
 from symfric.model.outputs import INTEGRAL
 from symfric.solve.lanes.fields import CALLED, LEFT, Plan
+from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.series import reach
-from symfric.solve.loop.tolerances import EPS
 
 ONE, CUT, PART = 2**52, 22, 2.0**20  # of logarithms in fixed point, see `symfric.solve.loop.step_size`
 INFINITE, MOST = 2047 * ONE, 1023 << 30

@@ -3,7 +3,8 @@
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.layout import backward, forward
-from symfric.solve.loop.tolerances import ROUNDING, TIE, doubt_of, instant, natural_time, no_acceleration
+from symfric.solve.loop.precision import ROUNDING, TIE
+from symfric.solve.loop.tolerances import doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.workspace import PULL
 
 _CLEARLY = 1e3  # slip after a natural time, in units of its zero, that counts as motion

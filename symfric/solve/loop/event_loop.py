@@ -9,6 +9,7 @@ from symfric.solve.loop.calls import expand, prelude
 from symfric.solve.loop.layout import contact_of, is_along_line, is_load, is_slip, is_switch, mode, sign, switch
 from symfric.solve.loop.mode_selection import keep_scales, settle
 from symfric.solve.loop.polynomials import extend_range, first_crossing, value
+from symfric.solve.loop.precision import EPS, TOUCH
 from symfric.solve.loop.resting_edges import decisive, size_of
 from symfric.solve.loop.run_arrays import EXPAND, GO, HIT, LOADED, SETTLE
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
@@ -16,7 +17,7 @@ from symfric.solve.loop.saltation import follow, jump, note_places, remember, tu
 from symfric.solve.loop.singular_start import start_singular
 from symfric.solve.loop.step_acceptance import proven, reach
 from symfric.solve.loop.step_size import step_rule, step_size
-from symfric.solve.loop.tolerances import EPS, TOUCH, natural_time, no_acceleration
+from symfric.solve.loop.tolerances import natural_time, no_acceleration
 from symfric.solve.loop.transitions import transit
 from symfric.solve.loop.workspace import (
     FORCES,

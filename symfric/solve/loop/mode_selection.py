@@ -13,9 +13,10 @@ from symfric.solve.loop.calls import measure, prelude, probe
 from symfric.solve.loop.contradiction import contradiction, contradicts, idles, rests, stick_scale
 from symfric.solve.loop.exceeded_facets import release_worst
 from symfric.solve.loop.layout import backward, direction, forward, mode, sign, switch
+from symfric.solve.loop.precision import ROUNDING, TIE, TOUCH
 from symfric.solve.loop.resting_edges import decisive, find_edges
 from symfric.solve.loop.sticking_basis import exchange, release, share
-from symfric.solve.loop.tolerances import ROUNDING, TIE, TOUCH, natural_time, no_load
+from symfric.solve.loop.tolerances import natural_time, no_load
 from symfric.solve.loop.workspace import (
     COUPLING,
     DROP,

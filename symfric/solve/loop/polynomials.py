@@ -9,8 +9,7 @@ zero and returns within a step; the signs of the Bernstein coefficients cannot, 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-
-MARCHES = 12  # most steps towards a root before subdivision; a simple root needs about five
+from symfric.solve.loop.precision import MARCHES
 
 
 @compiled(fused=True, from_python=True)

@@ -3,8 +3,9 @@
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.solve.loop.layout import sign, switch
+from symfric.solve.loop.precision import ROUNDING, TIE
 from symfric.solve.loop.series import PROBED
-from symfric.solve.loop.tolerances import ROUNDING, TIE, natural_time
+from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import COUPLING
 
 _MOST = 6  # most changes of one switch during mode selection

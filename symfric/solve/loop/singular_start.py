@@ -10,8 +10,9 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.calls import expand
 from symfric.solve.loop.layout import backward, mode, way
+from symfric.solve.loop.precision import TIE
 from symfric.solve.loop.run_arrays import EXPAND
-from symfric.solve.loop.tolerances import TIE, natural_time
+from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import PULL, TERMS
 from symfric.solve.status import Status
 

@@ -11,7 +11,7 @@ from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.calls import bound_terms, bound_unseen, probe_trial
 from symfric.solve.loop.polynomials import value
 from symfric.solve.loop.powers import reach_of
-from symfric.solve.loop.tolerances import EPS
+from symfric.solve.loop.precision import EPS
 
 _PARTS = 400  # most parts of a step
 _LEAST = 2.0**-12  # least length of a part, relative to the step

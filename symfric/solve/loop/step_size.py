@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.tolerances import EPS
+from symfric.solve.loop.precision import EPS
 
 _TINY = 1e-300  # scale that counts as zero
 _SHORT = 1e-3  # first step without a limit by coefficients, relative to the run

@@ -1,13 +1,8 @@
 """Thresholds of zero: rounding, ties, and the error of the run."""
 
 from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.precision import EPS, MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.loop.workspace import COUPLING, FORCES, PULL, TERMS
-
-EPS = 2.0**-52
-ROUNDING = 64 * EPS  # rounding error of a sum of a few terms, relative to their magnitudes
-TIE = 1e-13  # derivative relative to its scale that counts as zero
-MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attributed to the error of the run
-TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
 
 
 @compiled(inline=True)

@@ -17,9 +17,9 @@ from symfric.solve.exact.oscillator.workspace import (
     STATIC,
     J,
 )
+from symfric.solve.loop.precision import MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.loop.run_arrays import GO, SETTLE
 from symfric.solve.loop.run_rules import begin_counting, budget, pause
-from symfric.solve.loop.tolerances import MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.status import PATH_FULL, Status
 
 _OK = int(Status.OK)

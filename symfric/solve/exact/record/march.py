@@ -46,9 +46,9 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
+from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget
 from symfric.solve.loop.step_acceptance import slope
-from symfric.solve.loop.tolerances import ROUNDING
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 
 INSIDE, AT_REST, AT_EDGE = range(3)  # kinds of end of a piece

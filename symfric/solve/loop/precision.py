@@ -1,0 +1,8 @@
+"""Numbers that say what counts as zero; without numba, for code that is not compiled by it."""
+
+EPS = 2.0**-52
+ROUNDING = 64 * EPS  # rounding error of a sum of a few terms, relative to their magnitudes
+TIE = 1e-13  # derivative relative to its scale that counts as zero
+MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attributed to the error of the run
+TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
+MARCHES = 12  # steps towards a crossing before subdivision takes over; a simple root needs about five
