@@ -91,6 +91,7 @@ MODEL = {
     "laws.cubic": lambda k: sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.1 * (k + 1)).kinetic,
     "laws.exponential": lambda k: sf.laws.exponential(0.3)(0.1 * k),
     "laws.piecewise_linear": lambda k: sf.laws.piecewise_linear(0.4, [0, 0.5], [0.3, 0.2 - 0.01 * k])(0.6),
+    "laws.thomsen_regularised": lambda k: sf.laws.thomsen_regularised(0.4, 0.25, 0.5, 0.01 * (k + 1))(0.2),
     "laws.custom": lambda k: sf.laws.custom(0.3 - 0.01 * k * sf.SPEED, 0.4)(0.6),
     "scenes.absorber": lambda k: sf.scenes.absorber(mass_ratio=0.05, tuning=0.9, damping=0.1 + 0.01 * k).numbers(),
     "scenes.contact_damper": lambda k: sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k).numbers(),
@@ -115,6 +116,7 @@ MOTIONS = {
     "motions.scaled_set": lambda k: [m.samples for m in sf.motions.scaled_set([MOTION], 1.0 + k)],
 }
 THEORY = {
+    "theory.falling_speeds": lambda k: sf.theory.falling_speeds(sf.laws.lorentz(0.8, 0.3, b=0.35 + 0.01 * k)),
     "equilibrium": lambda k: sf.equilibrium(belt(k, v_b=0.6)),
     "stability": lambda k: (lambda s: (s, s.hurwitz))(sf.stability(belt(k, v_b=0.6))),
     "hopf": lambda k: sf.hopf(belt(k, beta=0.05 + 0.01 * k), "v_b", (0.2, 0.7)),
@@ -222,4 +224,15 @@ SLOW = {
     ).to_dict(),
     "design.collocation": collocation,
 }
-CALLS = {**MODEL, **MOTIONS, **THEORY, **RUNS, **ORBITS, **ENSEMBLE}
+STRUCTURES = {
+    "structures.beam": lambda k: sf.structures.beam(4 + k, load="follower").modes(2).frequency,
+    "structures.chain": lambda k: sf.structures.chain(5 + k).modes(2).frequency,
+    "structures.ziegler": lambda k: sf.structures.ziegler(damping=0.1 * k).complex_modes(2, mu=1.0).eigenvalues,
+    "structures.flutter": lambda k: sf.structures.flutter(sf.structures.ziegler(), (0, 3 + k), count=2).critical[0].mu,
+    "structures.flutter_map": lambda k: (
+        sf.structures.flutter_map(
+            lambda c: sf.structures.ziegler(damping=c), [0.1, 0.2 + 0.1 * k], mu=(0.5, 3.0), count=2, name="c"
+        ).mu
+    ),
+}
+CALLS = {**MODEL, **MOTIONS, **THEORY, **RUNS, **ORBITS, **ENSEMBLE, **STRUCTURES}
