@@ -24,7 +24,8 @@ SHAPES = {
     "nested exponential": lambda a: sp.exp(-a - sp.exp(-a)),
     "high power": lambda a: 1 / (1 + a**2) ** 3,
 }
-WIDTHS = longer([0.08, 0.01], [0.3, 0.15, 0.03, 0.004])
+# narrower than 0.005 the nested exponential overflows at the start
+WIDTHS = longer([0.3, 0.15, 0.08, 0.03, 0.01, 0.005], [0.3, 0.15, 0.08, 0.03, 0.005])
 
 
 def numeric(expr, *symbols):

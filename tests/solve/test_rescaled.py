@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from tests.longer import longer
 
 TOLERANCE = 1e-12
 
@@ -63,7 +64,7 @@ def in_units(run, length, time):
     return np.append(end, run["high"] / length), events, np.array([e.t for e in run.events]) / time
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", longer(range(24), range(8, 24)))
 def test_a_scene_in_other_units(seed):
     rng = np.random.default_rng([10, seed])
     one, events, times = in_units(sf.simulate(rescaled(seed), TOLERANCE).checked(), 1.0, 1.0)
