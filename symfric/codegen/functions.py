@@ -16,6 +16,7 @@ from symfric.codegen.object_cache import load, store
 from symfric.codegen.target import link, target_key, target_machine
 from symfric.locks import SYMBOLIC, alone
 
+_LONG = 4000  # instructions of a function that is called seldom, beyond which compiling takes longer than it saves
 _FORMAT = 5  # version of the generated code, part of the cache key
 
 
@@ -37,22 +38,36 @@ class MachineCode:
 
 
 @alone(SYMBOLIC)
-def compile_functions(functions: Sequence[ca.Function | Written]) -> MachineCode:
+def compile_functions(functions: Sequence[ca.Function | Written], rare: Sequence[ca.Function] = ()) -> MachineCode:
     """Compile SX functions into one object, or load it from the cache.
+
+    Parameters
+    ----------
+    functions : sequence of Function or Written
+    rare : sequence of Function
+        Others that are called seldom; long ones among them are compiled fast instead of made fast.
 
     Raises
     ------
     SceneError
         If an operation has no machine-code translation; named.
     """
-    key = _key(functions)
-    code = load(key)
-    cached = code is not None
-    if code is None:
-        code = target_machine(opt=2).emit_object(llvm.parse_assembly(assembly(functions)))
-        store(key, code)
-    engine = link(code)
-    return MachineCode({f.name(): engine.get_function_address(f.name()) for f in functions}, cached, engine)
+    long = [f for f in rare if f.n_instructions() > _LONG]
+    first: list[ca.Function | Written] = [*functions, *(f for f in rare if f.n_instructions() <= _LONG)]
+    groups: list[tuple[Sequence[ca.Function | Written], int]] = [(first, 2), *([(long, 0)] if long else [])]
+    addresses: dict[str, int] = {}
+    cached, engines = True, []
+    for group, opt in groups:
+        key = _key(group)
+        code = load(key)
+        if code is None:
+            code = target_machine(opt=opt).emit_object(llvm.parse_assembly(assembly(group)))
+            store(key, code)
+            cached = False
+        engine = link(code)
+        addresses |= {f.name(): engine.get_function_address(f.name()) for f in group}
+        engines.append(engine)
+    return MachineCode(addresses, cached, engines)
 
 
 def _key(functions: Sequence[ca.Function | Written]) -> str:

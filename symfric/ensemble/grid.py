@@ -203,6 +203,9 @@ def fingerprint(scene: Scene) -> str:
     parts += [f"{n} is {_output(o)}" for n, o in scene.outputs.items()]
     parts.append(scene.horizon.hex())
     digest = hashlib.sha256("\n".join(parts).encode())
+    if system.linear is not None:
+        for array in system.linear.arrays:
+            digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     for symbol, signal in sorted(scene.inputs.items(), key=lambda pair: pair[0].name):
         digest.update(f"{symbol.name} {signal.dt.hex()} {signal.t0.hex()}\n".encode())
         digest.update(signal.samples.tobytes())

@@ -23,6 +23,7 @@ import sympy as sp
 
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.lower.linear_part import applied_in
 from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
 from symfric.model.constant_parameters import constants
@@ -179,7 +180,10 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     reach = ca.vertcat(*(edges.widest(e) for e in ca.vertsplit(bounds))) if n_c else w
     pull = ca.diag(coupling) * reach
     applied = [sum(ca.fabs(model.read(term)) for term in sp.Add.make_args(e)) for e in model.system.force]
-    forces = ca.fabs(spread).T @ ca.vertcat(*applied) + ca.fabs(coupling) @ reach
+    pushed = ca.vertcat(*applied)
+    if model.system.linear is not None:
+        pushed += applied_in(model.system.linear, model.read, model.q, model.u)
+    forces = ca.fabs(spread).T @ pushed + ca.fabs(coupling) @ reach
     coupled = ca.sparsify(coupling).nnz() > n_c
     slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
     out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)

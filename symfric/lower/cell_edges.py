@@ -16,6 +16,7 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.constraint_forces import HOLDS, hold
+from symfric.lower.linear_part import applied_in
 from symfric.model.validation import made_of_cells
 
 if TYPE_CHECKING:
@@ -120,7 +121,9 @@ def _sides(model: "ContactDynamics", i: int, slopes: ca.SX, among: tuple[int, ..
 def _applied(model: "ContactDynamics") -> ca.SX:
     """Return the sums of the magnitudes of the applied forces."""
     terms = [sp.Add.make_args(e) for e in model.system.force]
-    return ca.vertcat(*(sum(ca.fabs(model.read(term)) for term in es) for es in terms))
+    total = ca.vertcat(*(sum(ca.fabs(model.read(term)) for term in es) for es in terms))
+    part = model.system.linear
+    return total if part is None else total + applied_in(part, model.read, model.q, model.u)
 
 
 def _bounds(model: "ContactDynamics", edges: Edges) -> ca.SX:

@@ -14,11 +14,14 @@ from copy import copy
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
 import sympy as sp
 
 from symfric.lower.averaged_series import bridged
 from symfric.lower.cell_edges import Edges, edges_of
 from symfric.lower.constraint_forces import AT_BOUND, HOLDS, hold
+from symfric.lower.contact_space import ContactSpace, contact_space
+from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
@@ -81,10 +84,12 @@ class ContactDynamics:
         symbols = {TIME: self.t, **free}
         symbols |= dict(zip(system.states, ca.vertsplit(self.y), strict=True))
         symbols |= {s: self.p[i] for i, s in enumerate(self.parameters)}
+        if system.linear is not None:
+            symbols |= rows_in(system.linear, self.q, self.u)
         for k, s in enumerate(self.inputs):
             start, value, slope = ca.vertsplit(self.p[own + 3 * k : own + 3 * k + 3])
             symbols[s] = value + slope * (self.t - start)
-        self.moving = {*system.states, TIME, *self.inputs, *free}
+        self.moving = {*system.states, *system.rows, TIME, *self.inputs, *free}
         self._print = Printer(symbols, self.moving, self.switches)
         n_c = len(self.contacts)
         self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
@@ -140,13 +145,20 @@ class ContactDynamics:
     @cached_property
     def mass(self) -> ca.SX:
         """Mass matrix M, sparse, shape (n, n)."""
+        part = self.system.linear
+        numbers = None if part is None else mass_in(part)
+        if self.system.mass is None:
+            assert numbers is not None
+            return numbers
         rows = self.system.mass.tolist()
-        return ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.read(e) for e in row)) for row in rows)))
+        own = ca.sparsify(ca.vertcat(*(ca.horzcat(*(self.read(e) for e in row)) for row in rows)))
+        return own if numbers is None else own + numbers
 
     @cached_property
     def force(self) -> ca.SX:
         """The applied forces f, shape (n,)."""
-        return self.vector(self.system.force)
+        own = self.vector(self.system.force)
+        return own if self.system.linear is None else own + force_in(self.system.linear, self.read, self.q, self.u)
 
     @cached_property
     def z_rate(self) -> ca.SX:
@@ -194,6 +206,12 @@ class ContactDynamics:
         return ca.ldl(self.mass)
 
     @cached_property
+    def contact_space(self) -> ContactSpace | None:
+        """Where sticking is decided if mass and slips are numbers: in as many directions as there are contacts."""
+        constant = self.system.linear is not None and self.mass.is_constant() and self.slopes.is_constant()
+        return contact_space(self.mass, self.slopes) if constant and self.contacts else None
+
+    @cached_property
     def parallels(self) -> list[tuple[int, float | sp.Expr]]:
         """For each contact, the first contact of whose slip its own is a multiple, and the factor."""
         return parallels(self)
@@ -237,11 +255,20 @@ class ContactDynamics:
         for i in sticking:
             given = ca.SX(0) if tested else self.given(i)
             slipping[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
-        free = self.solve(self.force + self.slopes.T @ slipping)
+        drift, holds = self.drift[sticking, :], self.s[sticking] == HOLDS
+        space = self.contact_space
+        if space is not None:
+            applied = self.solve(self.force)
+            pulled = space.factor @ slipping
+            held, gain, own = space.hold(sticking, applied, pulled, drift, holds, tested)
+            free, gain = applied, space.response @ (pulled + gain)
+        else:
+            free = self.solve(self.force + self.slopes.T @ slipping)
+            if sticking:
+                rows = self.slopes[sticking, :]
+                held, gain, own = hold(rows, self.solve(rows.T), free, drift, holds, tested)
         if not sticking:
-            return free, slipping
-        rows, drift = self.slopes[sticking, :], self.drift[sticking, :]
-        held, gain, own = hold(rows, self.solve(rows.T), free, drift, self.s[sticking] == HOLDS, tested)
+            return (free if space is None else free + gain), slipping
         friction, rate = ca.SX(slipping), ca.densify(free + gain)
         for k, i in enumerate(sticking):
             friction[i] = slipping[i] + held[k]
@@ -253,9 +280,9 @@ class ContactDynamics:
     def anchor(self, i: int) -> tuple[int, float]:
         """Return the index in y of the one velocity on which slip i depends, and its factor; (-1, 0) if several."""
         system = self.system
-        slopes = [self.contacts[i].slip.diff(u) for u in system.u]
+        slopes = system.slopes(self.contacts[i].slip)
         present = [k for k, e in enumerate(slopes) if e != 0]
-        if len(present) == 1 and slopes[present[0]].is_number:
+        if len(present) == 1 and (isinstance(slopes, np.ndarray) or slopes[present[0]].is_number):
             return len(system.q) + present[0], float(slopes[present[0]])
         return -1, 0.0
 

@@ -63,6 +63,8 @@ def oscillator(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Oscillat
     system, contacts = model.system, model.contacts
     if len(system.q) > 1 or system.z:
         raise NoRoute(f"{len(system.states)} states, the closed form is for one mass")
+    if system.linear is not None:
+        raise NoRoute("the equations are given by matrices")
     if len(contacts) > 1:
         raise NoRoute(f"{len(contacts)} contacts, the closed form is for one")
     if model.inputs:
@@ -197,8 +199,12 @@ def without_harmonics(scene: Scene) -> Scene:
     """
     if any(TIME in c.slip.free_symbols for c in scene.contacts):
         raise NoRoute("a slip depends on time")
-    clock = _Clock({*scene.system.states, *scene.inputs})
+    clock = _Clock({*scene.system.states, *scene.system.rows, *scene.inputs})
     system = scene.system
+    linear = system.linear
+    if linear is not None:
+        scaled = tuple((clock.read(e), A) for e, A in linear.scaled)
+        linear = replace(linear, scaled=scaled, loads=tuple((clock.read(e), row) for e, row in linear.loads))
     force, z_rate = ([clock.read(e) for e in es] for es in (system.force, system.z_rate))
     contacts = tuple(replace(c, normal=clock.read(c.normal), profile=clock.read(c.profile)) for c in scene.contacts)
     scalar = {n: o for n, o in scene.outputs.items() if isinstance(o, OutputOfExpression)}
@@ -206,7 +212,7 @@ def without_harmonics(scene: Scene) -> Scene:
     if not clock.states:
         return scene
     rates = [*z_rate, *(rate for _, rate in clock.states.values())]
-    system = System(system.q, system.u, system.mass, force, [*system.z, *clock.states], rates)
+    system = System(system.q, system.u, system.mass, force, [*system.z, *clock.states], rates, linear)
     starts = {z: start for z, (start, _) in clock.states.items()}
     initial = {**scene.initial, **starts}
     return replace(scene, system=system, contacts=contacts, outputs=outputs, initial=initial)

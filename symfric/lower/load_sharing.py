@@ -1,6 +1,6 @@
 """Load sharing of parallel contacts, in proportion to their static bounds."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -22,12 +22,15 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
     The sign of a factor is known, whatever the parameters in it.
     """
     contacts, u = model.contacts, model.system.u
-    rows = [_row(c.slip, u) for c in contacts]
+    rows = [_row(c.slip, u) for c in contacts] if not model.system.rows else [None for _ in contacts]
     moving = {*model.system.states, TIME, *model.inputs}
     found = []
     for i, c in enumerate(contacts):
         before = [k for k in range(i) if not contacts[k].law.smooth]
-        ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
+        if model.system.rows:
+            ratios = ((k, _ratio_of_rows(model.system, c.slip, contacts[k].slip)) for k in before)
+        else:
+            ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
         found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return found
@@ -38,9 +41,9 @@ def dependent(model: "ContactDynamics") -> list[bool]:
 
     With slopes that vary this is not known in advance, so all contacts that share velocities with them count.
     """
-    u, groups = model.system.u, [k for k, _ in model.parallels]
+    groups = [k for k, _ in model.parallels]
     rigid = {k: c.slip for k, c in enumerate(model.contacts) if not c.law.smooth}
-    slopes = {k: [slip.diff(e).xreplace(model.constants) for e in u] for k, slip in rigid.items()}
+    slopes: dict[int, list | np.ndarray] = {k: _slopes(model, slip) for k, slip in rigid.items()}
     sets = [({k}, {j for j, e in enumerate(slopes[k]) if e != 0}) for k in dict.fromkeys(groups) if k in slopes]
     joined: list[tuple[set[int], set[int]]] = []
     for group, velocities in sets:
@@ -52,11 +55,11 @@ def dependent(model: "ContactDynamics") -> list[bool]:
     return [k in found for k in groups]
 
 
-def _in_a_circuit(slopes: dict[int, list[sp.Expr]]) -> set[int]:
+def _in_a_circuit(slopes: Mapping[int, list | np.ndarray]) -> set[int]:
     """Return the rows that depend linearly on others, or nearly; all of them unless they are numbers."""
     if len(slopes) < 2:
         return set()
-    if not all(e.is_number for row in slopes.values() for e in row):
+    if not all(isinstance(row, np.ndarray) or all(e.is_number for e in row) for row in slopes.values()):
         return set(slopes)
     rows = {k: np.array(row, dtype=float) for k, row in slopes.items()}
     found = set()
@@ -66,6 +69,29 @@ def _in_a_circuit(slopes: dict[int, list[sp.Expr]]) -> set[int]:
         if np.linalg.norm(left) <= _NEARLY * np.linalg.norm(row):
             found.add(k)
     return found
+
+
+def _slopes(model: "ContactDynamics", slip: sp.Expr) -> list | np.ndarray:
+    found = model.system.slopes(slip)
+    return found if isinstance(found, np.ndarray) else [e.xreplace(model.constants) for e in found]
+
+
+def _ratio_of_rows(system, slip: sp.Expr, other: sp.Expr) -> float | None:
+    """Return what a slip is over another, each a row of numbers and a speed; None unless that never changes."""
+    row, rest = system.slopes(slip), system.slopes(other)
+    if not (isinstance(row, np.ndarray) and isinstance(rest, np.ndarray)):
+        return None
+    k = int(np.argmax(np.abs(rest)))
+    ratio = row[k] / rest[k]
+    if ratio == 0.0 or np.any(np.abs(row - ratio * rest) > DISTINCT * np.abs(row)):
+        return None
+    still = dict.fromkeys((*system.u, *system.rows), sp.S.Zero)
+    a, b = slip.xreplace(still), other.xreplace(still)
+    if a == b == 0 or sp.expand(a - sp.nsimplify(ratio) * b) == 0:
+        return float(ratio)
+    if a.is_number and b.is_number and abs(float(a) - ratio * float(b)) <= DISTINCT * abs(float(a)):
+        return float(ratio)
+    return None
 
 
 def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:

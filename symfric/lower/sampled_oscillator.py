@@ -69,6 +69,8 @@ def record(model: ContactDynamics, signals: Mapping[sp.Symbol, Signal], rows: Se
     u, w = model.y[0], model.y[1]
     a, friction = ca.SX.sym("a"), ca.SX.sym("friction")
     model.define(symbol, a)
+    if system.linear is not None:
+        raise NoRoute("the equations are given by matrices")
     mass = model.read(system.mass[0, 0])
     refuse_if_moving(model, mass, "the mass changes")
     stiff, damp, gain, rest = plane(model, model.read(system.force[0]) / mass, [u, w, a], "the force")

@@ -12,6 +12,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.constant_parameters import vanishing
+from symfric.model.linear_part import with_replaced
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
@@ -139,7 +140,9 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
     found: dict[sp.Expr, None] = {}
     for e, reduced in _of_time(scene, varied):
         try:
-            found |= dict.fromkeys(rate for rate in _rates(reduced, {TIME, *scene.system.states}, e) if rate != 0)
+            found |= dict.fromkeys(
+                rate for rate in _rates(reduced, {TIME, *scene.system.states, *scene.system.rows}, e) if rate != 0
+            )
         except SceneError as reason:
             return Excitation(note=str(reason))
     return Excitation(tuple(found))
@@ -260,6 +263,7 @@ def later(scene: Scene, time: float) -> Scene:
         scene.system,
         force=[e.xreplace(shift) for e in scene.system.force],
         z_rate=[e.xreplace(shift) for e in scene.system.z_rate],
+        linear=with_replaced(scene.system.linear, shift),
     )
     contacts = tuple(
         replace(c, slip=c.slip.xreplace(shift), normal=c.normal.xreplace(shift), profile=c.profile.xreplace(shift))

@@ -105,7 +105,8 @@ class Scene:
         found: dict[str, sp.Symbol] = {}
         for symbol in sorted(symbols, key=str):
             found.setdefault(symbol.name, symbol)
-        allowed = self._state_names() | {name: found.get(name, sp.Symbol(name)) for name in signals}
+        rows = {s.name: s for s in self.system.rows}
+        allowed = self._state_names() | rows | {name: found.get(name, sp.Symbol(name)) for name in signals}
         clash = next((name for name in given if name in self._state_names()), None)
         if clash:
             raise SceneError(f"{clash} is a state; its start belongs in Scene.initial, not in Scene.values")
@@ -166,6 +167,10 @@ class Scene:
         numbers = self.numbers()
         for what, e in self._named_expressions():
             check_continuous(e, {k: v for k, v in numbers.items() if k not in self.initial}, what)
+        if self.system.linear:
+            states = [numbers[s] for s in self.system.states]
+            n = len(self.system.q)
+            numbers |= self.system.linear.values(states[:n], states[n : 2 * n])
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
         check_start(self.system, self.contacts, start)
 
@@ -174,6 +179,8 @@ class Scene:
             yield f"force[{i}]", e
         for i, e in enumerate(self.system.z_rate):
             yield f"z_rate[{i}]", e
+        for i, e in enumerate(self.system.linear.expressions if self.system.linear else ()):
+            yield f"load[{i}]", e
 
     @alone(SYMBOLIC)
     def numbers(self) -> dict[sp.Symbol, float]:
@@ -227,6 +234,20 @@ class Scene:
         return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
 
     @alone(SYMBOLIC)
+    def written_out(self) -> "Scene":
+        """Return the scene with expressions in place of matrices and rows, for closed forms; itself if it has none."""
+        if self.system.linear is None:
+            return self
+        rows = self.system.row_values()
+        contacts = tuple(
+            replace(c, slip=c.slip.xreplace(rows), normal=c.normal.xreplace(rows), profile=c.profile.xreplace(rows))
+            for c in self.contacts
+        )
+        read = {n: o for n, o in self.outputs.items() if isinstance(o, OutputOfExpression)}
+        outputs = {**self.outputs, **{n: replace(o, expr=o.expr.xreplace(rows)) for n, o in read.items()}}
+        return replace(self, system=self.system.written_out(), contacts=contacts, outputs=outputs)
+
+    @alone(SYMBOLIC)
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`."""
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
@@ -235,10 +256,11 @@ class Scene:
     @alone(SYMBOLIC)
     def equations(self) -> tuple[sp.Eq, ...]:
         """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
-        t, system = TIME, self.system
+        written = self.written_out()
+        t, system = TIME, written.system
         moving = {s: sp.Function(s.name, real=True)(t) for s in system.states}
         pull = sp.zeros(len(system.q), 1)
-        for c in self.contacts:
+        for c in written.contacts:
             mu = c.law.kinetic.xreplace(
                 {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
             )

@@ -10,8 +10,10 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
+from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.symbols import SPEED, TIME, expression, finite
 
+_WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
 
 
@@ -50,6 +52,9 @@ class System:
         Right-hand side without the contact forces; may have kinks (Abs, Max, Min, a continuous Piecewise).
     z, z_rate : sequences, same length
         First-order states and their rates: controllers, dynamic friction.
+    linear : LinearPart, optional
+        Matrices that are added; then `mass` and `force` are what expressions add to them, and may be None. See
+        `symfric.structures`.
     """
 
     q: Sequence[sp.Symbol]
@@ -58,6 +63,7 @@ class System:
     force: Sequence[sp.Expr]
     z: Sequence[sp.Symbol] = ()
     z_rate: Sequence[sp.Expr] = ()
+    linear: LinearPart | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self):
@@ -72,13 +78,10 @@ class System:
             raise SceneError("a system needs at least one coordinate in q")
         if len(self.u) != n:
             raise SceneError(f"{n} coordinates in q and {len(self.u)} velocities in u; give one velocity for each")
-        try:
-            mass = sp.ImmutableMatrix(self.mass)
-        except (TypeError, ValueError) as error:
-            raise SceneError(f"the mass matrix cannot be read ({error}); give {n} rows of {n} expressions") from None
-        if mass.shape != (n, n):
-            raise SceneError(f"the mass matrix has shape {mass.shape}; {n} coordinates need ({n}, {n})")
-        object.__setattr__(self, "mass", mass)
+        if self.mass is not None or self.linear is None:
+            self._read_mass(n)
+        if self.force is None and self.linear is not None:
+            object.__setattr__(self, "force", (sp.S.Zero,) * n)
         for name, length in (("force", n), ("z_rate", len(self.z))):
             entries = tuple(getattr(self, name))
             if len(entries) != length:
@@ -87,6 +90,15 @@ class System:
             object.__setattr__(self, name, entries)
         self._check_symbols()
 
+    def _read_mass(self, n: int) -> None:
+        try:
+            mass = sp.ImmutableMatrix(self.mass)
+        except (TypeError, ValueError) as error:
+            raise SceneError(f"the mass matrix cannot be read ({error}); give {n} rows of {n} expressions") from None
+        if mass.shape != (n, n):
+            raise SceneError(f"the mass matrix has shape {mass.shape}; {n} coordinates need ({n}, {n})")
+        object.__setattr__(self, "mass", mass)
+
     def _check_symbols(self):
         names = [s.name for s in self.states]
         double = next((name for i, name in enumerate(names) if name in names[:i]), None)
@@ -94,10 +106,14 @@ class System:
             raise SceneError(f"two states are called {double}; give each its own symbol")
         if TIME.name in names:
             raise SceneError("a state is called t, which is reserved for time; rename it")
-        for what, entries in (("force", self.force), ("z_rate", self.z_rate), ("mass", tuple(self.mass))):
+        mass = () if self.mass is None else tuple(self.mass)
+        loads = () if self.linear is None else self.linear.expressions
+        for what, entries in (("force", self.force), ("z_rate", self.z_rate), ("mass", mass), ("load", loads)):
             for i, e in enumerate(entries):
                 refuse_jumps(e, f"{what}[{i}]")
-        for i, e in enumerate(self.mass):
+        if self.mass is None:
+            return
+        for i, e in enumerate(mass):
             expression(e, f"mass[{i // len(self.q)}][{i % len(self.q)}]")
             if e.free_symbols & ({*self.u, *self.z, TIME}):
                 raise SceneError(f"mass[{i // len(self.q)}][{i % len(self.q)}] is {e}; it may depend on q only")
@@ -112,7 +128,65 @@ class System:
     @property
     def expressions(self) -> tuple[sp.Expr, ...]:
         """Every expression of the system."""
-        return (*self.mass, *self.force, *self.z_rate)
+        mass = () if self.mass is None else self.mass
+        if self.linear is None:
+            return (*mass, *self.force, *self.z_rate)
+        return (*mass, *(e for e in self.force if e != 0), *self.z_rate, *self.linear.expressions)
+
+    @property
+    def rows(self) -> tuple[sp.Symbol, ...]:
+        """Symbols that stand for combinations of the states."""
+        return () if self.linear is None else tuple(self.linear.rows)
+
+    def slopes(self, slip: sp.Expr) -> list | np.ndarray:
+        """Return the derivatives of a slip by the velocities: an array if they come from rows of numbers."""
+        return slopes_of(slip, self.u, self.linear)
+
+    def written_out(self) -> "System":
+        """Return the same with all entries as expressions, for reading and for closed forms of small systems.
+
+        Raises
+        ------
+        SceneError
+            If it has matrices of more than `_WRITTEN` coordinates.
+        """
+        part = self.linear
+        if part is None:
+            return self
+        n = len(self.q)
+        if n > _WRITTEN:
+            raise SceneError(
+                f"equations of {n} coordinates given by matrices are not written out; reduce the structure"
+            )
+        q, u = sp.Matrix(self.q), sp.Matrix(self.u)
+        dense = lambda A: sp.Matrix(A.toarray().tolist())  # noqa: E731
+        force = sp.Matrix(list(self.force)) - dense(part.K) * q
+        force -= dense(part.C) * u if part.C is not None else sp.zeros(n, 1)
+        for factor, A in part.scaled:
+            force -= factor * dense(A) * q
+        for load, row in part.loads:
+            force += load * sp.Matrix(row.tolist())
+        mass = dense(part.M) + (sp.zeros(n, n) if self.mass is None else sp.Matrix(self.mass))
+        rows = self.row_values()
+        return System(
+            self.q,
+            self.u,
+            mass.xreplace(rows),
+            [e.xreplace(rows) for e in force],
+            self.z,
+            [e.xreplace(rows) for e in self.z_rate],
+        )
+
+    def row_values(self) -> dict[sp.Symbol, sp.Expr]:
+        """Return the rows as expressions of the states."""
+        if self.linear is None:
+            return {}
+        return {
+            s: sp.Add(
+                *(sp.Float(w) * e for w, e in zip(r.weights, self.q if r.of == "q" else self.u, strict=True) if w)
+            )
+            for s, r in self.linear.rows.items()
+        }
 
 
 @dataclass(frozen=True)

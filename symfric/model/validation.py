@@ -17,8 +17,10 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
     for i, contact in enumerate(contacts):
         if contact.name in names[:i]:
             raise SceneError(f"two contacts are called {contact.name!r}; give each its own name")
-        slopes = [contact.slip.diff(u) for u in system.u]
-        if any(slope.free_symbols & set(system.u) for slope in slopes):
+        moving = {*system.u, *(s for s in system.rows if system.linear and system.linear.rows[s].of == "u")}
+        entered = [e for e in moving if e in contact.slip.free_symbols] if system.rows else system.u
+        slopes = [contact.slip.diff(u) for u in entered]
+        if any(slope.free_symbols & moving for slope in slopes):
             raise SceneError(
                 f"slip of contact {contact.name!r} is {contact.slip}, which is not linear in the velocities u"
             )
@@ -122,13 +124,15 @@ def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
 
 def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float]) -> None:
     """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
-    entries = [_number(e, numbers) for e in system.mass]
-    if None in entries:
-        return
-    mass = np.array(entries).reshape(system.mass.shape)
-    if not np.all(np.isfinite(mass)) or np.min(np.linalg.eigvalsh(mass)) <= 0:
-        raise SceneError(f"the mass matrix is not positive definite at the start: {mass.tolist()}")
-    fixed = {s: v for s, v in numbers.items() if s not in {*system.states, TIME}}
+    if system.mass is not None:
+        entries = [_number(e, numbers) for e in system.mass]
+        if None in entries:
+            return
+        mass = np.array(entries).reshape(system.mass.shape)
+        mass = mass if system.linear is None else mass + system.linear.M.toarray()
+        if not np.all(np.isfinite(mass)) or np.min(np.linalg.eigvalsh(mass)) <= 0:
+            raise SceneError(f"the mass matrix is not positive definite at the start: {mass.tolist()}")
+    fixed = {s: v for s, v in numbers.items() if s not in {*system.states, *system.rows, TIME}}
     for i, e in enumerate(system.force):
         value = _number(e, numbers)
         if value is not None and not np.isfinite(value):

@@ -75,11 +75,13 @@ def redundant(scene: Scene) -> tuple[str, ...]:
     sticking = [c for c in scene.contacts if not c.law.smooth]
     if len(sticking) < 2:
         return ()
-    numbers = scene.numbers()
-    slopes = sp.Matrix([c.slip for c in sticking]).jacobian(scene.system.u).xreplace(numbers)
-    if slopes.free_symbols:
-        return ()
-    rows, found, rank = np.array(slopes.tolist(), dtype=float), [], 0
+    numbers, slopes = scene.numbers(), [scene.system.slopes(c.slip) for c in sticking]
+    if not all(isinstance(row, np.ndarray) for row in slopes):
+        entries = sp.Matrix([list(row) for row in slopes]).xreplace(numbers)
+        if entries.free_symbols:
+            return ()
+        slopes = entries.tolist()
+    rows, found, rank = np.array(slopes, dtype=float), [], 0
     for k, contact in enumerate(sticking):
         now = int(np.linalg.matrix_rank(rows[: k + 1]))
         if now == rank:

@@ -1,6 +1,7 @@
 """Large structures: matrices in, modes, flutter, reduction, and scenes with contacts."""
 
 from symfric.structures.complex_modes import ComplexModes
+from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.files import read, write
 from symfric.structures.flutter import Critical, Flutter, flutter
 from symfric.structures.flutter_map import FlutterMap, flutter_map
@@ -16,6 +17,8 @@ __all__ = [
     "FlutterMap",
     "Modes",
     "ReductionError",
+    "RowContact",
+    "RowLoad",
     "Structure",
     "beam",
     "chain",

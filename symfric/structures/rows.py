@@ -23,7 +23,8 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
     ----------
     structure : Structure
     entries : array_like, sparse, mapping of name or number to weight, name or number
-        A row over all degrees of freedom of which the structure is a reduction is taken, too.
+        Of a reduced structure also a row over all degrees of freedom of the full one; numbers are taken for such a row
+        if both have as many.
     what : str
         For messages.
     """
@@ -35,7 +36,7 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
         for key, weight in entries.items():
             found[index_of(key, structure.names)] += finite(weight, f"the weight of {key} in {what}")
         return row_of(found, n, what)
-    if structure.basis is not None and _length(entries, what) == len(structure.basis) != n:
+    if structure.basis is not None and _length(entries, what) == len(structure.basis):
         return row_of(entries, len(structure.basis), what) @ structure.basis
     return row_of(entries, n, what)
 

@@ -1,7 +1,8 @@
 """A structure given by its matrices, as a finite element program leaves them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import scipy.linalg as sla
@@ -9,12 +10,17 @@ import scipy.sparse as sps
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.symbols import finite
+from symfric.model.outputs import Output
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
 from symfric.structures.checks import matrix, names_of, positive_definite, symmetric
 from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
+from symfric.structures.contacts import RowContact
 from symfric.structures.definiteness import Verdict, verdict_of
 from symfric.structures.real_modes import Modes, real_modes
 from symfric.structures.reduction import ReductionError, errors_of, reduce
+from symfric.structures.rows import kept_rows, row_in
+from symfric.structures.scenes import scene_of
 
 _ROUNDING = 1e-13
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
@@ -204,8 +210,6 @@ class Structure:
         entries : array_like, sparse, mapping of name to number, or name
             Of a reduced structure, a row over all degrees of freedom is taken, too.
         """
-        from symfric.structures.rows import row_in
-
         return row_in(self, entries)
 
     def reduced(self, keep=(), modes: int = 20) -> "Structure":
@@ -241,8 +245,6 @@ class Structure:
         >>> small.n, small.names[:3], bool(small.error.frequency_error[0] < 1e-4)
         (12, ('x50', 'x150', 'p1'), True)
         """
-        from symfric.structures.rows import kept_rows
-
         labels, rows = kept_rows(self, keep)
         basis, cut = reduce(self.K, self.M, rows, modes)
         small = self._projected(basis, [*labels, *(f"p{i + 1}" for i in range(basis.shape[1] - len(labels)))])
@@ -281,6 +283,57 @@ class Structure:
             None if e is None else _clean(basis.T @ (e @ basis)) for e in (self.M, self.K, self.C, self.friction)
         )
         return Structure(M, K, C, F, names, basis=basis if self.basis is None else self.basis @ basis)
+
+    def scene(
+        self,
+        contacts: Sequence[RowContact] = (),
+        force=None,
+        values: Mapping[Key, float | None] = MappingProxyType({}),
+        initial=None,
+        outputs: Mapping[str, Output] | None = None,
+        horizon: float = 100.0,
+        *,
+        mu=None,
+        observe: Mapping[str, object] = MappingProxyType({}),
+    ) -> Scene:
+        """Return a scene of this structure; its matrices stay numbers.
+
+        Parameters
+        ----------
+        contacts : sequence of RowContact
+        force : mapping, or sequence of pairs (row, expression), or of n expressions, optional
+            Forces, by the name of a degree of freedom or along rows: expressions of time, parameters, the coordinates
+            and velocities in `symbols`, and the names in `observe`.
+        values : mapping of parameter to number
+        initial : mapping of state to number, or array (n,) or (2 n,), optional
+            Velocities are called ``d_<name>``; what is not given is zero.
+        outputs : mapping of name to Output, optional
+        horizon : float
+        mu : number, Symbol or Expr, optional
+            Factor of the friction matrix, which is added to K; not without it, because contacts bring friction of their
+            own.
+        observe : mapping of name to row
+            Names for combinations of the degrees of freedom, ``<name>`` and ``d_<name>``, which outputs and forces may
+            contain; of a reduced structure also rows over all degrees of freedom.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If a row, a name or a number is wrong.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> s = sf.structures.chain(6, ends="fixed-free")
+        >>> pad = sf.structures.RowContact("pad", {"x6": 1.0}, 1.0, sf.laws.coulomb(0.4, 0.3), speed=0.2)
+        >>> sf.simulate(s.scene([pad], horizon=50.0)).status.name
+        'OK'
+        """
+        return scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe)
 
     def expand(self, q: np.ndarray) -> np.ndarray:
         """Return the motion of all degrees of freedom of which this structure is a reduction.

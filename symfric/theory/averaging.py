@@ -114,6 +114,7 @@ class Oscillator:
 
 def _oscillator(scene: Scene) -> Oscillator:
     """Check the scene, find its equilibrium and split it into oscillator and rest."""
+    scene = scene.written_out()
     system = scene.system
     if len(system.q) != 1 or system.z:
         raise SceneError(

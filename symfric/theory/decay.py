@@ -171,7 +171,7 @@ def decisions(run) -> Decisions:
     SceneError
         If the scene has another shape, or the run kept no trajectory.
     """
-    scene = run.scene
+    scene = run.scene.written_out()
     system = scene.system
     if len(system.states) != 2 or len(scene.contacts) != 1 or scene.inputs:
         raise SceneError("decisions are those of one mass with one contact and no sampled input")

@@ -196,6 +196,8 @@ def _newton(field: Field, p, guess, free, sizes) -> np.ndarray | None:
 def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
     """Raise if a contact whose law jumps at rest has no slip."""
     values = dict(zip((*field.states, *field.parameters), (*x, *p), strict=True))
+    if field.system.linear is not None:
+        values |= field.system.linear.values(x[: field.n], x[field.n : 2 * field.n])
     for contact, w in zip(field.contacts, field.slip(x, p, np.ones(len(field.contacts))), strict=True):
         if w != 0 and abs(w) > _ROUNDING * _terms(contact, values):
             continue

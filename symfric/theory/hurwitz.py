@@ -125,6 +125,7 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     from symfric.theory.equilibrium import solve
     from symfric.theory.sliding import field_of
 
+    scene = scene.written_out()
     field = field_of(scene)
     n, n_x = field.n, len(field.states)
     if n_x > MOST_STATES:

@@ -46,6 +46,7 @@ def separate(scene: Scene) -> Scene:
     order 1/Omega in velocities, with times of the slow motion as unit: the frequency has to be far above those of the
     scene.
     """
+    scene = scene.written_out()
     fast = _harmonic_force(scene)
     system = scene.system
     velocity_sine, velocity_cosine = fast.velocity

@@ -185,7 +185,14 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
         )
         for c in scene.contacts
     )
-    return _field(replace(system, force=force, z_rate=rates), contacts, scene.parameters)
+    linear = system.linear
+    if linear is not None:
+        loads = tuple((still(e, "a load of the structure"), row) for e, row in linear.loads)
+        scaled = tuple((still(e, "a factor of a matrix"), matrix) for e, matrix in linear.scaled)
+        linear = (
+            replace(linear, loads=loads, scaled=scaled) if (loads, scaled) != (linear.loads, linear.scaled) else linear
+        )
+    return _field(replace(system, force=force, z_rate=rates, linear=linear), contacts, scene.parameters)
 
 
 _field = lru_cache(maxsize=32)(Field)

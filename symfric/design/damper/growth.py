@@ -117,7 +117,7 @@ def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarr
     given = scene.numbers()
     found: list[tuple[Law, Callable[[np.ndarray], np.ndarray]]] = []
     symbol = scene.parameter(r.speed)
-    still = dict.fromkeys(scene.system.u, 0)
+    still = dict.fromkeys((*scene.system.u, *scene.system.rows), 0)
     for contact in scene.contacts:
         law = contact.law.where({k: given[k] for k in contact.law.free_symbols if k in given})
         slip = sp.sympify(contact.slip).subs(still).subs({k: v for k, v in given.items() if k != symbol})

@@ -139,6 +139,7 @@ def collocation(
     complementarity; the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The
     optimum is local. Each piece is run once more by the event-driven solver.
     """
+    scene = scene.written_out()
     symbols = [scene.parameter(k) for k in controls]
     names = [s.name for s in scene.system.states]
     ask = _asked(controls, end, time, elements, degree, names)

@@ -82,6 +82,7 @@ def read_belt(scene: Scene) -> Belt:
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene; quench takes sf.scenes.mass_on_belt(...) and scenes like it")
+    scene = scene.written_out()
     _check_shape(scene)
     named = {s.name: s for s in scene.values}
     designed = {named[n] for n in (SPEED_NAME, AMPLITUDE, FREQUENCY)}

@@ -128,6 +128,7 @@ def _force_name(contact: Contact) -> Markup:
 @alone(SYMBOLIC)
 def equations_of_motion(scene: Scene) -> list[Markup]:
     """Return one displayed equation for each coordinate and each first-order state, friction as F_contact."""
+    scene = scene.written_out()
     system, lines = scene.system, []
     rates = [sp.Symbol(HIDDEN + u.name) for u in system.u]
     same = [_dotted(q) + EQUALS + to_mathml(u) for q, u in zip(system.q, system.u, strict=True)]

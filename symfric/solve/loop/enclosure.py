@@ -90,6 +90,7 @@ def unseen(
     box = ca.SX.sym("box", 2 * (n_x + 1))
     needed = _ancestors(nodes, wanted)
     high = [n > order // 2 for n in degrees(nodes)]
+    products = any(high)
     ranges: dict[int, Range] = {}
     degree: dict[int, ca.SX] = {}
     for i in sorted(needed):
@@ -102,7 +103,8 @@ def unseen(
             ranges[i] = Range(box[k], box[n_x + 1 + k])
         else:
             ranges[i] = operation(node.op, [ranges[a] for a in node.args])
-        degree[i] = _degree(node, degree, ranges)
+        if products:
+            degree[i] = _degree(node, degree, ranges)
         if high[i] and node.op in (ca.OP_MUL, ca.OP_SQ):
             tame = ca.logic_or(degree[i] <= order // 2, _moderate(ranges[i]))
             ranges[i] = judged(ranges[i], tame, ranges[i].unseen)

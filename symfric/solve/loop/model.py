@@ -16,6 +16,8 @@ from symfric.solve.loop.series import Series, reach
 from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Wanted
 
+_WRITTEN = 60  # states up to which their polynomials are evaluated by straight-line code; beyond, in a loop
+
 
 def series_model(
     scene: Scene,
@@ -46,14 +48,15 @@ def series_model(
         States that results have; those of the scene unless given.
     """
     linear = variants[0].matrices is not None
-    functions = [f for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms) if f]
-    if not linear:
+    functions = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
+    rare = [f for v in variants for f in (v.prelude, v.terms) if f]
+    if not linear and len(automaton.states) <= _WRITTEN:
         functions.append(reach(len(automaton.states), automaton.layout.n_guards, variants[0].order))
     jump = variations.jump if variations else None
     functions += [jump] if jump else []
     if automaton.transition:
         functions.append(_joined_transition(automaton))
-    code = compile_functions([*functions, joined_gauge(automaton.gauge)])
+    code = compile_functions(functions, [*rare, joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
     first = make_arrays(automaton, variants, code.addresses, wanted.rows, pieces, jump)
     clock, limits = first.clock, first.limits

@@ -135,6 +135,11 @@ def _times(factor, a: ca.SX | None) -> ca.SX | None:
 
 
 def _product(a: Range, b: Range) -> Range:
+    for number, other in ((a, b), (b, a)):
+        if number.radius is None and number.unseen is None and number.middle.is_constant():
+            factor = float(number.middle)
+            size = abs(factor)
+            return Range(factor * other.middle, _times(size, other.radius), _times(size, other.unseen))
     radius = _plus(_times(ca.fabs(a.middle), b.radius), _times(b.largest, a.radius))
     return Range(a.middle * b.middle, radius, _plus(_times(a.largest, b.unseen), _times(b.largest, a.unseen)))
 

@@ -25,7 +25,7 @@ _SLACK = 50.0  # largest defect at a checked point, in tolerances
 def reach(w, h, far):
     """Compute the change of the states over a step h, and bounds of the change of the guards over `far`."""
     w.step[0], w.step[1] = h, far
-    if w.limits.linear:
+    if w.limits.linear or w.code[1] == 0:
         reach_of(w.c, h, far, w.y.size - 1, w.reach)
         return
     call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)

@@ -19,11 +19,12 @@ from symfric.solve.taylor.table import LONG, Table, length
 # moving operations for which two orders, or one, are. In larger systems this costs more than it saves: by measurement
 # the second order makes a cubic law 10 % faster and LuGre's 10 % slower.
 _STATES, _TWO, _ONE = 4, 20, 100
+_GATHERED = 6_000  # instructions of a field whose sums are gathered; in longer ones most are rows of numbers already
 
 
 def is_branching(field: ca.Function) -> bool:
     """Whether a moving quantity enters a root, a non-integer power or an inverse function."""
-    nodes, _ = read(gathered(field))
+    nodes, _ = read(field)
     return any(node.op in BRANCHING for node in nodes if node.moves)
 
 
@@ -49,7 +50,7 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     SceneError
         If an operation has no recurrence; named.
     """
-    nodes, outputs = read(gathered(field))
+    nodes, outputs = read(gathered(field) if field.n_instructions() <= _GATHERED else field)
     n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
     rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)

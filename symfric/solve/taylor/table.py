@@ -16,15 +16,18 @@ import casadi as ca
 from symfric.codegen.instructions import ENTIRE, Node
 from symfric.codegen.llvm_ir import Written, body
 from symfric.solve.taylor.fixed import Fixed
-from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled
+from symfric.solve.taylor.long_sums import long_sums
+from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled, times
 
 LONG = 30_000  # number of instructions of a written-out series beyond which it becomes a table
 _LINEAR = {ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_IF_ELSE_ZERO, ca.OP_ASSIGN, ca.OP_LIFT}
 _PRODUCT = {ca.OP_MUL, ca.OP_SQ}
 _STATE, _TIME, _SHORT = -1, -2, -3  # operations besides CasADi's: integral of a rate, time, an observable of low degree
+_ZERO, _PLUS, _MINUS, _PLUS_TIMES, _MINUS_TIMES = -4, -5, -6, -7, -8  # a sum begins; a term, or a multiple, is added
 # operation, degrees of its arguments, whether it saturates, whether it grows
 _Kind = tuple[int, tuple[int, ...], bool, bool]
 _Step = tuple[int, int, int]  # indices of the result and of two arguments
+_SUMMED: _Kind = (-9, (), False, False)  # a long sum
 _RULE = "void (double*, double*, [3 x i32]*, i64)*"
 
 
@@ -85,8 +88,12 @@ class Table:
     def __init__(self, nodes: Sequence[Node], outputs: Sequence[list[int]], fixed: Fixed, n_x: int, order: int):
         self._stride = order + 1
         degrees = _degrees(nodes, order)
-        computed = [i for i, node in enumerate(nodes) if node.moves and node.place is None]
-        used = {a for i in computed for a in nodes[i].args} | {i for group in outputs for i in group}
+        wanted = {i for group in outputs for i in group}
+        sums = long_sums(nodes, wanted)
+        args_of = {i: tuple(t.atom for t in terms) for i, terms in sums.items()}
+        computed = _needed(nodes, wanted, args_of)
+        used = {a for i in computed for a in args_of.get(i, nodes[i].args)} | wanted
+        used |= {t.factor for terms in sums.values() for t in terms if t.factor is not None}
         place = {i: fixed.index(i) for i in sorted(used) if not nodes[i].moves}
         begin = end = fixed.count
 
@@ -104,8 +111,20 @@ class Table:
         for i, rate in enumerate(outputs[0]):
             self._append((_STATE, (degrees[rate],), False, False), [(self._given[i], place[rate], place[rate])])
         self._append((_TIME, (), False, False), [(self._given[n_x], 0, 0)])
-        kind_of = {i: _kind_of(nodes[i], degrees) for i in computed}
-        for kind, run in _in_runs(nodes, kind_of):
+        kind_of = {i: _SUMMED if i in sums else _kind_of(nodes[i], degrees) for i in computed}
+        for kind, run in _in_runs(nodes, kind_of, args_of):
+            if kind == _SUMMED:
+                self._append((_ZERO, (), False, False), [(place[i], 0, 0) for i in run])
+                entries: dict[_Kind, list[tuple[int, _Step]]] = {}
+                for i in run:
+                    for n, term in enumerate(sums[i]):
+                        op = (_PLUS, _MINUS) if term.factor is None else (_PLUS_TIMES, _MINUS_TIMES)
+                        factor = place[term.atom if term.factor is None else term.factor]
+                        to: _Kind = (op[term.sign < 0], (degrees[term.atom],), False, False)
+                        entries.setdefault(to, []).append((n, (place[i], place[term.atom], factor)))
+                for to, steps in entries.items():  # terms of different sums in turn: none waits for the one before
+                    self._append(to, [step for _, step in sorted(steps, key=lambda e: e[0])])
+                continue
             self._append(kind, [(place[i], place[nodes[i].args[0]], place[nodes[i].args[-1]]) for i in run])
         short = {i: taken() for i in sorted({*outputs[1], *outputs[2]}) if degrees[i] < order}
         for i, target in short.items():
@@ -230,12 +249,26 @@ def _kind_of(node: Node, degrees: list[int]) -> _Kind:
     return node.op, tuple(degrees[a] for a in node.args), node.saturates, node.grows
 
 
-def _in_runs(nodes: Sequence[Node], kind_of: dict[int, _Kind]) -> list[tuple[_Kind, list[int]]]:
+def _needed(nodes: Sequence[Node], wanted: set[int], args_of: dict[int, tuple[int, ...]]) -> list[int]:
+    """Return the operations on what moves that the nodes wanted follow from, if long sums are taken at once."""
+    found, todo = set(), list(wanted)
+    while todo:
+        i = todo.pop()
+        if i not in found and nodes[i].moves and nodes[i].place is None:
+            found.add(i)
+            todo += args_of.get(i, nodes[i].args)
+    return sorted(found)
+
+
+def _in_runs(
+    nodes: Sequence[Node], kind_of: dict[int, _Kind], args_of: dict[int, tuple[int, ...]]
+) -> list[tuple[_Kind, list[int]]]:
     """Return the operations grouped into few runs of one kind, each after the operations on which it depends."""
-    waits = {i: sum(a in kind_of for a in nodes[i].args) for i in kind_of}
+    args = {i: args_of.get(i, nodes[i].args) for i in kind_of}
+    waits = {i: sum(a in kind_of for a in args[i]) for i in kind_of}
     users: dict[int, list[int]] = {i: [] for i in kind_of}
     for i in kind_of:
-        for a in nodes[i].args:
+        for a in args[i]:
             if a in kind_of:
                 users[a].append(i)
     ready: dict[_Kind, deque[int]] = {kind: deque() for kind in kind_of.values()}
@@ -246,8 +279,11 @@ def _in_runs(nodes: Sequence[Node], kind_of: dict[int, _Kind]) -> list[tuple[_Ki
     while any(ready.values()):
         kind = max(ready, key=lambda e: len(ready[e]))
         run: list[int] = []
-        while ready[kind]:
-            run.append(ready[kind].popleft())
+        now = ready[kind]
+        if kind == _SUMMED:  # they are carried out together: none may take the result of another
+            ready[kind] = deque()
+        while now:
+            run.append(now.popleft())
             for user in users[run[-1]]:
                 waits[user] -= 1
                 if waits[user] == 0:
@@ -272,6 +308,15 @@ def _rule(name: str, kind: _Kind, k: int) -> ca.Function:
         found = [ca.SX(k == 1)]
     elif op == _SHORT:
         found = [at(jets[0], k)]
+    elif op == _ZERO:
+        found = [ca.SX(0)]
+    elif op in (_PLUS, _MINUS, _PLUS_TIMES, _MINUS_TIMES):
+        factor, out = ca.SX.sym("factor"), ca.SX.sym("out", k + 1)
+        term = at(jets[0], k)
+        if op in (_PLUS_TIMES, _MINUS_TIMES):
+            term = times(factor, term)
+        new = out[k] if term is None else out[k] + term if op in (_PLUS, _PLUS_TIMES) else out[k] - term
+        return ca.Function(name, [given[0], factor, out, partner], [new])
     elif op >= 0 and not (k > 1 and _is_line(op, degrees)):
         carried: Jet = ca.vertsplit(partner) if k else []
         new = coefficient(op, k, ca.vertsplit(out) if k else [], jets, carried, saturates, grows)

@@ -1,0 +1,125 @@
+"""Scenes from matrices: their entries stay numbers, contacts and loads act along rows."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.linear_part import LinearPart, Row
+from symfric.model.outputs import Output
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, expression, finite, name_of, nearest
+from symfric.model.system import Contact, System
+from symfric.structures.contacts import RowContact, RowLoad
+from symfric.structures.rows import row_in
+
+if TYPE_CHECKING:
+    from symfric.structures.structure import Structure
+
+
+@alone(SYMBOLIC)
+def scene_of(
+    structure: "Structure",
+    contacts: Sequence[RowContact],
+    force,
+    values: Mapping[Key, float | None],
+    initial,
+    outputs: Mapping[str, Output] | None,
+    horizon: float,
+    mu,
+    observe: Mapping[str, object],
+) -> Scene:
+    """Return the scene of a structure; see `Structure.scene`."""
+    q, u = structure.symbols
+    rows: dict[sp.Symbol, Row] = {}
+    loads: list[tuple[sp.Expr, np.ndarray]] = []
+    known: dict[bytes, sp.Symbol] = {}
+
+    def named(name: str, of, weights: np.ndarray) -> sp.Symbol:
+        """Return the symbol of a row; the same one for the same row, so that parallel contacts are known as such."""
+        key = of.encode() + weights.tobytes()
+        if key not in known:
+            known[key] = sp.Symbol(name, real=True)
+            rows[known[key]] = Row(of, weights)
+        return known[key]
+
+    for name, entries in observe.items():
+        if not isinstance(name, str) or name in structure.names:
+            raise SceneError(f"the name {name!r} in observe is taken, or no string; choose another")
+        weights = row_in(structure, entries, f"the row {name!r}")
+        for symbol, of in ((sp.Symbol(name, real=True), "q"), (sp.Symbol(f"d_{name}", real=True), "u")):
+            rows[symbol] = Row("q" if of == "q" else "u", weights)
+    found = []
+    for c in contacts:
+        if not isinstance(c, RowContact):
+            raise SceneError(f"{c!r} in contacts is no sf.structures.RowContact")
+        slip = named(f"slip row of {c.name}", "u", row_in(structure, c.row, f"the row of contact {c.name!r}"))
+        normal = c.normal
+        if isinstance(normal, RowLoad):
+            weights = row_in(structure, normal.row, f"the row of the load of contact {c.name!r}")
+            start = expression(normal.N0, f"N0 of contact {c.name!r}")
+            normal = sp.Max(0, start + named(f"load row of {c.name}", "q", weights))
+            if c.normal.push is not None:
+                along = row_in(structure, c.normal.push, f"push of the load of contact {c.name!r}")
+                loads.append((normal - start, along))
+        speed = expression(c.speed, f"the speed of contact {c.name!r}")
+        found.append(Contact(c.name, slip - speed, normal, c.law, c.profile))
+    loads += _forces(structure, force)
+    scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
+    part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
+    system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
+    return Scene(system, found, values, _start(structure, initial), horizon, outputs)
+
+
+def _friction_of(structure: "Structure"):
+    if structure.friction is None:
+        raise SceneError("mu is given and the structure has no friction matrix; give it as `friction`")
+    return structure.friction
+
+
+def _forces(structure: "Structure", force) -> list[tuple[sp.Expr, np.ndarray]]:
+    """Return forces and the rows along which they act."""
+    if force is None:
+        return []
+    if isinstance(force, Mapping):
+        pairs = [(name_of(k) if isinstance(k, sp.Symbol) else k, e) for k, e in force.items()]
+    else:
+        pairs = list(force)
+        if len(pairs) == structure.n and not any(isinstance(e, tuple | list) for e in pairs):
+            pairs = [(i, e) for i, e in enumerate(pairs)]
+        elif not all(isinstance(e, tuple | list) and len(e) == 2 for e in pairs):
+            raise SceneError(
+                f"force is no mapping of names to expressions, no pairs (row, expression), no {structure.n} expressions"
+            )
+    found = []
+    for k, (row, e) in enumerate(pairs):
+        load = expression(e, f"force {k + 1}")
+        if load != 0:
+            found.append((load, row_in(structure, row, f"the row of force {k + 1}")))
+    return found
+
+
+def _start(structure: "Structure", initial) -> dict[str, object]:
+    """Return the start of every state; zero unless given."""
+    names = [s.name for group in structure.symbols for s in group]
+    start: dict[str, object] = dict.fromkeys(names, 0.0)
+    if initial is None:
+        return start
+    if isinstance(initial, Mapping):
+        for key, value in initial.items():
+            name = name_of(key)
+            if name not in start:
+                raise SceneError(f"{name} in initial is no state{nearest(name, names)}")
+            start[name] = value
+        return start
+    array = np.asarray(initial, dtype=float).ravel()
+    if array.size not in (structure.n, 2 * structure.n):
+        raise SceneError(
+            f"initial has {array.size} entries; give {structure.n} coordinates, or {2 * structure.n} states"
+        )
+    return start | {
+        name: finite(float(v), f"the initial value of {name}") for name, v in zip(names, array, strict=False)
+    }
