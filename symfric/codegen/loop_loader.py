@@ -1,4 +1,4 @@
-"""Load compiled event loops from the disk cache; numba is imported only to compile a missing one.
+"""Load event loops: machine code from the disk cache, else from what the package ships, else compiled by numba.
 
 To load numba and to make it read its own cache takes as long as everything else that a first result needs. A loop gets
 nothing but addresses, so that its machine code can be linked and called without numba, as the models' is.
@@ -18,11 +18,18 @@ import llvmlite.binding as llvm
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.object_cache import load, store
+from symfric.codegen.shipped_loops import shipped_object
 from symfric.codegen.target import link, target_key
 from symfric.locks import SYMBOLIC, alone
 
 _IMPORT = re.compile(r"^ *from (symfric[\w.]*) import ", re.MULTILINE)
 _PACKAGE = Path(__file__).parents[1]
+LOOPS = (
+    "symfric.solve.loop.entry",
+    "symfric.solve.loop.case_loop",
+    "symfric.solve.exact.oscillator.entry",
+    "symfric.solve.exact.record.entry",
+)
 FOLLOWED = ("symfric.codegen", "symfric.solve")  # packages whose imported modules count as sources too
 
 
@@ -46,7 +53,7 @@ _opened: dict[str, tuple[Loop, llvm.ExecutionEngine]] = {}  # keeps the engines 
 
 @alone(SYMBOLIC)
 def load_loop(module: str, what: str) -> Loop:
-    """Return the event loop of a module, loaded from the cache, or compiled and stored there.
+    """Return the event loop of a module, from the disk cache, else from what is shipped, else compiled.
 
     Parameters
     ----------
@@ -64,6 +71,10 @@ def load_loop(module: str, what: str) -> Loop:
         key = _key(module)
         kept = load(key)
         if kept is None:
+            kept = shipped_object(module, sources(module))
+            if kept is not None:
+                store(key, kept)
+        if kept is None:
             logging.getLogger("symfric").info("compiling %s, once for this machine", what)
             kept = _compiled(module)
             store(key, kept)
@@ -76,11 +87,22 @@ def load_loop(module: str, what: str) -> Loop:
 
 def _compiled(module: str) -> bytes:
     """Compile a loop; return the name of its function and the object code."""
+    result = _compile_result(module)
+    _, _, (code, _) = result.library.serialize_using_object_code()
+    return result.fndesc.llvm_func_name.encode() + b"\n" + code
+
+
+def optimised(module: str) -> tuple[str, str]:
+    """Compile a loop; return the name of its function and the optimised intermediate code."""
+    result = _compile_result(module)
+    return result.fndesc.llvm_func_name, result.library.get_llvm_str()
+
+
+def _compile_result(module: str):
     dispatcher = importlib.import_module(module).launch
     dispatcher.compile("int64(int64, int64)")
     (result,) = dispatcher.overloads.values()
-    _, _, (code, _) = result.library.serialize_using_object_code()
-    return result.fndesc.llvm_func_name.encode() + b"\n" + code
+    return result
 
 
 def _caller(address: int, what: str) -> Callable[[Table, bool], int]:

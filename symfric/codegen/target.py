@@ -27,7 +27,13 @@ def target_key() -> str:
     """Return the part of the cache key that identifies LLVM and the processor."""
     _prepare()
     features = llvm.get_host_cpu_features().flatten()
-    return "\n".join([llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), features])
+    return "\n".join([llvmlite.__version__, target_triple(), llvm.get_host_cpu_name(), features])
+
+
+def target_triple() -> str:
+    """Return processor, vendor and system for which code is made."""
+    _prepare()
+    return llvm.get_default_triple()
 
 
 def link(code: bytes) -> llvm.ExecutionEngine:

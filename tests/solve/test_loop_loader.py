@@ -1,14 +1,18 @@
-"""Compiled event loops on disk: what they are made from is part of the key under which they are kept."""
+"""Event loops on disk, compiled or shipped: what they are made from is part of the key under which they are kept."""
 
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from symfric.codegen.loop_loader import sources, sources_key
+import symfric as sf
+from symfric.codegen import shipped_loops
+from symfric.codegen.loop_loader import LOOPS, sources, sources_key
 
-LOOPS = ["symfric.solve.loop.entry", "symfric.solve.exact.oscillator.entry", "symfric.solve.exact.record.entry"]
 LOADED = "import sys, {}; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith('symfric.')), sep=chr(10))"
 
 
@@ -29,3 +33,72 @@ def test_the_key_changes_with_a_source(tmp_path, monkeypatch):
     assert sources_key("loop_with_a_key") == before
     file.write_text("LEFT = 2")
     assert sources_key("loop_with_a_key") != before
+
+
+def test_every_loop_of_the_package_is_among_those_that_are_shipped():
+    package = Path(sf.__file__).parent
+    loaded = [re.findall(r'load_loop\("([\w.]+)"', f.read_text(encoding="utf-8")) for f in package.rglob("*.py")]
+    assert sorted(name for names in loaded for name in names) == sorted(LOOPS)
+
+
+def needs_shipped(loop):
+    if not shipped_loops.place(loop).is_file():
+        pytest.skip("no loop is shipped for this family of processors")
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_the_shipped_loops_belong_to_the_present_sources(loop):
+    needs_shipped(loop)
+    made = shipped_loops.shipped_header(loop)
+    assert made["sources"] == shipped_loops.meaning(sources(loop)), "run python -m symfric.codegen.ship"
+
+
+def test_comments_docstrings_and_layout_have_no_meaning(tmp_path):
+    file = tmp_path / "loop.py"
+
+    def meaning(text):
+        file.write_text(text)
+        return shipped_loops.meaning([file])
+
+    assert meaning("def f(x):\n    return x + 1") == meaning('"""T"""\n\ndef f(x):  # why\n    "D"\n    return (x+1)')
+    assert meaning("def f(x):\n    return x + 1") != meaning("def f(x):\n    return x + 2")
+
+
+FIRST = """
+import sys
+sys.modules["numba"] = None  # whoever imports it fails
+import symfric as sf
+scene = sf.scenes.mass_on_belt(v_b=0.2).wanting({"end": sf.End()})
+for route in ("taylor", "exact"):
+    if route == "exact":
+        scene = sf.scenes.mass_on_belt(sf.laws.coulomb(0.4, 0.3), v_b=0.2).wanting({"end": sf.End()})
+    print(*sf.simulate(scene, 1e-10, route).checked().final)
+"""
+
+
+def test_a_first_result_needs_no_compiler(tmp_path):
+    for loop in LOOPS:
+        needs_shipped(loop)
+    environment = {**os.environ, "SYMFRIC_CACHE_DIR": str(tmp_path / "empty")}
+    done = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, env=environment, check=True)
+    found = np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+    smooth = sf.scenes.mass_on_belt(v_b=0.2)
+    dry = sf.scenes.mass_on_belt(sf.laws.coulomb(0.4, 0.3), v_b=0.2)
+    kept = [sf.simulate(s, 1e-10, r).final for s, r in ((smooth, "taylor"), (dry, "exact"))]
+    assert found == pytest.approx(np.array(kept), rel=1e-12, abs=1e-14)
+
+
+def test_a_shipped_loop_that_is_damaged_or_of_other_sources_is_not_used(tmp_path, monkeypatch):
+    loop = LOOPS[1]
+    needs_shipped(loop)
+    content = shipped_loops.place(loop).read_bytes()
+    monkeypatch.setattr(shipped_loops, "FOLDER", tmp_path)
+    assert shipped_loops.shipped_object(loop, sources(loop)) is None  # missing
+    shipped_loops.place(loop).write_bytes(content)
+    assert shipped_loops.shipped_object(loop, sources(loop)) is not None
+    assert shipped_loops.shipped_object(loop, sources(LOOPS[2])) is None
+    shipped_loops.place(loop).write_bytes(content[: len(content) // 2])
+    assert shipped_loops.shipped_object(loop, sources(loop)) is None
+    shipped_loops.place(loop).write_bytes(content)
+    monkeypatch.setattr(shipped_loops, "conditions", lambda: ["1", "another-system"])
+    assert shipped_loops.shipped_object(loop, sources(loop)) is None

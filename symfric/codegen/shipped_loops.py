@@ -1,0 +1,102 @@
+"""The event loops as optimised intermediate code of LLVM, shipped with the package for each family of processors.
+
+To compile a loop from its sources takes numba half a minute. Nearly all of it is spent on the way to the optimised
+intermediate code, which is the same for all processors of a family; machine code for the present one takes a second
+more. ``python -m symfric.codegen.ship`` writes the files anew; one that does not belong to the present sources is not
+used.
+"""
+
+import ast
+import hashlib
+import json
+import lzma
+import platform
+from pathlib import Path
+
+import llvmlite.binding as llvm
+
+from symfric.codegen.target import target_machine, target_triple
+
+FOLDER = Path(__file__).with_name("shipped")
+_OPTIMISATION = 3  # of the machine code, as numba has it
+
+
+def shipped_object(module: str, sources: list[Path]) -> bytes | None:
+    """Return the name of a loop's function, a line break, and its machine code; None if none is shipped for it.
+
+    Parameters
+    ----------
+    module : str
+        Of the loop.
+    sources : list of Path
+        The files from which it is compiled; other sources, another major version of LLVM, or another kind of processor
+        or system than those of the shipped file give None.
+    """
+    try:
+        known, bitcode = _read(module)
+    except (OSError, EOFError, lzma.LZMAError, ValueError):
+        return None
+    if known["made for"] != conditions() or known["sources"] != meaning(sources):
+        return None
+    code = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
+    return known["function"].encode() + b"\n" + code
+
+
+def shipped_header(module: str) -> dict[str, str]:
+    """Return what a shipped file says of itself."""
+    return _read(module)[0]
+
+
+def _read(module: str) -> tuple[dict, bytes]:
+    header, _, bitcode = lzma.decompress(place(module).read_bytes()).partition(b"\n")
+    return json.loads(header), bitcode
+
+
+def write_shipped(module: str, sources: list[Path], function: str, text: str) -> Path:
+    """Write the intermediate code of a loop; return the file.
+
+    Parameters
+    ----------
+    module, sources
+        As `shipped_object` takes them.
+    function : str
+        Name of the function that is called.
+    text : str
+        The optimised intermediate code.
+    """
+    header = {"function": function, "sources": meaning(sources), "made for": conditions()}
+    content = json.dumps(header).encode() + b"\n" + llvm.parse_assembly(text).as_bitcode()
+    FOLDER.mkdir(exist_ok=True)
+    place(module).write_bytes(lzma.compress(content, preset=9 | lzma.PRESET_EXTREME))
+    return place(module)
+
+
+def place(module: str) -> Path:
+    """Return the file of a loop for the present family of processors."""
+    return FOLDER / f"{module}.{platform.machine().lower()}.bc.xz"
+
+
+def conditions() -> list[str]:
+    """Return what the intermediate code depends on besides the sources: LLVM and the kind of system."""
+    return [str(llvm.llvm_version_info[0]), target_triple()]
+
+
+def meaning(sources: list[Path]) -> str:
+    """Return a key that changes with the statements of source files, not with comments, docstrings and layout."""
+    found = hashlib.sha256()
+    for file in sources:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            body = getattr(node, "body", None)
+            if isinstance(body, list):
+                node.body = [s for s in body if not _is_text(s)] or [ast.Pass()]
+        found.update(f"{file.stem}\n{ast.unparse(ast.fix_missing_locations(tree))}\n".encode())
+    return found.hexdigest()
+
+
+def _is_text(statement: ast.AST) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
