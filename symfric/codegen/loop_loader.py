@@ -27,6 +27,7 @@ _PACKAGE = Path(__file__).parents[1]
 LOOPS = (
     "symfric.solve.loop.entry",
     "symfric.solve.loop.case_loop",
+    "symfric.solve.lanes.entry",
     "symfric.solve.exact.oscillator.entry",
     "symfric.solve.exact.record.entry",
 )

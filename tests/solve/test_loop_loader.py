@@ -21,7 +21,7 @@ def test_every_compiled_function_that_a_loop_loads_is_among_its_sources(loop):
     code = LOADED.format(loop)
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     compiled = {f for f in loaded if "@compiled" in Path(f).read_text(encoding="utf-8")}
-    assert len(compiled) >= 3
+    assert len(compiled) >= 2
     assert compiled - {str(f) for f in sources(loop)} == set()
 
 
