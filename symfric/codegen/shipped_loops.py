@@ -87,16 +87,12 @@ def meaning(sources: list[Path]) -> str:
     for file in sources:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         for node in ast.walk(tree):
-            body = getattr(node, "body", None)
-            if isinstance(body, list):
-                node.body = [s for s in body if not _is_text(s)] or [ast.Pass()]
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and _is_text(node.body[:1]):
+                node.body = node.body[1:] or [ast.Pass()]
         found.update(f"{file.stem}\n{ast.unparse(ast.fix_missing_locations(tree))}\n".encode())
     return found.hexdigest()
 
 
-def _is_text(statement: ast.AST) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )
+def _is_text(statements: list[ast.stmt]) -> bool:
+    """Whether the first of some statements is a docstring."""
+    return any(isinstance(s, ast.Expr) and isinstance(getattr(s.value, "value", None), str) for s in statements)

@@ -1,6 +1,7 @@
 """Data of the figures of driven slides: maps, positioning errors, motions of two slides, limits of stability."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -228,7 +229,8 @@ def vibrates(figure: str, damping: str) -> bool:
 
 def slides_cycle_of(change: dict[str, float]) -> float:
     """Return the static friction above which a cycle exists, with some values of figure 14 changed."""
-    return drive.two_slides_threshold(**{k: v for k, v in {**PAIR, **change}.items() if k != "fs1"})
+    given: dict[str, Any] = {k: v for k, v in {**PAIR, **change}.items() if k != "fs1"}
+    return drive.two_slides_threshold(**given)
 
 
 def readings(number: int = 60) -> Readings:

@@ -109,7 +109,8 @@ def figure_9() -> FigureData:
 
 def _records(number: str, name: str) -> FigureData:
     """Return accelerations of a rod from a large and a small displacement, ours: the source does not say its own."""
-    rod, panels, shown, counts = RODS[name], [], [], {rod: [] for rod in RODS}
+    rod, panels, shown = RODS[name], [], []
+    counts: dict[str, list[int]] = {rod: [] for rod in RODS}
     for x0 in (0.01, 0.003):
         runs = {law: run_of(law, **RIG, **rod, x0=x0) for law in LAWS}
         t = np.linspace(0.0, 1.15 * max(run["stop_time"] for run in runs.values()), SAMPLES)
