@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.ensemble.attractors import Attractor, Collection
+from symfric.ensemble.cases import Listed
 from symfric.ensemble.grid import row_of
 from symfric.ensemble.progress import Progress
 from symfric.ensemble.sweep import sweep
@@ -21,6 +22,7 @@ from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.sizes import over_time
 
 _MOST = 20  # most attractors; starts that end in others are not labelled
+_TURNS = 8  # most horizons that motions slow to settle are followed together
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +145,8 @@ def basins(
     status, stops = found["status"].values.ravel().copy(), found["stop"].values.ravel()
     spread = _units(scene, axes, ends[:, status == 0])
     collection = Collection(scene, period, spread, near, tolerance)
-    label = _labelled(collection, ends, stops, status)
+    further = Listed(scene.wanting({"end": End(), "stop": StopTime()}), tolerance=tolerance)
+    label = _labelled(collection, lambda y: further.run({}, y, jobs), ends.copy(), stops, status)
     used = [k for k in range(len(collection.known)) if np.any(label == k)]
     place = np.full(len(collection.known) + 1, -1)  # the last entry is for starts without an attractor
     place[used] = np.arange(len(used))
@@ -181,19 +184,37 @@ def _units(scene: Scene, axes: Mapping[str, np.ndarray], ends: np.ndarray) -> np
     return over_time(size, len(scene.system.q), scene.horizon)
 
 
-def _labelled(collection: Collection, ends: np.ndarray, stops: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """Return the attractor index of every end (n_x, n), -1 if it has none; later failures are entered in `status`."""
+Follow = Callable[[np.ndarray], tuple[np.ndarray, dict[str, np.ndarray]]]  # states (n_x, n) one horizon further
+
+
+def _labelled(
+    collection: Collection, follow: Follow, ends: np.ndarray, stops: np.ndarray, status: np.ndarray
+) -> np.ndarray:
+    """Return the attractor index of every end (n_x, n), -1 if it has none; later failures are entered in `status`.
+
+    One open end after the other is followed until its attractor is known. If that is one of those known before, the
+    others are slow to come near it, and all of them are run for another horizon at once.
+    """
     label = np.full(status.size, -1)
     resting = (status == 0) & np.isfinite(stops)
     if np.any(resting):
         label[resting] = collection.rest()
-    open_ = np.flatnonzero((status == 0) & ~resting)
+    open_, turns = np.flatnonzero((status == 0) & ~resting), 0
     while open_.size and len(collection.known) < _MOST:
         known = len(collection.known)
         first = open_[0]
         label[first], status[first] = collection.settle(ends[:, first])
         open_ = open_[1:]
-        if len(collection.known) > known:
-            label[open_] = collection.nearest(ends[:, open_])
-            open_ = open_[label[open_] < 0]
+        if len(collection.known) == known:
+            if turns == _TURNS or not open_.size:
+                continue
+            turns += 1
+            status[open_], found = follow(ends[:, open_])
+            ends[:, open_] = found["end"]
+            rests = (status[open_] == 0) & np.isfinite(found["stop"])
+            if np.any(rests):
+                label[open_[rests]] = collection.rest()
+            open_ = open_[(status[open_] == 0) & ~rests]
+        label[open_] = collection.nearest(ends[:, open_])
+        open_ = open_[label[open_] < 0]
     return label
