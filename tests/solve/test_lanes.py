@@ -6,8 +6,10 @@ import sympy as sp
 from longer import longer
 
 import symfric as sf
+from symfric.solve.lanes import step
 from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.lanes.model import LaneModel, lane_width
+from symfric.solve.loop import event_loop, step_acceptance, step_size
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.taylor import route
 
@@ -34,6 +36,9 @@ SCENES = {
     "belt": (BELT.wanting(HALF), "v_b", (0.02, 0.45)),
     "belt, all outputs": (BELT.wanting(ALL), "v_b", (0.02, 0.45)),
     "dry belt": (sf.scenes.mass_on_belt(sf.laws.coulomb(0.4, 0.3), v_b=0.2).wanting(HALF), "v_b", (0.02, 0.45)),
+    "law with a bend": (sf.scenes.mass_on_belt(sf.laws.stribeck(0.4, 0.3, 0.1, 0.01), v_b=0.2).wanting(HALF), "v_b", (0.02, 0.6)),
+    "exponential law": (sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=0.2).wanting(HALF), "v_b", (0.02, 1.8)),
+    "infinite slope": (sf.scenes.mass_on_belt(sf.laws.square_root(0.3, 0.1, 0.4), v_b=0.2, horizon=20.0).wanting(HALF), "v_b", (0.02, 0.5)),
     "shaken belt": (sf.scenes.mass_on_belt(v_b=0.2, a=0.01, Omega=20.0, horizon=10.0).wanting(HALF), "Omega", (9, 30)),
     "driven over a floor": (
         scene(-X - U / 50 - X**3 / 5 + P * sp.cos(1.3 * sf.TIME), FLOOR, {**HALF, "f": sf.Max(sf.friction_force("floor"))}),
@@ -45,7 +50,7 @@ SCENES = {
     "infinite": (scene(P * X**3, [], HALF), "p", (0.1, 2.0)),
     "load that vanishes": (scene(-P * X, [sf.Contact("floor", U, 1 + 0 * P, sf.laws.coulomb(0.0))], HALF), "p", (0.1, 2.0)),
 }  # fmt: skip
-LONG = ("dry belt", "shaken belt", "load that vanishes")
+LONG = ("dry belt", "shaken belt", "load that vanishes", "exponential law", "infinite slope")
 
 
 def cases(name, n, tolerance=1e-9):
@@ -104,6 +109,17 @@ def test_grazes_are_found_in_lanes_too(tolerance):
         assert np.mean(fine.stats["events"] == batch.counted[:, 1]) > 0.99
 
 
+def test_lanes_follow_the_rules_of_the_event_loop():
+    assert (step.SLACK, step.NOTHING) == (step_acceptance._SLACK, step_acceptance._NOTHING)
+    assert (step.STRETCH, step.TINY, step.ONE, step.CUT) == (
+        event_loop._STRETCH,
+        step_size._TINY,
+        step_size._ONE,
+        step_size._CUT,
+    )
+    assert (step.INFINITE, step.MOST, step.PART) == (step_size._INFINITE, step_size._MOST, step_size._PART)
+
+
 def test_budgets_end_a_case_in_a_lane():
     for settings in (sf.Taylor(max_steps=50), sf.Taylor(max_events=9)):
         program = sf.prepare(BELT.wanting(HALF), route=settings)
@@ -136,7 +152,6 @@ def test_map_takes_lanes_for_many_cases(monkeypatch):
     [
         BELT.wanting({"s": sf.Samples(X, [1.0])}),
         BELT.wanting(HALF).regularised(1e-2),
-        sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=0.3).wanting(HALF),
         scene(-X - sp.Abs(X) * P, FLOOR, HALF),
     ],
 )

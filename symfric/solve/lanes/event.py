@@ -45,6 +45,7 @@ class _EventStep(Step):
         tau = g.select(hit, tau, h)
         self.require(tau > 0.0)
         gains, _ = self.reaches(c, tau, tau)
+        self.accept(c, tau, gains)
         self.advance(c, tau, gains, last & ~hit)
         v["fresh"] = v["fresh"] - v["fresh"]
         names = [n for n in self.at if n.startswith(("y", "scale", "other", "aux"))]

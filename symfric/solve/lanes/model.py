@@ -31,15 +31,15 @@ def lane_width() -> int:
 
 
 def plan_of(model: CompiledModel, automaton: Automaton, variants: list[Series], horizon: float) -> Plan | None:
-    """Return how a scene runs in lanes; None if it has something that is left to the event loop at every step.
+    """Return how a scene runs in lanes; None if it does not.
 
-    That are sampled inputs, values at given times, features of laws that steps have to look for, long equations, and
-    switches or several contacts, whose events the event loop settles.
+    That are scenes with sampled inputs, values at given times, long equations, loads that may vanish, switches or
+    several contacts.
     """
     rows, layout = model.wanted.rows, automaton.layout
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
-    if any(v.exposed for v in variants) or automaton.inputs or any(r.kind not in (RANGE, INTEGRAL) for r in rows):
+    if automaton.inputs or any(r.kind not in (RANGE, INTEGRAL) for r in rows):
         return None
     if layout.switches or layout.others or layout.loads or len(layout.lines) > 1:
         return None

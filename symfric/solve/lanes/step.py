@@ -22,6 +22,7 @@ ONE, CUT, PART = 2**52, 22, 2.0**20  # of logarithms in fixed point, see `symfri
 INFINITE, MOST = 2047 * ONE, 1023 << 30
 TINY = 1e-300
 STRETCH = 1.05  # see `symfric.solve.loop.event_loop`
+SLACK, NOTHING = 50.0, 1e-150  # see `symfric.solve.loop.step_acceptance`
 
 
 class Step:
@@ -45,6 +46,8 @@ class Step:
         self.at = plan.names()
         self.v: dict[str, Any] = {n: self.g.load(k) for n, k in self.at.items()}
         self.called: Any = self.g.load_mask(CALLED) if called else True
+        self.exposed = sorted({r for v in plan.variants for r in v.exposed})
+        self.checked = bool(self.exposed)
         self.plain: Any = True  # lanes in which nothing is left to the event loop
 
     def of(self, name: str, n: int) -> list:
@@ -65,10 +68,11 @@ class Step:
         for k, mask in masks.items():
             self.g.store_mask(k, self.g.logic("and", kept, mask))
 
-    def coefficients(self, f: ca.Function | Written | None, aux: Sequence) -> list[list]:
-        """Return the rows of a series or a short one."""
+    def coefficients(self, f: ca.Function | Written | None, aux: Sequence, state: Sequence | None = None) -> list[list]:
+        """Return the rows of a series or a short one, at the present state and time unless given."""
         assert isinstance(f, ca.Function), "see plan_of"
-        (flat,) = self.g.graph(f, [[*self.of("y", self.plan.n_x), self.v["t"]], aux])
+        state = [*self.of("y", self.plan.n_x), self.v["t"]] if state is None else state
+        (flat,) = self.g.graph(f, [state, aux])
         n = len(flat) // self.plan.n_r
         return [flat[i : i + n] for i in range(0, len(flat), n)]
 
@@ -109,6 +113,10 @@ class Step:
             most = a[0] if len(a) == 1 else g.best("sgt", *a)
             top = most if top is None else g.best("sgt", top, most)
             scale = g.max(g.max(v[f"scale{r}"], g.abs(row[1]) * v["h_last"]), EPS / fine * g.abs(row[0]))
+            if self.checked and self.plan.n_x <= r < self.plan.n_x + self.plan.n_g:
+                near = g.max(g.max(g.abs(row[0]), g.abs(row[1]) * v["h_last"]), EPS / fine * scale)
+                begins = self.plan.events and r == self.plan.n_x + backward(0)
+                scale = g.select(v["fresh"] > 0.0, scale, near) if begins else near
             self.require((scale >= TINY) | g.compare_whole("eq", most, 0))
             size = g.bits(scale)
             for k, e in enumerate(ends):
@@ -162,6 +170,59 @@ class Step:
         whole = total / g.select(twice, square, g.select(fresh, far, 1.0))
         known = g.select(fresh, g.abs(b[0]), 0.0) + g.select(twice, g.abs(row[1]) / far, 0.0)
         return self.stays(b, n, b[0], whole - known + 1e-15 * whole, far)
+
+    # -- step acceptance
+    def accept(self, c: list[list], h, gains: list) -> None:
+        """Leave a step to the event loop that may miss something; see `symfric.solve.loop.step_acceptance`."""
+        if not self.checked:
+            return
+        g, v, plan = self.g, self.v, self.plan
+        aux = self.of("aux", self.variant.prelude.nnz_out(0))
+        self._hide_nothing(c, h, aux)
+        end = [*(row[0] + e for row, e in zip(c, gains, strict=False)), v["t"] + (v["t_low"] + h)]
+        found = self.coefficients(self.variant.probe, aux, end)
+        fine = SLACK * plan.tolerance
+        for r in range(plan.automaton.n_q, plan.n_x):
+            start, truth = g.abs(c[r][1]), found[r][1]
+            rate = 0.0
+            for k in range(plan.order, 0, -1):
+                rate = rate * h + float(k) * c[r][k]
+            scale = g.max(g.max(v[f"scale{r}"], start * h), g.abs(truth) * h)
+            allowed = fine * scale + h * (1e-12 * (start + g.abs(truth)) + NOTHING)
+            self.require(g.abs(rate - truth) * h <= allowed)
+        for r in self.exposed:
+            if r >= plan.n_x:
+                truth, value = found[r][0], c[r][plan.order]
+                for k in range(plan.order - 1, -1, -1):
+                    value = value * h + c[r][k]
+                size = g.max(self._size_of(c, r, h), g.abs(truth))
+                self.require(g.abs(value - truth) <= (fine + 1e-12) * size + NOTHING)
+
+    def _hide_nothing(self, c: list[list], h, aux: list) -> None:
+        """Require that what may be unseen on the whole step stays below the tolerance."""
+        if self.variant.unseen is None:
+            return
+        g, v, plan = self.g, self.v, self.plan
+        middles, radii = [], []
+        for row in c[: plan.n_x]:
+            step, rest = h * row[1], 0.0
+            for k in range(plan.order, 1, -1):
+                rest = rest * h + g.abs(row[k])
+            middles.append(row[0] + 0.5 * step)
+            radii.append(0.5 * g.abs(step) + rest * h * h)
+        half = 0.5 * h
+        box = [*middles, v["t"] + (v["t_low"] + half), *radii, half]
+        (bound,) = g.graph(self.variant.unseen, [box, aux])
+        for r in self.exposed:
+            if r < plan.n_x:
+                allowed = plan.tolerance * g.max(v[f"scale{r}"], g.abs(c[r][1]) * h) / h + NOTHING
+            else:
+                allowed = plan.tolerance * self._size_of(c, r, h) + NOTHING
+            self.require(allowed >= bound[r])
+
+    def _size_of(self, c: list[list], r: int, h):
+        g = self.g
+        return g.max(g.max(self.v[f"scale{r}"], g.abs(c[r][0])), g.abs(c[r][1]) * h)
 
     # -- the end of a step
     def advance(self, c: list[list], h, gains: list, last) -> None:
@@ -306,6 +367,7 @@ def smooth_step(plan: Plan, width: int, name: str = "smooth") -> Written:
             k.require(k.begins(row, totals[i], far) if begins else k.stays(row, plan.order, row[0], totals[i], far))
         elif moves(row[0]):
             k.require(row[0] > 0.0)
+    k.accept(c, h, gains)
     k.advance(c, h, gains, last)
     if plan.events:
         k.v["fresh"] = k.v["fresh"] - k.v["fresh"]
