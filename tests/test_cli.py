@@ -341,7 +341,7 @@ def test_compiling_the_event_loop_is_announced(capsys, caplog, monkeypatch, tmp_
     monkeypatch.setattr(loop_loader, "load", lambda name: None)
     monkeypatch.setattr(loop_loader, "link", lambda code: SimpleNamespace(get_function_address=lambda name: 1))
     monkeypatch.setattr(loop_loader, "_compiled", lambda module: b"name\ncode")
-    monkeypatch.setattr(loop_loader, "sources", lambda module, followed: [])
+    monkeypatch.setattr(loop_loader, "sources", lambda module, followed=(): [])
 
     def open_anew():
         monkeypatch.setattr(loop_loader, "_opened", {})
