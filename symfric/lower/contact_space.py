@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-import scipy.linalg as sla
 
 from symfric.lower.constraint_forces import hold
 
@@ -68,6 +67,8 @@ def contact_space(mass: ca.SX, slopes: ca.SX) -> ContactSpace:
         inner, back, forth = J.T / root[:, None], lambda e: e / root[:, None], lambda e: e * root[:, None]
     else:
         L = np.linalg.cholesky(M)
+        import scipy.linalg as sla  # slow to import
+
         inner = sla.solve_triangular(L, J.T, lower=True)
         back, forth = lambda e: sla.solve_triangular(L.T, e), lambda e: L @ e
     Q, R = np.linalg.qr(inner)

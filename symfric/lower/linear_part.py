@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sps
 import sympy as sp
 
 from symfric.model.linear_part import LinearPart
@@ -47,4 +46,6 @@ def applied_in(part: LinearPart, read: Callable[[sp.Expr], ca.SX], q: ca.SX, u: 
 
 def _numbers(matrix) -> ca.DM:
     """Return a matrix of numbers, sparse."""
+    import scipy.sparse as sps  # slow to import
+
     return ca.DM(sps.csc_matrix(matrix))

@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import scipy.sparse as sps
 import sympy as sp
 
 from symfric.errors import SceneError
+
+if TYPE_CHECKING:  # slow to import, and few scenes have matrices
+    import scipy.sparse as sps
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +45,10 @@ class LinearPart:
         Forces f_j and the rows r_j along which they act, (n,).
     """
 
-    M: sps.csr_array
-    K: sps.csr_array
-    C: sps.csr_array | None = None
-    scaled: tuple[tuple[sp.Expr, sps.csr_array], ...] = ()
+    M: "sps.csr_array"
+    K: "sps.csr_array"
+    C: "sps.csr_array | None" = None
+    scaled: "tuple[tuple[sp.Expr, sps.csr_array], ...]" = ()
     rows: Mapping[sp.Symbol, Row] = field(default_factory=dict)
     loads: tuple[tuple[sp.Expr, np.ndarray], ...] = ()
 

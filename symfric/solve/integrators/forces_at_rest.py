@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, REDUNDANT, SHARES
@@ -189,6 +188,8 @@ class Rest:
         cost = np.append(np.zeros(len(firsts)), 1.0)
         limits = np.block([[np.eye(len(firsts)), -most[:, None]], [-np.eye(len(firsts)), -most[:, None]]])
         equal = np.column_stack([basis.T @ J.T, np.zeros(basis.shape[1])])
+        from scipy import optimize  # slow to import, and only here needed
+
         found = optimize.linprog(
             cost, limits, np.zeros(2 * len(firsts)), equal, basis.T @ total, [(None, None)] * len(firsts) + [(0, None)]
         )
