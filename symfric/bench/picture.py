@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symfric.bench.needs import Need
-from symfric.bench.scaling import Growth
+from symfric.bench.scaling import CostGrowth
 
 if TYPE_CHECKING:
     from symfric.bench.result import Benchmark
@@ -114,11 +114,11 @@ def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
     return result
 
 
-def growth_table(growths: Sequence[Growth]):
+def growth_table(growths: Sequence[CostGrowth]):
     """Return a rich Table of times over sizes, with the slope of their logarithms."""
     from rich.table import Table
 
-    result = Table(title="Growth of cost")
+    result = Table(title="CostGrowth of cost")
     for name in ("of", "sizes", "s for one", "times", "exponent"):
         result.add_column(name, justify="left" if name in ("of", "s for one") else "right")
     for g in growths:

@@ -17,7 +17,7 @@ from symfric.model.scene import Scene
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class OscillatorProblem:
     r"""The equation that heyoka's loop written by hand solves, in plain numbers.
 
     :math:`x'' + 2\beta x' + x + \mathrm{sgn}(w)\,\mu(|w|) = a\Omega^2\sin\Omega t`, w = x' - v_b, from (x0, 0), with
@@ -81,7 +81,7 @@ class Problem:
         Changes between stick, forward and backward slip; None where the law is continuous.
     source : str
         How the reference was found.
-    oscillator : Oscillator, optional
+    oscillator : OscillatorProblem, optional
         The same for `symfric.bench.peers.heyoka_by_hand`; `symfric.bench.peers.written_out` writes out any.
     speeds : tuple of float
         Belt speeds of a sweep; none otherwise.
@@ -95,12 +95,12 @@ class Problem:
     reference: tuple[str, ...]
     events: int | None
     source: str
-    oscillator: Oscillator | None = None
+    oscillator: OscillatorProblem | None = None
     speeds: tuple[float, ...] = ()
     window: tuple[float, float] = (0.0, 0.0)
 
     @property
-    def by_hand(self) -> Oscillator:
+    def by_hand(self) -> OscillatorProblem:
         """The oscillator of a problem that has one."""
         if self.oscillator is None:
             raise NotImplementedError(f"{self.name} is no oscillator that a loop was written for by hand")
@@ -119,7 +119,7 @@ def _settling() -> Problem:
         name="P1",
         title="Coulomb oscillator until it rests",
         scene=scene,
-        oscillator=Oscillator(mu_s=0.03, x0=1.0, horizon=scene.horizon, settles=True),
+        oscillator=OscillatorProblem(mu_s=0.03, x0=1.0, horizon=scene.horizon, settles=True),
         reference=(str(Decimal(rest.numerator) / rest.denominator), "0"),
         events=stops,
         source="closed form: every half cycle shortens the amplitude by 2 delta, handbook example 19.5",
@@ -134,7 +134,7 @@ def _belt(name, title, reference, events, *, horizon=100.0, a=0.0, Omega=0.0, v_
         name=name,
         title=title,
         scene=scenes.mass_on_belt(law, v_b=0.2, a=a, Omega=Omega, horizon=horizon).wanting({"end": End()}),
-        oscillator=Oscillator(
+        oscillator=OscillatorProblem(
             mu_s=0.4, c1=-0.45, c3=0.6, beta=0.05, v_b=0.2, a=a, Omega=Omega, v_s=v_s, horizon=horizon
         ),
         reference=reference,

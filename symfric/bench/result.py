@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 
 
 @dataclass(frozen=True)
-class Answer:
+class BenchAnswer:
     """Result of one run: final values, number of events, and the part of the problem that was run."""
 
     values: tuple[float, ...]
@@ -14,7 +14,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Point:
+class ErrorPoint:
     """One solver at one tolerance.
 
     Attributes
@@ -38,13 +38,13 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ErrorCurve:
     """One solver on one problem.
 
     Attributes
     ----------
     problem, solver : str
-    points : tuple of Point
+    points : tuple of ErrorPoint
     prepared : float
         Seconds to prepare it the first time and run it once: model, compilation, load.
     events : int or None
@@ -55,7 +55,7 @@ class Curve:
 
     problem: str
     solver: str
-    points: tuple[Point, ...]
+    points: tuple[ErrorPoint, ...]
     prepared: float
     events: int | None
     failure: str = ""
@@ -80,9 +80,9 @@ class Curve:
         part = math.log(left.error / error) / math.log(left.error / right.error)
         return left.seconds * (right.seconds / left.seconds) ** part
 
-    def front(self) -> tuple[Point, ...]:
+    def front(self) -> tuple[ErrorPoint, ...]:
         """Return the Pareto front, cheapest first."""
-        front: list[Point] = []
+        front: list[ErrorPoint] = []
         for point in sorted(self.points, key=lambda p: (p.seconds, p.error)):
             if not front or point.error < front[-1].error:
                 front.append(point)
@@ -102,7 +102,7 @@ class Benchmark:
 
     Attributes
     ----------
-    curves : tuple of Curve
+    curves : tuple of ErrorCurve
     rounds : int
     machine : dict
         Processor, Python and package versions.
@@ -114,14 +114,14 @@ class Benchmark:
         Of the problems.
     """
 
-    curves: tuple[Curve, ...]
+    curves: tuple[ErrorCurve, ...]
     rounds: int
     machine: dict[str, str]
     workarounds: dict[str, tuple[str, ...]]
     absent: dict[str, str]
     titles: dict[str, str]
 
-    def curve(self, problem: str, solver: str) -> Curve:
+    def curve(self, problem: str, solver: str) -> ErrorCurve:
         """Return one curve; raise KeyError if it was not measured."""
         for curve in self.curves:
             if (curve.problem, curve.solver) == (problem, solver):

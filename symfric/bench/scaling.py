@@ -22,7 +22,7 @@ _X = sp.Symbol("x", real=True)
 
 
 @dataclass(frozen=True)
-class Growth:
+class CostGrowth:
     """Time over one size.
 
     Attributes
@@ -50,7 +50,7 @@ class Growth:
         return {**plain, "exponent": self.exponent}
 
 
-def growth(progress: Callable[[str], None] | None = None) -> tuple[Growth, ...]:
+def growth(progress: Callable[[str], None] | None = None) -> tuple[CostGrowth, ...]:
     """Measure all growths.
 
     Notes
@@ -73,8 +73,8 @@ def growth(progress: Callable[[str], None] | None = None) -> tuple[Growth, ...]:
     return tuple(found)
 
 
-def _over(name: str, unit: str, sizes: Sequence[int], timed: Callable[[int], float]) -> Growth:
-    return Growth(name, unit, tuple(map(float, sizes)), tuple(timed(n) for n in sizes))
+def _over(name: str, unit: str, sizes: Sequence[int], timed: Callable[[int], float]) -> CostGrowth:
+    return CostGrowth(name, unit, tuple(map(float, sizes)), tuple(timed(n) for n in sizes))
 
 
 def _masses(route: str, number: int) -> float:

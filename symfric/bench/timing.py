@@ -12,7 +12,7 @@ import mpmath as mp
 
 from symfric.bench.peers.registry import Peer, peers
 from symfric.bench.problems import NAMES, Problem, named
-from symfric.bench.result import Answer, Benchmark, Curve, Point
+from symfric.bench.result import BenchAnswer, Benchmark, ErrorCurve, ErrorPoint
 from symfric.errors import SceneError
 
 _SAMPLE = 0.02  # least CPU time of a sample, s, so that the clock's resolution is negligible
@@ -26,8 +26,8 @@ class _Entry:
 
     peer: Peer
     tolerance: float
-    run: Callable[[], Answer]
-    answer: Answer
+    run: Callable[[], BenchAnswer]
+    answer: BenchAnswer
     repeats: int
     rounds: int
     samples: list[float] = field(default_factory=list)
@@ -101,7 +101,7 @@ def _processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) -> list[Curve]:
+def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) -> list[ErrorCurve]:
     entries: list[_Entry] = []
     failures: dict[str, str] = {}
     prepared: dict[str, float] = {}
@@ -158,11 +158,11 @@ def _sample(entry: _Entry) -> float:
             gc.enable()
 
 
-def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float, failure: str) -> Curve:
+def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float, failure: str) -> ErrorCurve:
     points = []
     for entry in (e for e in entries if e.peer is peer):
         points.append(
-            Point(
+            ErrorPoint(
                 tolerance=entry.tolerance,
                 seconds=statistics.median(entry.samples),
                 spread=max(entry.samples) / max(min(entry.samples), 1e-9),
@@ -170,10 +170,10 @@ def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float,
                 events=entry.answer.events,
             )
         )
-    return Curve(problem.name, peer.name, tuple(points), prepared, problem.events, failure)
+    return ErrorCurve(problem.name, peer.name, tuple(points), prepared, problem.events, failure)
 
 
-def achieved_error(answer: Answer, problem: Problem) -> float:
+def achieved_error(answer: BenchAnswer, problem: Problem) -> float:
     """Return the largest difference from the reference, computed with more digits than it has."""
     with mp.workdps(40):
         pairs = zip(answer.values, problem.reference[:: answer.every], strict=True)

@@ -66,7 +66,7 @@ class Slide:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class PositioningProblem:
     """A design parameter of a slide, the range of speeds, and the number of survey speeds."""
 
     numbers: dict
@@ -164,7 +164,7 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
     return _design(scene, problem, (low, high), value)
 
 
-def _best(problem: Problem, low: float, high: float) -> float:
+def _best(problem: PositioningProblem, low: float, high: float) -> float:
     """Return the value of the least error among those without stick-slip."""
     grid = np.unique(np.linspace(low, high, VALUES))
     slacks = np.array([problem.slack(e) for e in grid])
@@ -174,7 +174,7 @@ def _best(problem: Problem, low: float, high: float) -> float:
     return min((_least(problem, *piece) for piece in pieces), key=lambda f: (f[1], f[0]))[0]
 
 
-def _problem(scene: Scene, parameter: Key, speeds) -> Problem:
+def _problem(scene: Scene, parameter: Key, speeds) -> PositioningProblem:
     name = name_of(parameter)
     if name not in VARIED:
         raise SceneError(f"{name} is not a parameter that positioning can vary; give one of {', '.join(VARIED)}")
@@ -185,7 +185,7 @@ def _problem(scene: Scene, parameter: Key, speeds) -> Problem:
     missing = next((k for k in VARIED if numbers[k] is None and k != name), None)
     if missing:
         raise SceneError(f"no value for {missing}; add it to Scene.values")
-    return Problem({k: numbers[k] for k in (*VARIED, "damper")}, name, (low, high))
+    return PositioningProblem({k: numbers[k] for k in (*VARIED, "damper")}, name, (low, high))
 
 
 def _read(scene: Scene) -> dict:
@@ -237,7 +237,7 @@ def _inner(brentq, function, outside: float, inside: float) -> float:
     return inside
 
 
-def _least(problem: Problem, low: float, high: float) -> tuple[float, float]:
+def _least(problem: PositioningProblem, low: float, high: float) -> tuple[float, float]:
     """Return the value of the least error on an interval, and the error."""
     from scipy.optimize import minimize_scalar
 
@@ -254,7 +254,7 @@ def _least(problem: Problem, low: float, high: float) -> tuple[float, float]:
     return best
 
 
-def _missing(problem: Problem, value: float) -> str:
+def _missing(problem: PositioningProblem, value: float) -> str:
     V, _ = problem.nearest(value)
     slide = problem.at(value)
     limit = slide.threshold(V)
@@ -270,7 +270,7 @@ def _missing(problem: Problem, value: float) -> str:
     )
 
 
-def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: float) -> Design:
+def _design(scene: Scene, problem: PositioningProblem, bounds: tuple[float, float], value: float) -> Design:
     slide, name = problem.at(value), problem.name
     V, slack = problem.nearest(value)
     worst = problem.furthest(value)
@@ -289,7 +289,7 @@ def _design(scene: Scene, problem: Problem, bounds: tuple[float, float], value: 
     return design({name: value}, objective, active, full, check, curve, claim="optimal", neighbours=beside)
 
 
-def _beside(problem: Problem, bounds: tuple[float, float], value: float) -> list[Neighbour]:
+def _beside(problem: PositioningProblem, bounds: tuple[float, float], value: float) -> list[Neighbour]:
     """Return the neighbouring designs within the bounds."""
     found = []
     for word, sign in (("smaller", -1), ("larger", 1)):
@@ -301,13 +301,13 @@ def _beside(problem: Problem, bounds: tuple[float, float], value: float) -> list
     return found or [Neighbour(f"{problem.name} has no other value within its bounds", np.nan, np.nan)]
 
 
-def _on_jump(problem: Problem, bounds: tuple[float, float], value: float) -> bool:
+def _on_jump(problem: PositioningProblem, bounds: tuple[float, float], value: float) -> bool:
     """Whether stick-slip begins right beside a value, although there is slack at the value."""
     step = 1e-9 * (bounds[1] - bounds[0])
     return any(problem.slack(e) < 0 for e in (value - step, value + step) if bounds[0] <= e <= bounds[1])
 
 
-def _sticking(scene: Scene, problem: Problem, bounds: tuple[float, float], value: float) -> list[Compared]:
+def _sticking(scene: Scene, problem: PositioningProblem, bounds: tuple[float, float], value: float) -> list[Compared]:
     """Verify on the full model, over the speeds, that the slide does not stick again after its release from rest.
 
     The runs are slightly within the threshold: with less static friction or, without any, slightly away from the value

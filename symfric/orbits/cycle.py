@@ -10,7 +10,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
-from symfric.orbits.flow_map import Flow, Passage, flow_of
+from symfric.orbits.flow_map import FlowMap, Passage, flow_of
 from symfric.orbits.guess import Fades, Guess, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.solve.routes import prepare
@@ -170,7 +170,7 @@ def values_of(scene: Scene) -> dict[str, float]:
     return {s.name: v for s, v in scene.parameter_values().items()}
 
 
-def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
+def read_guess(guess, flow: FlowMap, forcing: float | None) -> Guess:
     """Return a user's guess as state, period, and multiple of the excitation's period."""
     if isinstance(guess, Orbit):
         state, period = guess.start, guess.period
@@ -188,7 +188,7 @@ def read_guess(guess, flow: Flow, forcing: float | None) -> Guess:
     return Guess(state, period, multiple, max(1, multiple))
 
 
-def _near(scene: Scene, flow: Flow, values: dict[str, float], guess: Guess) -> Orbit:
+def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -> Orbit:
     system = ShootingSystem(flow, values, guess.multiple)
     z = system.pack(guess.start, guess.period, values)
     before = system.follow(z)

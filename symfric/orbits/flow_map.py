@@ -33,7 +33,7 @@ BUDGETS = Taylor(max_steps=50_000, max_events=5_000)
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
-_FLOWS: dict[tuple, "Flow"] = {}  # compiled flow maps by their equations
+_FLOWS: dict[tuple, "FlowMap"] = {}  # compiled flow maps by their equations
 
 
 class Passage(NamedTuple):
@@ -94,7 +94,7 @@ class Guard(NamedTuple):
     size: float
 
 
-class Flow:
+class FlowMap:
     """The compiled flow map of a scene; may be evaluated from any thread.
 
     Parameters
@@ -256,7 +256,7 @@ def _guard_rates(automaton: Automaton) -> ca.Function:
 
 
 @alone(SYMBOLIC)
-def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> Flow:
+def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-13) -> FlowMap:
     """Return the compiled flow map of a scene, from a cache if one with the same equations exists.
 
     A cached one may hold the numbers of another scene: give all values to `Flow.run`.
@@ -265,9 +265,9 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
     integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
     key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance
     if scene.inputs or integrals:
-        return Flow(scene, parameters, tolerance)
+        return FlowMap(scene, parameters, tolerance)
     if key not in _FLOWS:
         while len(_FLOWS) >= _MOST_FLOWS:
             _FLOWS.pop(next(iter(_FLOWS)))
-        _FLOWS[key] = Flow(scene, parameters, tolerance)
+        _FLOWS[key] = FlowMap(scene, parameters, tolerance)
     return _FLOWS[key]

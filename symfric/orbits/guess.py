@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
-from symfric.orbits.flow_map import Flow
+from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.recurrence import nearest_return, passages
 from symfric.solve.run import Run
 from symfric.solve.status import Status
@@ -45,13 +45,13 @@ class Guess(NamedTuple):
     shrinking: bool = False
 
 
-def settled(scene: Scene, flow: Flow, forcing: float | None, patience: int) -> Guess:
+def settled(scene: Scene, flow: FlowMap, forcing: float | None, patience: int) -> Guess:
     """Simulate a scene until it settles, and return state and period of the motion then.
 
     Parameters
     ----------
     scene : Scene
-    flow : Flow
+    flow : FlowMap
     forcing : float or None
         Period of the excitation.
     patience : int
@@ -98,7 +98,7 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     return Guess(returns[:, -1], 0.0, turns, turns)
 
 
-def _motion(scene: Scene, flow: Flow, horizon: float) -> Run:
+def _motion(scene: Scene, flow: FlowMap, horizon: float) -> Run:
     run = flow.motion(scene, horizon)
     if run.status != Status.OK:
         raise NotFound(f"the motion of the scene ends early, {run.status.name}: {run.advice}")

@@ -8,7 +8,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
-from symfric.orbits.flow_map import Flow, flow_of
+from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.sizes import over_time
 
 LOST = 1e-11  # growth relative to the largest in a piece below which sticking has removed the direction
@@ -175,7 +175,7 @@ def _positive(value: float, what: str) -> float:
 
 
 def _grow(
-    flow: Flow, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
+    flow: FlowMap, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the growth of every direction in every piece after the transient (n, n_x), last state, doubtful ones."""
     slopes, low, high, doubtful = np.empty((lengths.size, y.size, y.size)), y, y, 0

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.flow_map import Flow, Passage
+from symfric.orbits.flow_map import FlowMap, Passage
 
 MOST_STEPS = 25
 CLOSED = 1e-12  # largest gap between end and start of a periodic orbit, relative to the range of a state
@@ -72,7 +72,7 @@ class ShootingSystem:
 
     Attributes
     ----------
-    flow : Flow
+    flow : FlowMap
         With derivatives by the free parameters.
     values : dict
         Values of all parameters, by name.
@@ -85,7 +85,7 @@ class ShootingSystem:
         Widths of the spans of the free parameters, which scale changes of a parameter near zero.
     """
 
-    flow: Flow
+    flow: FlowMap
     values: dict[str, float]
     multiple: int = 0
     test: TestFunction | None = None

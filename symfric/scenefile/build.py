@@ -19,7 +19,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME, nearest
 from symfric.model.system import Contact, System
 from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
-from symfric.scenefile.schema import Document, Friction, OwnScene, ReadyScene
+from symfric.scenefile.schema import Document, FrictionTable, OwnScene, ReadyScene
 
 OF_EXPRESSION = kinds.words(kinds.OutputOfExpression)
 PLAIN = {word: kind for word, kind in kinds.words().items() if word not in OF_EXPRESSION}
@@ -112,7 +112,7 @@ def check_arguments(place: str, function: Callable, given: Mapping, elsewhere: s
         raise SceneError(f"{elsewhere or place} needs {needed[0]}, an argument of {function.__name__}; add it")
 
 
-def _law(friction: Friction, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
+def _law(friction: FrictionTable, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
     """Return the law of one contact; `names` are the parameters available to it."""
     known = friction_laws()
     if friction.law not in known:
@@ -150,7 +150,7 @@ def exact(value: float) -> float | int:
     return int(value) if value.is_integer() and abs(value) < 1e15 else value
 
 
-def _spec(friction: Friction, contact: str) -> LawSpec:
+def _spec(friction: FrictionTable, contact: str) -> LawSpec:
     return LawSpec(contact, friction.law, dict(friction.__pydantic_extra__))
 
 

@@ -47,7 +47,7 @@ class Quench(Section):
     limits: QuenchLimits | None = None
 
 
-class Damper(Section):
+class DamperTable(Section):
     """Keys of ``[design.damper]``."""
 
     parameter: Text
@@ -109,7 +109,7 @@ class Designs(Section):
     """``[design]``: one table for each design, named like the function in ``sf.design``."""
 
     quench: Quench | None = None
-    damper: Damper | None = None
+    damper: DamperTable | None = None
     positioning: Positioning | None = None
     absorber: Absorber | None = None
     isolator: Isolator | None = None

@@ -51,7 +51,7 @@ class OwnScene(Section):
     horizon: Positive
 
 
-class Friction(Section):
+class FrictionTable(Section):
     """One contact: the law with its coefficients and, for own equations, where it acts."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
@@ -87,7 +87,7 @@ class Document(Section):
     description: Text = ""
     scene: ReadyScene | OwnScene
     values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
-    friction: Annotated[list[Friction], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
+    friction: Annotated[list[FrictionTable], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
     outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
     design: Designs = Designs()
@@ -114,7 +114,7 @@ def read_document(raw: dict) -> Document:
         close = next((nearest(k, ["scene"]) for k in data if k not in known and "mean" in nearest(k, ["scene"])), "")
         raise SceneError("there is no [scene] section" + (close or "; add one with a model, or with own equations"))
     scene = _checked(ReadyScene if "model" in _table(data["scene"], "scene") else OwnScene, data.pop("scene"), "scene")
-    friction = [_checked(Friction, c, p) for c, p in zip(contacts, places, strict=True)]
+    friction = [_checked(FrictionTable, c, p) for c, p in zip(contacts, places, strict=True)]
     return _checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
 
 

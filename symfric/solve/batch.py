@@ -12,7 +12,7 @@ from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.model.scene import Scene
-from symfric.solve.case_values import Cases
+from symfric.solve.case_values import CaseValues
 from symfric.solve.observables import wanted_of
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
@@ -115,7 +115,7 @@ def _labelled(name: str, rows: np.ndarray) -> tuple:
     return ("case", rows) if rows.ndim == 1 else ((f"{name}_index", "case"), rows)
 
 
-def merged(cases: Cases, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
+def merged(cases: CaseValues, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
     """Return the batch of all cases from those of some of them each, told which."""
 
     def joined(of) -> dict[str, np.ndarray]:
@@ -157,7 +157,7 @@ class _Runs(NamedTuple):
 
 def make_batch(
     scene: Scene,
-    cases: Cases,
+    cases: CaseValues,
     final: np.ndarray,
     t_final: np.ndarray,
     status: np.ndarray,
@@ -175,7 +175,7 @@ def make_batch(
 
 
 def batch_of_runs(
-    scene: Scene, run: Callable[..., Run], cases: Cases, threads: int, progress: Callable[[float], None] | None
+    scene: Scene, run: Callable[..., Run], cases: CaseValues, threads: int, progress: Callable[[float], None] | None
 ) -> Batch:
     """Return the batch of a program that makes its runs one by one.
 
@@ -184,7 +184,7 @@ def batch_of_runs(
     scene : Scene
     run : callable
         Of values and starts by name.
-    cases : Cases
+    cases : CaseValues
     threads : int
     progress : callable or None
         Called with the fraction of the cases that are done.

@@ -10,7 +10,7 @@ from symfric.errors import SceneError
 from symfric.model.symbols import Key, finite, name_of
 
 
-class Cases(NamedTuple):
+class CaseValues(NamedTuple):
     """What varies from case to case.
 
     Attributes
@@ -24,10 +24,10 @@ class Cases(NamedTuple):
     values: dict[str, Any]
     initial: dict[str, Any]
 
-    def some(self, chosen: np.ndarray) -> "Cases":
+    def some(self, chosen: np.ndarray) -> "CaseValues":
         """Return some of the cases."""
         parts = ({n: v if isinstance(v, float) else v[chosen] for n, v in d.items()} for d in self[1:])
-        return Cases(int(np.count_nonzero(chosen)), *parts)
+        return CaseValues(int(np.count_nonzero(chosen)), *parts)
 
     def of(self, k: int) -> tuple[dict[str, float], dict[str, float]]:
         """Return values and starts of one case."""
@@ -39,7 +39,7 @@ class Cases(NamedTuple):
         return {n: np.full(self.size, v, dtype=float) for n, v in (self.values | self.initial).items()}
 
 
-def read_cases(values: Mapping[Key, Any] | None, initial: Mapping[Key, Any] | None) -> Cases:
+def read_cases(values: Mapping[Key, Any] | None, initial: Mapping[Key, Any] | None) -> CaseValues:
     """Read numbers and rows of numbers by name.
 
     Raises
@@ -66,7 +66,7 @@ def read_cases(values: Mapping[Key, Any] | None, initial: Mapping[Key, Any] | No
         told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise SceneError(f"the rows have different lengths: {told}; give rows of the same length, or single numbers")
     (size,) = sizes
-    return Cases(size, *({n: _repeated(v, size) for n, v in rows.items()} for rows in found))
+    return CaseValues(size, *({n: _repeated(v, size) for n, v in rows.items()} for rows in found))
 
 
 def _row(value: Any, name: str) -> Any:

@@ -12,7 +12,7 @@ from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
-from symfric.solve.case_values import Cases, read_cases, refuse_lists, workers_of
+from symfric.solve.case_values import CaseValues, read_cases, refuse_lists, workers_of
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
@@ -77,7 +77,7 @@ class Numbers:
         size = len(next(iter(values.values())))
         return [np.broadcast_to(v, (size,)) for v in numbers]
 
-    def rows(self, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
+    def rows(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
         """Return starts (n, states) and parameters (n, ...) of many cases; a start given by a formula may be NaN.
 
         Raises
@@ -194,7 +194,7 @@ class Compiled:
         refuse_lists(self.scene.outputs)
         return self._map(read_cases(values, initial), workers_of(threads), progress)
 
-    def _map(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
+    def _map(self, cases: CaseValues, threads: int, progress: Callable[[float], None] | None) -> Batch:
         other = np.zeros(cases.size, dtype=bool)  # cases with values that differ from built-in ones
         for name, row in cases.values.items():
             if name in self.built_in:
@@ -211,7 +211,7 @@ class Compiled:
             cases, [(other, apart), (~other, self._map_own(second, threads, _between(progress, middle, 1.0)))]
         )
 
-    def _map_own(self, cases: Cases, threads: int, progress: Callable[[float], None] | None) -> Batch:
+    def _map_own(self, cases: CaseValues, threads: int, progress: Callable[[float], None] | None) -> Batch:
         """Run cases whose built-in values are unchanged."""
         model, (y, p) = self._model, self._numbers.rows(cases)
         kept = self._run_cases(y, p, threads, progress)

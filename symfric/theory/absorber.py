@@ -14,7 +14,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.symbols import finite
 
 
-class Symbols(NamedTuple):
+class AbsorberSymbols(NamedTuple):
     """Symbols of the formulas."""
 
     mu: sp.Symbol
@@ -40,7 +40,7 @@ class Tuned(NamedTuple):
     value: float | sp.Expr
 
 
-SYMBOLS = Symbols(*sp.symbols("mu f zeta g", positive=True))
+SYMBOLS = AbsorberSymbols(*sp.symbols("mu f zeta g", positive=True))
 # relative imaginary part up to which a root counts as real, because rounding splits double roots
 _REAL = 1e-7
 

@@ -82,7 +82,7 @@ class Friction:
 
 
 @dataclass(frozen=True, eq=False)
-class Oscillator:
+class AveragedOscillator:
     """A scene of one coordinate about steady sliding, in symbols or numbers.
 
     Attributes
@@ -112,7 +112,7 @@ class Oscillator:
         return (self.force.subs(self.q, self.position + self.q) / self.mass + self.omega**2 * self.q).expand()
 
 
-def _oscillator(scene: Scene) -> Oscillator:
+def _oscillator(scene: Scene) -> AveragedOscillator:
     """Check the scene, find its equilibrium and split it into oscillator and rest."""
     scene = scene.written_out()
     system = scene.system
@@ -153,7 +153,7 @@ def _oscillator(scene: Scene) -> Oscillator:
     frictions = tuple(_friction(c, u, numbers, scene) for c in contacts)
     force = system.force[0].subs(numbers)
     remaining = {} if numbers else values
-    return Oscillator(q, u, position, sp.sqrt(stiffness / mass), mass, force, frictions, remaining)
+    return AveragedOscillator(q, u, position, sp.sqrt(stiffness / mass), mass, force, frictions, remaining)
 
 
 def _used(scene: Scene, contacts: tuple[Contact, ...]) -> dict[sp.Symbol, float | None]:
@@ -197,7 +197,7 @@ def _friction(contact: Contact, u: sp.Symbol, numbers: dict, scene: Scene) -> Fr
     return Friction(loaded, side * w, turn * J, side * turn)
 
 
-def _first_order(o: Oscillator) -> SlowFlow:
+def _first_order(o: AveragedOscillator) -> SlowFlow:
     A = AMPLITUDE
     sine_part, cosine_part = (_smooth_mean(o, weight) for weight in (0, 1))
     edges, positive = [], []
@@ -222,7 +222,7 @@ def _tidy(expr: sp.Expr) -> sp.Expr:
     return sp.expand(expr) if not expr.has(sp.Integral) else expr
 
 
-def _smooth_mean(o: Oscillator, weight: int) -> sp.Expr:
+def _smooth_mean(o: AveragedOscillator, weight: int) -> sp.Expr:
     """Return the mean of the acceleration -h without friction times sin psi (weight 0) or cos psi (weight 1)."""
     A = AMPLITUDE
 
@@ -234,7 +234,7 @@ def _smooth_mean(o: Oscillator, weight: int) -> sp.Expr:
     return arc_mean(body, whole, sp.Integer(0), sp.Integer(0))
 
 
-def _friction_means(o: Oscillator, friction: Friction):
+def _friction_means(o: AveragedOscillator, friction: Friction):
     """Return the amplitudes at which the formula changes, and the two means of the acceleration by friction."""
     A, contact = AMPLITUDE, friction.contact
     V = friction.pull * o.omega * A

@@ -22,14 +22,14 @@ class Arc(NamedTuple):
     sign: int
 
 
-class Range(NamedTuple):
+class HarmonicRange(NamedTuple):
     """The arcs that make up half a period for swings V of the slip velocity below `top`."""
 
     top: sp.Expr
     arcs: tuple[Arc, ...]
 
 
-def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr) -> tuple[Range, ...]:
+def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr) -> tuple[HarmonicRange, ...]:
     """Split half a period of the slip ``w = W + V cos theta``, W >= 0, V > 0, at zeros of w and breaks of the law.
 
     Parameters
@@ -47,8 +47,8 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
     """
     if not breaks:
         split = sp.acos(-W / V)
-        both = Range(sp.oo, (Arc(sp.Integer(0), split, kinetic, 1), Arc(split, sp.pi, kinetic, -1)))
-        return (both,) if W.is_zero else (Range(W, (Arc(sp.Integer(0), sp.pi, kinetic, 1),)), both)
+        both = HarmonicRange(sp.oo, (Arc(sp.Integer(0), split, kinetic, 1), Arc(split, sp.pi, kinetic, -1)))
+        return (both,) if W.is_zero else (HarmonicRange(W, (Arc(sp.Integer(0), sp.pi, kinetic, 1),)), both)
     if not W.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for the sliding speed")
     pieces = pieces_between(kinetic, breaks)
@@ -65,7 +65,7 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
             w = (upper + lower) / 2
             branch = pieces[sum(1 for b in breaks if abs(w) > b)]
             arcs.append(Arc(start, stop, branch, 1 if w > 0 else -1))
-        result.append(Range(top, tuple(arcs)))
+        result.append(HarmonicRange(top, tuple(arcs)))
     return tuple(result)
 
 

@@ -11,14 +11,14 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.symbols import finite
 
 
-class Symbols(NamedTuple):
+class ScalingSymbols(NamedTuple):
     """L: length of the prototype over that of the model; D: density of the model over that of the prototype."""
 
     L: sp.Symbol
     D: sp.Symbol
 
 
-SYMBOLS = Symbols(*sp.symbols("L D", positive=True))
+SYMBOLS = ScalingSymbols(*sp.symbols("L D", positive=True))
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,7 +23,7 @@ from symfric.theory.decay import decisions as decisions
 from symfric.theory.decay import energy_balance as energy_balance
 
 
-class Symbols(NamedTuple):
+class TransientSymbols(NamedTuple):
     """Symbols of `symfric.scenes.coulomb_oscillator`."""
 
     delta: sp.Symbol
@@ -46,7 +46,7 @@ class DamperSymbols(NamedTuple):
     v_c: sp.Symbol
 
 
-SYMBOLS = Symbols(
+SYMBOLS = TransientSymbols(
     delta=sp.Symbol("delta", positive=True),
     delta_s=sp.Symbol("delta_s", positive=True),
     x0=sp.Symbol("x0", real=True),
@@ -262,15 +262,15 @@ def _mean_friction(a: sp.Expr, literal: bool) -> sp.Expr:
     return 1 + sp.pi / 2 * (struve if literal else struve - sp.besseli(1, a))
 
 
-def _count(o: Symbols) -> sp.Expr:
+def _count(o: TransientSymbols) -> sp.Expr:
     return sp.Max(0, sp.ceiling((sp.Abs(o.x0) - o.delta_s) / (2 * o.delta)))
 
 
-def _rest(o: Symbols, n: int | sp.Expr) -> sp.Expr:
+def _rest(o: TransientSymbols, n: int | sp.Expr) -> sp.Expr:
     return (-1) ** n * (o.x0 - 2 * n * o.delta * sp.sign(o.x0))
 
 
-def _half_cycles(given: Symbols) -> int:
+def _half_cycles(given: TransientSymbols) -> int:
     if abs(given.x0) <= given.delta_s:
         return 0
     if given.delta == 0:
@@ -281,10 +281,10 @@ def _half_cycles(given: Symbols) -> int:
     return int(result)
 
 
-def _given(delta, delta_s, x0, omega_n=1) -> Symbols:
+def _given(delta, delta_s, x0, omega_n=1) -> TransientSymbols:
     """Return the arguments as given, or the values of a scene if one is given."""
     if not isinstance(delta, Scene):
-        return Symbols(delta, delta if delta_s is None else delta_s, x0, omega_n)
+        return TransientSymbols(delta, delta if delta_s is None else delta_s, x0, omega_n)
     if delta_s is not None or x0 != 1 or omega_n != 1:
         raise SceneError("delta_s, x0 and omega_n are those of the scene; change them with scene.where({...})")
     model = scenes.coulomb_oscillator(1.0)
@@ -298,14 +298,14 @@ def _given(delta, delta_s, x0, omega_n=1) -> Symbols:
     if start[u] != 0:
         raise SceneError(f"the scene starts with u = {start[u]:g}; the exact stop holds for a release from rest")
     named = {s.name: v for s, v in delta.values.items()}
-    return Symbols(named["delta"], named["delta_s"], start[x], named["omega_n"])
+    return TransientSymbols(named["delta"], named["delta_s"], start[x], named["omega_n"])
 
 
-def _exact(given: Symbols) -> Symbols:
+def _exact(given: TransientSymbols) -> TransientSymbols:
     """Return the oscillator's numbers as exact ones, checked."""
     if given.delta is None:
         raise SceneError("no delta; give numbers or a scene, or ask for the formula with symbolic=True")
-    exact = Symbols(*(_rational(v, name) for v, name in zip(given, Symbols._fields, strict=True)))
+    exact = TransientSymbols(*(_rational(v, name) for v, name in zip(given, TransientSymbols._fields, strict=True)))
     if exact.delta < 0:
         raise SceneError(f"delta is {given.delta}; it must not be negative")
     if exact.delta_s < exact.delta:

@@ -11,7 +11,7 @@ from symfric.orbits.steady_state import Vibration
 from symfric.report.study import figures
 from symfric.report.study.friction_curves import FrictionCurve
 from symfric.report.study.measurement import SampledMotion
-from symfric.report.study.prediction import Curve
+from symfric.report.study.prediction import PredictionCurve
 from symfric.report.study.study import SweepResult
 
 UNITS = {"x": "m", "u": "m/s", "t": "s", "v_b": "m/s"}
@@ -28,7 +28,7 @@ def motion():
 def sweep():
     values = np.linspace(0.1, 0.5, 5)
     computed = tuple(Vibration(v, -v) for v in values)
-    curve = Curve("averaging", "first order", values, 1.1 * values)
+    curve = PredictionCurve("averaging", "first order", values, 1.1 * values)
     return SweepResult("v_b", "x", values, computed, (curve,), "", {"onset of vibration": 0.44}, 0.1 * values)
 
 

@@ -13,7 +13,7 @@ from symfric.codegen.instructions import read
 from symfric.lower.automaton import lower
 from symfric.solve.taylor import expansion, recurrences
 from symfric.solve.taylor.expansion import expand
-from symfric.solve.taylor.table import Table, length
+from symfric.solve.taylor.table import OperationTable, length
 from tests.solve.test_jets import OPERATIONS, ORDER, POINT, field_of
 from tests.threads.together import difference, together
 
@@ -56,8 +56,8 @@ def tables(monkeypatch, tmp_path):
     """Make all series tables, and count them."""
     monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path))
     made = []
-    function = Table.function
-    monkeypatch.setattr(Table, "function", lambda self, *given: made.append(self) or function(self, *given))
+    function = OperationTable.function
+    monkeypatch.setattr(OperationTable, "function", lambda self, *given: made.append(self) or function(self, *given))
 
     def switch():
         monkeypatch.setattr(expansion, "LONG", 0)

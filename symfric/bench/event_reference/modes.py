@@ -15,7 +15,7 @@ LEADS = (1e-7, 1e-5, 1e-3)  # times after which a tie is evaluated, relative to 
 
 
 @dataclass(frozen=True)
-class Mode:
+class SmoothMode:
     """One smooth piece of the equations.
 
     Attributes
@@ -46,12 +46,12 @@ class Mechanics:
         self.slopes: tuple[float, ...] = ()
         self.since = 0.0
 
-    def arguments(self, t, y, mode: Mode):
+    def arguments(self, t, y, mode: SmoothMode):
         """Return the arguments of the functions; for arrays of times, `y` has one column for each."""
         inputs = [a + b * (t - self.since) for a, b in zip(self.signals, self.slopes, strict=True)]
         return (t, *y, *self.values, *inputs, *self.slopes, *mode.modes, *mode.signs)
 
-    def parts(self, t: float, y, mode: Mode):
+    def parts(self, t: float, y, mode: SmoothMode):
         """Return mass, force, rates, rows, drifts, kinetic friction and bounds of sticking as arrays."""
         e = self.e
         parts = np.split(np.array(e.core(*self.arguments(t, y, mode)), dtype=float), e.cuts[:-1])
@@ -64,14 +64,14 @@ class Mechanics:
         signs = (1,) * e.n_k
         watched = np.zeros(e.n_c + e.n_k)
         for _ in range(e.n_k + 1):
-            watched = np.array(e.watched(*self.arguments(t, y, Mode(modes, signs))), dtype=float)
+            watched = np.array(e.watched(*self.arguments(t, y, SmoothMode(modes, signs))), dtype=float)
             found = tuple(1 if g > 0 else -1 for g in watched[e.n_c :])
             if found == signs:
                 break
             signs = found
         return watched, signs
 
-    def rate(self, t: float, y, mode: Mode) -> np.ndarray:
+    def rate(self, t: float, y, mode: SmoothMode) -> np.ndarray:
         """Return dy/dt."""
         e = self.e
         if e.n == 1 and e.n_c <= 1 and not any(mode.modes) and not e.n_c:
@@ -85,7 +85,7 @@ class Mechanics:
         a, _, parts = self.motion(t, y, mode)
         return np.concatenate([y[e.n : 2 * e.n], a, parts[2]])
 
-    def motion(self, t: float, y, mode: Mode):
+    def motion(self, t: float, y, mode: SmoothMode):
         """Return accelerations, friction forces of every contact, and the terms of the equations."""
         parts = self.parts(t, y, mode)
         mass, force, _, rows, drift, friction, _ = parts
@@ -103,7 +103,7 @@ class Mechanics:
         push[stuck] = np.linalg.lstsq(rows[stuck].T, held.T @ found[n:], rcond=_RANK)[0]
         return found[:n], push, parts
 
-    def excess(self, t: float, y, mode: Mode, motion=None) -> np.ndarray:
+    def excess(self, t: float, y, mode: SmoothMode, motion=None) -> np.ndarray:
         """Return the relative excess of every sticking contact over its bound, <= 0 where it holds.
 
         Contacts with dependent rows share the force so that the largest excess is least.
@@ -190,7 +190,7 @@ class Choice:
         self._scales = np.zeros(mechanics.e.n + mechanics.e.n_c + mechanics.e.n_k)
         self.alternatives = False  # whether several combinations were admissible that move differently
 
-    def at(self, t: float, y: np.ndarray, at_zero, small: np.ndarray) -> Mode | None:
+    def at(self, t: float, y: np.ndarray, at_zero, small: np.ndarray) -> SmoothMode | None:
         """Return the admissible mode in which most contacts stick; None if there is none.
 
         Parameters
@@ -203,7 +203,7 @@ class Choice:
         e = self.m.e
         watched, signs = self.m.look(t, y, (1,) * e.n_c)
         slips = watched[: e.n_c]
-        self.see(t, y, Mode((1,) * e.n_c, signs))
+        self.see(t, y, SmoothMode((1,) * e.n_c, signs))
         scales = self._scales
         rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, small, strict=False)]
         options = [(0, -1, 1) if r else (int(np.sign(w)),) for r, w in zip(rest, slips, strict=True)]
@@ -214,11 +214,11 @@ class Choice:
         ]
         order = -1 if self.preference else 1
         candidates = sorted(candidates[::order], key=lambda c: -c[0].count(0))
-        accepted: list[tuple[Mode, np.ndarray]] = []
+        accepted: list[tuple[SmoothMode, np.ndarray]] = []
         for modes, signs, edge in candidates:
             if accepted and modes.count(0) < accepted[0][0].modes.count(0):
                 break
-            found = self._admissible(t, y, Mode(modes, signs), rest, edge, scales)
+            found = self._admissible(t, y, SmoothMode(modes, signs), rest, edge, scales)
             if found is not None:
                 accepted.append((found, self.m.rate(t, y, found)))
         if not accepted:
@@ -228,7 +228,7 @@ class Choice:
         self.alternatives |= any(np.max(np.abs(other - first)) > 1e-9 * size for _, other in accepted[1:])
         return accepted[0][0]
 
-    def see(self, t: float, y: np.ndarray, mode: Mode) -> None:
+    def see(self, t: float, y: np.ndarray, mode: SmoothMode) -> None:
         """Update the largest sizes of forces, slips and guards, the scales of their zeros."""
         found = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
         self._scales = np.maximum(self._scales, found)
@@ -246,7 +246,7 @@ class Choice:
         for choice in itertools.product(*options):
             yield choice, edge
 
-    def _admissible(self, t, y, mode: Mode, rest, edge, scales) -> Mode | None:
+    def _admissible(self, t, y, mode: SmoothMode, rest, edge, scales) -> SmoothMode | None:
         m, e = self.m, self.m.e
         motion = m.motion(t, y, mode)
         a, push, parts = motion
@@ -289,12 +289,12 @@ class Choice:
                 away = sum(-float(slopes[k, 1 : 1 + e.n] @ inverse @ rows[i]) * pushes[i] for i in range(e.n_c))
                 if away * mode.signs[k] < 0:
                     return None
-        mode = Mode(mode.modes, mode.signs, tuple(resting), tuple(pushes))
+        mode = SmoothMode(mode.modes, mode.signs, tuple(resting), tuple(pushes))
         if tied and not self._holds(t, y, mode, rest, scales):
             return None
         return mode
 
-    def _side_later(self, t: float, y, mode: Mode, k: int, reach: float) -> float:
+    def _side_later(self, t: float, y, mode: SmoothMode, k: int, reach: float) -> float:
         """Return the sign of a guard that starts at zero without slope and curvature; zero if it stays there."""
         for lead in LEADS[1:]:
             after, state = self._later(t, y, mode, lead)
@@ -303,7 +303,7 @@ class Choice:
                 return float(np.sign(guard))
         return 0.0
 
-    def _pushes(self, t: float, y, mode: Mode, forces: float) -> list[float]:
+    def _pushes(self, t: float, y, mode: SmoothMode, forces: float) -> list[float]:
         """Return the signs of the friction of sticking contacts, a moment later where it is zero."""
         found = [0.0] * self.m.e.n_c
         for lead in (0.0, *LEADS):
@@ -315,7 +315,7 @@ class Choice:
                     found[i] = float(np.sign(push[i]))
         return found
 
-    def _later(self, t: float, y, mode: Mode, lead: float):
+    def _later(self, t: float, y, mode: SmoothMode, lead: float):
         """Return time and state after a fraction of the time scale, by four fourth-order steps."""
         m, n = self.m, 4
         h = lead * m.time_scale / n
@@ -327,7 +327,7 @@ class Choice:
             y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), t + h
         return t, y
 
-    def _holds(self, t: float, y, mode: Mode, rest, scales) -> bool:
+    def _holds(self, t: float, y, mode: SmoothMode, rest, scales) -> bool:
         """Whether the mode is still admissible a moment later, for several moments."""
         m, e = self.m, self.m.e
         now = np.array(e.watched(*m.arguments(t, y, mode)), dtype=float)

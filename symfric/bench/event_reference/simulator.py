@@ -7,7 +7,7 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
 from symfric.bench.event_reference.equations import Equations
-from symfric.bench.event_reference.modes import Choice, Mechanics, Mode
+from symfric.bench.event_reference.modes import Choice, Mechanics, SmoothMode
 from symfric.model.scene import Scene
 
 _GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluated
@@ -147,7 +147,7 @@ class _Motion:
         self.m.slopes, self.m.since = tuple(slopes), t
         self.m.signals = tuple(float(s(middle)) - b * (middle - t) for s, b in zip(signals, slopes, strict=True))
 
-    def _mode(self, t: float, y: np.ndarray, at_zero) -> Mode:
+    def _mode(self, t: float, y: np.ndarray, at_zero) -> SmoothMode:
         watched, _ = self.m.look(t, y, (1,) * self.e.n_c)
         self.largest = np.maximum(self.largest, np.abs(watched))
         n_c, n_k = self.e.n_c, self.e.n_k
@@ -156,7 +156,7 @@ class _Motion:
             raise GaveUp(f"no admissible mode at t = {t:.17g}")
         return mode
 
-    def _projected(self, t: float, y: np.ndarray, mode: Mode) -> np.ndarray:
+    def _projected(self, t: float, y: np.ndarray, mode: SmoothMode) -> np.ndarray:
         """Return the state with the slips of sticking contacts set to zero."""
         stuck = [i for i, m in enumerate(mode.modes) if m == 0]
         if not stuck:
@@ -167,7 +167,7 @@ class _Motion:
         y[self.e.n : 2 * self.e.n] -= np.linalg.lstsq(rows, slips, rcond=1e-13)[0]
         return y
 
-    def _segment(self, t: float, y: np.ndarray, mode: Mode, stop: float):
+    def _segment(self, t: float, y: np.ndarray, mode: SmoothMode, stop: float):
         """Integrate one mode; return its end, the contacts at zero slip there, and whether it is the stop."""
         if stop - t <= 4e-16 * stop:
             return t, y, self._zero(mode), True
@@ -216,14 +216,14 @@ class _Motion:
         if np.any(inside):
             self.x[:, inside] = dense(self.times[inside])
 
-    def _zero(self, mode: Mode, row: int = -1) -> list[bool]:
+    def _zero(self, mode: SmoothMode, row: int = -1) -> list[bool]:
         """Return which slips and guards of kinks are zero where a guard ends the mode."""
         zero = [m == 0 for m in mode.modes] + list(mode.resting)
         if 0 <= row < len(zero):
             zero[row] = True
         return zero
 
-    def _guards(self, mode: Mode, grid, states, watched, dense):
+    def _guards(self, mode: SmoothMode, grid, states, watched, dense):
         """Return the guards on the grid, positive while the mode lasts, and a function of row and time.
 
         Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where

@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.bench.peers.written_out import Form, Loop, form_of
+from symfric.bench.peers.written_out import PeerLoop, WrittenForm, form_of
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 
 WORKAROUNDS = (
     "the mode is a state that the transition changes: of each contact 1 or -1, and 0 where it sticks",
@@ -24,19 +24,19 @@ WORKAROUNDS = (
 )
 
 
-def prepare_interpreted(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_interpreted(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that runs the integrator in CasADi's virtual machine."""
     form = form_of(problem.scene)
     return _running(_integrator(form, tolerance), form)
 
 
-def prepare_compiled(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_compiled(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Generate C for the whole integration, compile it, and return a function that runs it."""
     form = form_of(problem.scene)
     return _running(_compiled(_integrator(form, tolerance)), form)
 
 
-def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that runs cvodes through the branches of a law without events."""
     form = form_of(problem.scene, through=True)
     x, t = ca.SX.sym("x", len(form.states) + 1), ca.SX.sym("t")
@@ -57,7 +57,7 @@ def _compiled(function: ca.Function) -> ca.Function:
         return ca.external(function.name(), str(library))
 
 
-def _integrator(form: Form, tolerance: float) -> ca.Function:
+def _integrator(form: WrittenForm, tolerance: float) -> ca.Function:
     """Return the integrator of the states, the mode and the number of events."""
     n, contacts, lines = len(form.states), len(form.moving), len(form.line)
     x = ca.SX.sym("x", n + len(form.signs) + 1)
@@ -88,7 +88,7 @@ def _integrator(form: Form, tolerance: float) -> ca.Function:
         return ca.integrator("stick_slip", "erk", dae, 0, grid, {**limits, "transition": transition})
 
 
-def _after(form: Form, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX) -> ca.SX:
+def _after(form: WrittenForm, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX) -> ca.SX:
     """Return the states after the guard of contact k has fallen; the same rules as `Loop.after`."""
     n, result = len(form.states), ca.SX(x)
     stuck = x[n + k] == 0
@@ -100,15 +100,15 @@ def _after(form: Form, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX)
     return result
 
 
-def _as_casadi(form: Form, expressions):
+def _as_casadi(form: WrittenForm, expressions):
     own: dict[str, Callable] = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs}
     own |= {"side": ca.sign, "branch": lambda side, above, below: ca.if_else(side > 0, above, below)}
     side = sp.Function("side")  # the printer writes the sign as a Python condition
     return sp.lambdify(form.arguments, [sp.sympify(e).replace(sp.sign, side) for e in expressions], [own, math])
 
 
-def _running(function: ca.Function, form: Form) -> Callable[[], Answer]:
-    mode, contacts = Loop(form).first(list(form.start)), len(form.moving)
+def _running(function: ca.Function, form: WrittenForm) -> Callable[[], BenchAnswer]:
+    mode, contacts = PeerLoop(form).first(list(form.start)), len(form.moving)
     moving = mode[len(form.signs) :]
     signs = [*(s * m for s, m in zip(mode, moving, strict=False)), *mode[contacts : len(form.signs)]]
     return _Buffered(function, np.array([*form.start, *signs, 0.0]), form)
@@ -117,7 +117,7 @@ def _running(function: ca.Function, form: Form) -> Callable[[], Answer]:
 class _Buffered:
     """A function called through a buffer, which refers to the function and to the arrays without owning them."""
 
-    def __init__(self, function: ca.Function, start: np.ndarray, form: Form):
+    def __init__(self, function: ca.Function, start: np.ndarray, form: WrittenForm):
         self._function, self._start, self._n = function, start, len(form.states)
         self._lines = np.array([segment[1:] for segment in form.segments])
         self._end = np.zeros((len(form.segments), start.size))
@@ -128,9 +128,9 @@ class _Buffered:
             self._buffer.set_arg(places["u"], self._lines.data)  # type: ignore[call-arg]  # likewise
         self._buffer.set_res(function.index_out("xf"), self._end.data)  # type: ignore[call-arg]  # likewise
 
-    def __call__(self) -> Answer:
+    def __call__(self) -> BenchAnswer:
         self._evaluate()
         if self._buffer.ret():
             raise RuntimeError(f"{self._function.name()} ended before its horizon")
         *states, events = self._end[-1].tolist()
-        return Answer(tuple(states[: self._n]), int(events))
+        return BenchAnswer(tuple(states[: self._n]), int(events))

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import sympy as sp
 
-from symfric.bench.peers.written_out import Loop, form_of
+from symfric.bench.peers.written_out import PeerLoop, form_of
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 
 WORKAROUNDS = (
     "compiled once: signs of slip and sticking are arguments",
@@ -17,7 +17,7 @@ WORKAROUNDS = (
 _STEPS = 100_000
 
 
-def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Compile the solve and return a function that runs it from event to event."""
     import diffrax
     import jax
@@ -67,4 +67,4 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
             raise RuntimeError(f"the event at t = {t:.6g} is found again and again")
         return float(reached), state.tolist(), fired[0]
 
-    return Loop(form, advance)
+    return PeerLoop(form, advance)

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from math import sin
 
-from symfric.bench.problems import Oscillator, Problem
-from symfric.bench.result import Answer
+from symfric.bench.problems import OscillatorProblem, Problem
+from symfric.bench.result import BenchAnswer
 
 WORKAROUNDS = (
     "the sign of slip is a runtime parameter, so that each problem is compiled once",
@@ -19,13 +19,13 @@ _COOLDOWN = 1e-6
 _COOLDOWN_STIFF = 1e-9
 
 
-def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Compile the integrator and return a function that resets its state and runs it."""
     oscillator = problem.by_hand
     return _continuous(oscillator, tolerance) if oscillator.v_s else _set_valued(oscillator, tolerance)
 
 
-def _integrator(o: Oscillator, friction, guard, callback, pars: list[float], tolerance: float, cooldown: float):
+def _integrator(o: OscillatorProblem, friction, guard, callback, pars: list[float], tolerance: float, cooldown: float):
     import heyoka as hy
 
     x, u = hy.make_vars("x", "u")
@@ -40,7 +40,7 @@ def _integrator(o: Oscillator, friction, guard, callback, pars: list[float], tol
     )
 
 
-def _set_valued(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
+def _set_valued(o: OscillatorProblem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Loop for the law with its jump; the callback returns False where the mass sticks."""
     import heyoka as hy
 
@@ -69,27 +69,27 @@ def _set_valued(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
     state, pars = ta.state, ta.pars
     end, release, finished = o.horizon, o.mu_s + o.held, hy.taylor_outcome.time_limit
 
-    def run() -> Answer:
+    def run() -> BenchAnswer:
         events[0] = 0
         ta.reset_cooldowns()
         ta.time, state[0], state[1], pars[0] = 0.0, o.x0, 0.0, o.start
         while True:
             outcome = ta.propagate_until(end)[0]
             if outcome == finished or o.settles:
-                return Answer((state[0], state[1]), events[0])
+                return BenchAnswer((state[0], state[1]), events[0])
             if o.drive:
                 raise NotImplementedError("a forced mass sticks; the loop has no rule for that")
             x, t = state[0], ta.time
             t_release = t + (release - x) / o.v_b
             if t_release >= end:
-                return Answer((x + o.v_b * (end - t), o.v_b), events[0])
+                return BenchAnswer((x + o.v_b * (end - t), o.v_b), events[0])
             events[0] += 1
             ta.time, state[0], state[1], pars[0] = t_release, release, o.v_b, -1.0
 
     return run
 
 
-def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Compile once with the belt speed as a parameter; return a function that finds the half range at each speed."""
     import heyoka as hy
 
@@ -142,7 +142,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
                 return 0.0
             released = ta.time + (o.mu_s - 2 * o.beta * v_b - state[0]) / v_b
 
-    def run() -> Answer:
+    def run() -> BenchAnswer:
         found = []
         for v_b in problem.speeds:
             ta.reset_cooldowns()
@@ -153,12 +153,12 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
             go(end, released)
             seen(state[0])
             found.append((range_[1] - range_[0]) / 2)
-        return Answer(tuple(found), 0)
+        return BenchAnswer(tuple(found), 0)
 
     return run
 
 
-def _continuous(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
+def _continuous(o: OscillatorProblem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Loop for the regularised law: its kinks at w = +-v_s are events, par 0 the sign of slip or 0 on the line."""
     import heyoka as hy
 
@@ -176,11 +176,11 @@ def _continuous(o: Oscillator, tolerance: float) -> Callable[[], Answer]:
     ta = _integrator(o, friction, lambda w: w * w - o.v_s**2, turn, pars_start, tolerance, _COOLDOWN_STIFF)
     state, pars = ta.state, ta.pars
 
-    def run() -> Answer:
+    def run() -> BenchAnswer:
         ta.reset_cooldowns()
         ta.time, state[0], state[1] = 0.0, o.x0, 0.0
         pars[0], pars[1] = pars_start
         ta.propagate_until(o.horizon)
-        return Answer((state[0], state[1]), 0)
+        return BenchAnswer((state[0], state[1]), 0)
 
     return run

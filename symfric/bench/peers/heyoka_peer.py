@@ -6,25 +6,25 @@ from functools import partial
 
 import sympy as sp
 
-from symfric.bench.peers.written_out import Loop, form_of
+from symfric.bench.peers.written_out import PeerLoop, form_of
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 from symfric.model.symbols import TIME
 
 _COOLDOWN = 1e-6  # the one that heyoka deduces grows without bound where the slip has a double root
 
 
-def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Compile the integrator and return a function that resets its state and runs it."""
     solver = _Solver(problem, tolerance)
     start, segments = solver.form.start, solver.form.segments
     mode = solver.loop.first(list(start))
 
-    def run() -> Answer:
+    def run() -> BenchAnswer:
         solver.reset(start, mode)
         for segment in segments:
             solver.go(segment)
-        return Answer(tuple(solver.state.tolist()), solver.events[0])
+        return BenchAnswer(tuple(solver.state.tolist()), solver.events[0])
 
     return run
 
@@ -36,7 +36,7 @@ class _Solver:
         import heyoka as hy
 
         self.form = form = form_of(problem.scene).with_rest_apart()
-        self.loop, self.events, self._limit = Loop(form), [0], hy.taylor_outcome.time_limit
+        self.loop, self.events, self._limit = PeerLoop(form), [0], hy.taylor_outcome.time_limit
         constants = [*form.signs, *form.moving, *form.line]
         guards = (*form.slips, *form.kinks) if form.apart else form.guards
         used = [c for c in constants if any(e.has(c) for e in (*form.rates, *guards))]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symfric.bench.peers import casadi_peer, diffrax_peer, heyoka_by_hand, heyoka_peer, scipy_peer, sundae_peer
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 from symfric.model.outputs import End, HalfRange
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.routes import prepare
@@ -34,7 +34,7 @@ class Peer:
     """
 
     name: str
-    prepare: Callable[[Problem, float], Callable[[], Answer]]
+    prepare: Callable[[Problem, float], Callable[[], BenchAnswer]]
     problems: tuple[str, ...]
     tolerances: tuple[float, ...]
     workarounds: tuple[str, ...] = ()
@@ -51,33 +51,33 @@ def _present(need: str) -> bool:
     return bool(shutil.which("cc")) if need == "cc" else importlib.util.find_spec(need) is not None
 
 
-def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Prepare the automatically selected route."""
     return (_through_sweep if problem.speeds else _through_program)(problem, tolerance, None)
 
 
-def _prepare_series(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def _prepare_series(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Prepare the route `taylor` where another one is selected automatically."""
     return _through_program(problem, tolerance, "taylor")
 
 
-def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Prepare the route `integrators`: erk on the law with its jump, cvodes on the continuous ones."""
     stiff = problem.name in _CONTINUOUS
     return _through_program(problem, tolerance, Integrators("cvodes" if stiff else "erk"))
 
 
-def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], Answer]:
+def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
     program = prepare(problem.scene, tolerance=tolerance, route=route)
 
-    def run() -> Answer:
+    def run() -> BenchAnswer:
         result = program.run()
-        return Answer(tuple(result.final.tolist()), int(result.stats["events"]))
+        return BenchAnswer(tuple(result.final.tolist()), int(result.stats["events"]))
 
     return run
 
 
-def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], Answer]:
+def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
     """Run every speed in two parts, the second for the half range alone."""
     begin, end = problem.window
     (x,), (u,) = problem.scene.system.q, problem.scene.system.u
@@ -89,10 +89,10 @@ def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], An
         state = first.run(speed).final
         return second.run(speed, {x: state[0], u: state[1]}).outputs["half"]
 
-    return lambda: Answer(tuple(half_range(v) for v in problem.speeds), 0)
+    return lambda: BenchAnswer(tuple(half_range(v) for v in problem.speeds), 0)
 
 
-def _heyoka(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def _heyoka(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Take the loop written by hand where there is one: there a callback of half a microsecond counts."""
     if problem.speeds:
         return heyoka_by_hand.prepare_sweep(problem, tolerance)

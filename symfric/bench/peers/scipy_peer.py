@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from symfric.bench.peers.written_out import Form, Loop, branch, form_of
+from symfric.bench.peers.written_out import PeerLoop, WrittenForm, branch, form_of
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 
 WORKAROUNDS = (
     "the sign of slip is held constant between events; the sign function in the right-hand side would never end",
@@ -23,27 +23,27 @@ WORKAROUNDS = (
 _EVERY = 25  # every 25th speed of a sweep is run; all would take minutes
 
 
-def prepare_events(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_events(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that runs ``solve_ivp(method="DOP853")`` from event to event, a sweep over its speeds."""
     if problem.speeds:
         return _prepare_sweep(problem, tolerance)
     form = form_of(problem.scene).with_rest_apart()
-    return Loop(form, _advance(form, problem, tolerance, "DOP853"))
+    return PeerLoop(form, _advance(form, problem, tolerance, "DOP853"))
 
 
-def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare_stiff(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that runs ``solve_ivp(method="LSODA")``; through the branches of a law without events."""
     form = form_of(problem.scene, through=any(c.law.smooth for c in problem.scene.contacts))
-    return Loop(form, _advance(form, problem, tolerance, "LSODA"))
+    return PeerLoop(form, _advance(form, problem, tolerance, "LSODA"))
 
 
-def _prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def _prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that finds the half range at every 25th speed, from event to event."""
     (x,), (u,), speed = problem.scene.system.q, problem.scene.system.u, problem.scene.parameter("v_b")
     form, (begin, end) = form_of(problem.scene, (speed,)).with_rest_apart(), problem.window
     turns: list[float] = []
     turning = sp.lambdify((x, u), u, "math")
-    loop = Loop(form, _advance(form, problem, tolerance, "DOP853", lambda _, y: turning(*y), turns))
+    loop = PeerLoop(form, _advance(form, problem, tolerance, "DOP853", lambda _, y: turning(*y), turns))
 
     def half_range(v_b: float) -> float:
         y, given = list(form.start), [v_b]
@@ -52,13 +52,15 @@ def _prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], Answer]:
         y, _, _ = loop.run(begin, y, mode, [(end,)], given)
         return (max(*turns, y[0]) - min(*turns, y[0])) / 2
 
-    def run() -> Answer:
-        return Answer(tuple(half_range(v) for v in problem.speeds[::_EVERY]), 0, _EVERY)
+    def run() -> BenchAnswer:
+        return BenchAnswer(tuple(half_range(v) for v in problem.speeds[::_EVERY]), 0, _EVERY)
 
     return run
 
 
-def _advance(form: Form, problem: Problem, tolerance: float, method: str, turn: Callable | None = None, turns=None):
+def _advance(
+    form: WrittenForm, problem: Problem, tolerance: float, method: str, turn: Callable | None = None, turns=None
+):
     """Return a function that integrates to the next event; zeros of `turn` are recorded in `turns`."""
     from scipy.integrate import solve_ivp
 
@@ -95,7 +97,7 @@ def _plain(expr: sp.Expr) -> sp.Expr:
     return expr.replace(branch, lambda side, above, below: sp.Piecewise((above, side > 0), (below, True)))
 
 
-def _event(form: Form, guard: sp.Expr, constants: list[float]):
+def _event(form: WrittenForm, guard: sp.Expr, constants: list[float]):
     compiled = sp.lambdify(form.arguments, guard, "math")
 
     def event(t, y):

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from symfric.bench.peers.written_out import Loop, form_of
+from symfric.bench.peers.written_out import PeerLoop, form_of
 from symfric.bench.problems import Problem
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 
 WORKAROUNDS = (
     "Adams method for slip and stick, as for any problem that is not stiff",
@@ -18,7 +18,7 @@ _STEPS = 10**7
 _FELL = 2  # status of a solve that an event ended
 
 
-def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
+def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that runs CVODE from event to event."""
     from sksundae.cvode import CVODE
 
@@ -50,4 +50,4 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], Answer]:
             return end, part.y[-1].tolist(), None
         return float(part.t[-1]), part.y[-1].tolist(), int(np.flatnonzero(part.i_events[-1])[0])
 
-    return Loop(form, advance)
+    return PeerLoop(form, advance)

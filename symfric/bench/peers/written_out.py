@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from symfric.bench.result import Answer
+from symfric.bench.result import BenchAnswer
 from symfric.model.excitation import excitation_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
@@ -21,7 +21,7 @@ _SAMPLES = 64  # samples of a period at which a holding force is evaluated
 
 
 @dataclass(frozen=True)
-class Form:
+class WrittenForm:
     """Equations of a scene whose contacts share no body, in numbers.
 
     Attributes
@@ -81,7 +81,7 @@ class Form:
         """What every expression may contain, in the order of the compiled functions."""
         return (TIME, *self.states, *self.signs, *self.moving, *self.line, *self.parameters)
 
-    def with_rest_apart(self) -> "Form":
+    def with_rest_apart(self) -> "WrittenForm":
         """Return the form of one contact without the terms of sticking, where `Loop.resting` takes their place."""
         if len(self.moving) != 1 or not self.straight:
             return self
@@ -104,7 +104,7 @@ class branch(sp.Function):  # noqa: N801  (a SymPy function is named as it is ca
     nargs = 3
 
 
-def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = False) -> Form:
+def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = False) -> WrittenForm:
     """Write a scene out; the parameters in `given` keep their symbols.
 
     With `through`, smooth laws of one branch or two are forces with `branch` in them, for solvers without events.
@@ -162,7 +162,7 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
     shares = np.zeros((len(slips), len(states)))
     for j, i in itertools.product(range(len(slips)), range(len(system.u))):
         shares[j, len(system.q) + i] = float(unit[i, j] / coupling[j, j])
-    return Form(
+    return WrittenForm(
         states=tuple(states),
         start=tuple(float(numbers[s]) for s in states),
         horizon=scene.horizon,
@@ -227,18 +227,18 @@ def _segments(scene: Scene) -> tuple[tuple[float, ...], ...]:
     return (*(s for s in found if s[0] <= scene.horizon), (scene.horizon, 0.0, 0.0))
 
 
-class Loop:
+class PeerLoop:
     """The stick-slip logic around a solver that integrates to the next event.
 
     Parameters
     ----------
-    form : Form
+    form : WrittenForm
     advance : callable, optional
         ``advance(t, y, mode, line, end) -> (t, y, k)``, with k the number of the guard that fell, None at the end; y a
         list, mode the signs and then `moving`, line followed by the parameters.
     """
 
-    def __init__(self, form: Form, advance: Callable | None = None):
+    def __init__(self, form: WrittenForm, advance: Callable | None = None):
         self._form, self._advance = form, advance
         self._contacts, self._signs = len(form.moving), len(form.signs)
         compiled = lambda e: sp.lambdify(form.arguments, e, "math", cse=True)  # noqa: E731
@@ -250,11 +250,11 @@ class Loop:
         self.shares = [[(i, share) for i, share in enumerate(row) if share] for row in form.shares.tolist()]
         self.arrivals = [self._arrival(k) for k in range(self._contacts)]
 
-    def __call__(self) -> Answer:
+    def __call__(self) -> BenchAnswer:
         """Run once."""
         y = list(self._form.start)
         y, _, events = self.run(0.0, y, self.first(y), self._form.segments)
-        return Answer(tuple(y), events)
+        return BenchAnswer(tuple(y), events)
 
     def run(self, t, y, mode, segments, parameters=()) -> tuple[list[float], list[float], int]:
         """Integrate over the segments of the input; return state, mode and the number of events."""

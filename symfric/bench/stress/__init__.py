@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from joblib import Parallel, delayed
 
-from symfric.bench.stress.comparison import Comparison
+from symfric.bench.stress.comparison import SceneComparison
 from symfric.bench.stress.families import FAMILIES, family
 from symfric.bench.stress.orbit_comparison import OrbitComparison
 from symfric.bench.stress.verdict import VERDICTS, StressResult, Verdict
@@ -15,8 +15,8 @@ from symfric.errors import SceneError
 __all__ = [
     "FAMILIES",
     "VERDICTS",
-    "Comparison",
     "OrbitComparison",
+    "SceneComparison",
     "StressResult",
     "Verdict",
     "comparison_of",
@@ -91,9 +91,9 @@ def scene_named(name: str) -> tuple[str, int, int]:
     return family(parts[0]).name, int(parts[1]), int(parts[2])
 
 
-def comparison_of(name: str, seed: int) -> Comparison | OrbitComparison:
+def comparison_of(name: str, seed: int) -> SceneComparison | OrbitComparison:
     """Return the comparison of one structure of a family."""
-    return (OrbitComparison if family(name).orbits else Comparison)(name, seed)
+    return (OrbitComparison if family(name).orbits else SceneComparison)(name, seed)
 
 
 def examine(name: str, seed: int, numbers: Sequence[int]) -> list[Verdict]:

@@ -29,7 +29,7 @@ _TIMES = 8  # number of times at which runs are compared
 _PERTURBATION = 1e-12  # relative perturbation of the start, besides one by the tolerance
 
 
-class Comparison:
+class SceneComparison:
     """One structure of a family, compiled once.
 
     Parameters

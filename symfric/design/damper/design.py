@@ -25,7 +25,7 @@ _STEP = 0.01  # relative distance from the optimum at which the full model is ru
 
 
 @dataclass(frozen=True)
-class Probe:
+class DamperProbe:
     """Vibration of the full model at one speed and damping.
 
     Attributes
@@ -48,22 +48,22 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class Check:
+class DamperCheck:
     """Verification: the full model with 1 % more and less damping than the optimum, at the critical speed.
 
     Attributes
     ----------
-    above, below : Probe
+    above, below : DamperProbe
         Below is None where the lower bound is already sufficient.
-    others : tuple of Probe
+    others : tuple of DamperProbe
         With 1 % more damping at other speeds of the range.
     starts : int
         Number of starts at each speed from which a cycle was sought.
     """
 
-    above: Probe
-    below: Probe | None
-    others: tuple[Probe, ...] = ()
+    above: DamperProbe
+    below: DamperProbe | None
+    others: tuple[DamperProbe, ...] = ()
     starts: int = 0
 
     @property
@@ -91,7 +91,7 @@ class Check:
         return "; ".join([*words, f"based on {self.starts} motions at each speed; other starts may behave differently"])
 
 
-def _words(p: Probe, share: str) -> str:
+def _words(p: DamperProbe, share: str) -> str:
     state = f"half range {p.half_range:.6g}, sticking {100 * p.stick_fraction:.3g} % of the time"
     state = state if p.half_range else f"small vibration grows at rate {p.growth:.4g}" if p.growth > 0 else "quiet"
     return f"with {share} damping at speed {p.speed:.6g}: {state}"
@@ -258,7 +258,7 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
     if found.damping > low:  # the cycle that just meets the requirement is close to one that violates it
         below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
     others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
-    check = Check(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
+    check = DamperCheck(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
     beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
     if below is not None:
         violation = 0.0 if below.meets else 1.0
@@ -272,11 +272,11 @@ def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
 
 def _probe(
     scene: Scene, r: Requirement, disturbed: Disturbed | None, speed: float, damping: float, beside: Orbit | None = None
-) -> Probe:
+) -> DamperProbe:
     orbit = outermost(scene.where({r.speed: speed, r.name: damping}), r, beside)
     size, stick = (float(orbit.half_range[0]), orbit.stick_fraction) if orbit else (0.0, 0.0)
     growth = disturbed.rate(speed, damping) if disturbed else np.nan
-    return Probe(speed, damping, size, stick, r.meets(orbit) and not growth > 0, growth)
+    return DamperProbe(speed, damping, size, stick, r.meets(orbit) and not growth > 0, growth)
 
 
 def _references(scene: Scene, r: Requirement) -> np.ndarray:

@@ -21,7 +21,7 @@ _SAME = 1e-6  # largest relative difference of a measure between two routes
 
 
 @dataclass(frozen=True)
-class Check:
+class IsolatorCheck:
     """Verification: the optimum under every motion, computed by another route.
 
     Attributes
@@ -162,7 +162,7 @@ def _trade_off(problem: Isolated, table: list[np.ndarray], worst: dict[str, floa
     )
 
 
-def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray) -> Check:
+def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray) -> IsolatorCheck:
     found = []
     for scene in problem.scenes:
         run = prepare(scene.where(parameters), 1e-11, route="taylor").run()
@@ -171,6 +171,6 @@ def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray
     size = np.maximum(np.max(values, axis=1, keepdims=True), 1e-300)
     apart = float(np.max(np.abs(other - values) / size))
     rows = {m: tuple(row.tolist()) for m, row in zip(problem.measures, other, strict=True)}
-    return Check(
+    return IsolatorCheck(
         rows, {m: max(row) for m, row in rows.items()}, apart if np.isfinite(apart) else np.inf, problem.limits
     )

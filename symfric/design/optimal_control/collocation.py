@@ -10,7 +10,13 @@ import sympy as sp
 
 from symfric.axes import new_axes
 from symfric.design.comparison import Compared, Comparison
-from symfric.design.optimal_control.transcription import Program, Sizes, dimensionless, dynamics, sizes_of
+from symfric.design.optimal_control.transcription import (
+    NonlinearProgram,
+    TranscriptionSizes,
+    dimensionless,
+    dynamics,
+    sizes_of,
+)
 from symfric.design.verification import Neighbour, judged
 from symfric.errors import NotFound, SceneError
 from symfric.locks import DRAWING, alone
@@ -155,7 +161,9 @@ def collocation(
     best = _profile(scene, symbols, cost, program, z, ask, units)
     degree, bounds, target, between = ask
     while not best.check.agrees and program.parts < PARTS:
-        finer = Program(model, program.elements, degree, bounds, target, between, program.modes, 2 * program.parts)
+        finer = NonlinearProgram(
+            model, program.elements, degree, bounds, target, between, program.modes, 2 * program.parts
+        )
         finer.measure_by(program.objective(z))
         z, content = finer.solve(finer.solver(FINE), finer.restart(program, z, np.arange(program.elements)), 0.0)
         if not content:
@@ -165,7 +173,7 @@ def collocation(
     return best
 
 
-def _in_sizes(ask, sizes: Sizes):
+def _in_sizes(ask, sizes: TranscriptionSizes):
     """Return bounds and end values in units of the problem's sizes."""
     degree, bounds, target, (low, high) = ask
     ends = {k: v / sizes.x[k] for k, v in target.items()}
@@ -189,7 +197,7 @@ def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
     return degree, bounds, target, (low, high)
 
 
-def _guess(program: Program, target: dict, duration: float, bump: float) -> np.ndarray:
+def _guess(program: NonlinearProgram, target: dict, duration: float, bump: float) -> np.ndarray:
     """Return an initial guess: elements of equal length, states on a straight line, and matching velocities."""
     model, n, n_q = program.model, program.elements, program.model.n_q
     z = np.zeros(program.count)
@@ -213,7 +221,7 @@ def _guess(program: Program, target: dict, duration: float, bump: float) -> np.n
 def _homotopy(model, elements: int, ask, bump: float):
     """Solve the relaxed programs in turn; return the program with fixed modes and its solution, None if one fails."""
     degree, bounds, target, time = ask
-    program = Program(model, elements, degree, bounds, target, time)
+    program = NonlinearProgram(model, elements, degree, bounds, target, time)
     z = _guess(program, target, 0.5 * sum(time) if time[0] > 0 else 0.3 * time[1], bump)
     solver, content = program.solver(ROUGH), False
     for relax in RELAX:
@@ -223,13 +231,13 @@ def _homotopy(model, elements: int, ask, bump: float):
     return _fixed(model, program, z, ask)
 
 
-def _fixed(model, program: Program, z: np.ndarray, ask):
+def _fixed(model, program: NonlinearProgram, z: np.ndarray, ask):
     """Solve with the modes found by the homotopy, removing empty elements until none is left."""
     degree, bounds, target, time = ask
     modes, keep = program.modes_of(z), _lasting(program, z)
     while True:
         modes = modes[keep]
-        fixed = Program(model, keep.size, degree, bounds, target, time, modes)
+        fixed = NonlinearProgram(model, keep.size, degree, bounds, target, time, modes)
         fixed.measure_by(program.objective(z))
         z, content = fixed.solve(fixed.solver(FINE), fixed.restart(program, z, keep), 0.0)
         if not content:
@@ -239,16 +247,16 @@ def _fixed(model, program: Program, z: np.ndarray, ask):
             return program, z
 
 
-def _lasting(program: Program, z: np.ndarray) -> np.ndarray:
+def _lasting(program: NonlinearProgram, z: np.ndarray) -> np.ndarray:
     """Return the indices of the elements that are not empty."""
     h = program.values(z, "h").ravel()
     return np.flatnonzero(h > EMPTY * np.sum(h))
 
 
-def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
+def _missing(model, elements: int, ask, names: list[str], units: TranscriptionSizes) -> str:
     """Return a message: the state nearest to the end that can be reached, by minimising the squared distance."""
     degree, bounds, target, time = ask
-    program = Program(model, elements, degree, bounds, {}, time)
+    program = NonlinearProgram(model, elements, degree, bounds, {}, time)
     last = program.nlp["x"][program.places["x"][-1]]
     program.nlp["f"] = sum(((last[k] - v) ** 2 for k, v in target.items()), ca.SX(0))
     z = _guess(program, target, sum(time) / 2, BUMPS[0])
@@ -260,7 +268,9 @@ def _missing(model, elements: int, ask, names: list[str], units: Sizes) -> str:
     return f"no motion found that reaches the end within the bounds; the nearest has {words}"
 
 
-def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, units: Sizes) -> Profile:
+def _profile(
+    scene: Scene, symbols, cost, program: NonlinearProgram, z: np.ndarray, ask, units: TranscriptionSizes
+) -> Profile:
     n, size = program.elements, program.degree + 1
     h = program.values(z, "h").ravel() * units.time
     knots = program.values(z, "w").reshape(n, size, -1) * units.w
@@ -277,11 +287,11 @@ def _profile(scene: Scene, symbols, cost, program: Program, z: np.ndarray, ask, 
     return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
 
 
-def _cheaper(program: Program, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
+def _cheaper(program: NonlinearProgram, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
     """Return the neighbour of slightly smaller objective that misses the end by least, with the same modes."""
     degree, bounds, target, time = ask
     best = program.objective(z)
-    free = Program(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
+    free = NonlinearProgram(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
     last = free.nlp["x"][free.places["x"][-1]]
     free.most_costly((1 - LESS) * best)
     free.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())

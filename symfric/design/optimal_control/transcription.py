@@ -91,7 +91,7 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
 
 
 @dataclass(frozen=True)
-class Sizes:
+class TranscriptionSizes:
     """Units of the program: sizes of states, controls, time, slips and cost.
 
     Attributes
@@ -108,7 +108,9 @@ class Sizes:
     cost: float
 
 
-def sizes_of(model: Dynamics, bounds: np.ndarray, end: dict[int, float], time: tuple[float, float]) -> Sizes:
+def sizes_of(
+    model: Dynamics, bounds: np.ndarray, end: dict[int, float], time: tuple[float, float]
+) -> TranscriptionSizes:
     """Return the natural sizes of a problem, from its distances and the accelerations of its controls.
 
     The program in these sizes does not depend on the units of mass, length and time.
@@ -136,10 +138,10 @@ def sizes_of(model: Dynamics, bounds: np.ndarray, end: dict[int, float], time: t
     cost = 1.0
     if model.cost is not None:
         cost = max((abs(float(model.cost(e, c))) for e in (model.start, goal) for c in corners), default=0.0) or 1.0
-    return Sizes(x, np.where(w > 0, w, 1.0), np.where(slip > 0, slip, 1.0), duration, cost * duration)
+    return TranscriptionSizes(x, np.where(w > 0, w, 1.0), np.where(slip > 0, slip, 1.0), duration, cost * duration)
 
 
-def dimensionless(model: Dynamics, sizes: Sizes) -> Dynamics:
+def dimensionless(model: Dynamics, sizes: TranscriptionSizes) -> Dynamics:
     """Return a model whose states, controls, slips, time and cost are in the given sizes."""
     x, w = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w)
     a, speed = ca.SX.sym("a", model.n_c), ca.SX.sym("speed", model.n_c)
@@ -168,7 +170,7 @@ def _check_law(contact: Contact, numbers) -> None:
         )
 
 
-class Program:
+class NonlinearProgram:
     """The nonlinear program of a sequence of elements.
 
     Parameters
@@ -299,7 +301,7 @@ class Program:
         """Return the variables of one name, shape (n, size)."""
         return np.array([z[s] for s in self.places[name]])
 
-    def restart(self, coarse: "Program", z: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    def restart(self, coarse: "NonlinearProgram", z: np.ndarray, keep: np.ndarray) -> np.ndarray:
         """Return a start from some elements of another program with fewer points, linear between them."""
         start = np.zeros(self.count)
         for name in ("h", "w"):

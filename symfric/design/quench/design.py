@@ -10,9 +10,9 @@ from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, B
 from symfric.design.quench.finite_frequency import corrected
 from symfric.design.quench.full_model import beside, checked, decay_rate
 from symfric.design.quench.limits import missing, read_limits
-from symfric.design.quench.multipliers import Check, prepare_map, probe
-from symfric.design.quench.search import Optimum, Problem, search
-from symfric.design.quench.worst_speed import SHARES, Range
+from symfric.design.quench.multipliers import MultiplierCheck, prepare_map, probe
+from symfric.design.quench.search import Optimum, QuenchProblem, search
+from symfric.design.quench.worst_speed import SHARES, SpeedRange
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
@@ -98,7 +98,7 @@ def quench(
     return _design(belt, problem, found)
 
 
-def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits) -> Problem:
+def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
@@ -124,7 +124,7 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits)
         if not belt.law(least) > 0:
             raise SceneError(f"without excitation there is no friction at v_b = {least:.6g}, so no share of it to keep")
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
-    return Problem(Range(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
+    return QuenchProblem(SpeedRange(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
 
 
 def _bounds(pair, name: str, what: str) -> tuple[float, float]:
@@ -140,7 +140,7 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
     return low, high
 
 
-def _unshaken(speeds: Range) -> tuple[float, float]:
+def _unshaken(speeds: SpeedRange) -> tuple[float, float]:
     """Return the least damping without excitation and the belt speed of it."""
     edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
     parts: list[np.ndarray] = []
@@ -153,7 +153,7 @@ def _unshaken(speeds: Range) -> tuple[float, float]:
     return float(y[k]), float(v[k])
 
 
-def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
+def _idle(belt: Belt, problem: QuenchProblem, still: tuple[float, float]) -> Design:
     """Return the design without excitation."""
     speeds, Omega = problem.speeds, problem.Omega[0]
     v = np.linspace(0.0, 1.3 * speeds.high, 201)[1:]
@@ -166,11 +166,11 @@ def _idle(belt: Belt, problem: Problem, still: tuple[float, float]) -> Design:
     values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
     found = _placed(belt.scene, values, at)
     around = [Neighbour("any excitation", float(np.nextafter(0, 1)), 0.0)]
-    check = Check(0.0, (seen,), ())
+    check = MultiplierCheck(0.0, (seen,), ())
     return design(values, 0.0, (NONE_NEEDED,), found, check, curve, claim="optimal", neighbours=around)
 
 
-def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
+def _design(belt: Belt, problem: QuenchProblem, found: Optimum) -> Design:
     a, Omega = problem.excitation(found.q)
     speeds = problem.speeds
     worst = speeds.worst(found.regime, found.q)
@@ -197,7 +197,7 @@ def _design(belt: Belt, problem: Problem, found: Optimum) -> Design:
     )
 
 
-def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
+def _corrected(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
     """Return the excitation with the largest of the amplitudes that the full model requires at the active speeds."""
     a, Omega = excitation
     averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
@@ -210,7 +210,7 @@ def _corrected(belt: Belt, problem: Problem, excitation: tuple[float, float], ma
     return {AMPLITUDE: max(amplitudes), FREQUENCY: Omega}
 
 
-def _on_limits(problem: Problem, found: Optimum) -> list[str]:
+def _on_limits(problem: QuenchProblem, found: Optimum) -> list[str]:
     """Return the limits that hold with equality."""
     a, Omega = problem.excitation(found.q)
     active = []
@@ -238,7 +238,7 @@ def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
     return scene.where({**values, SPEED_NAME: v_b} if missing else values)
 
 
-def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
+def _along(problem: QuenchProblem, q: float, marks: tuple[float, ...]) -> Curve:
     """Return the curve of the damping over the belt speeds, slightly beyond their range."""
     v, y, gap = [], [], np.array([np.nan])
     for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
@@ -249,5 +249,5 @@ def _along(problem: Problem, q: float, marks: tuple[float, ...]) -> Curve:
     return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
 
 
-def _curve(problem: Problem, v, y, marks) -> Curve:
+def _curve(problem: QuenchProblem, v, y, marks) -> Curve:
     return Curve(v, y, problem.margin, "belt speed v_b", "damping of the slow motion", marks)

@@ -7,8 +7,8 @@ import numpy as np
 
 from symfric.design.comparison import Compared
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
-from symfric.design.quench.multipliers import Check, forced, prepare_map, probe
-from symfric.design.quench.search import Optimum, Problem
+from symfric.design.quench.multipliers import MultiplierCheck, forced, prepare_map, probe
+from symfric.design.quench.search import Optimum, QuenchProblem
 from symfric.design.verification import Neighbour
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, Output, friction_force
@@ -30,7 +30,7 @@ class _Side:
     friction: float
 
 
-def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
+def checked(belt: Belt, problem: QuenchProblem, found: Optimum) -> MultiplierCheck:
     """Run the full model with a changed by 1 % plus the averaging error, and by more if that is still stable below."""
     a, Omega = problem.excitation(found.q)
     step = 0.01 + 4 * (belt.frequency / Omega) ** 2
@@ -52,10 +52,10 @@ def checked(belt: Belt, problem: Problem, found: Optimum) -> Check:
         probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
     first, *more, less = probes
     limits = _limited(belt, problem, found, program, duration, tuple(meters))
-    return Check(step, (first,), (less,), limits, tuple(more))
+    return MultiplierCheck(step, (first,), (less,), limits, tuple(more))
 
 
-def beside(belt: Belt, problem: Problem, found: Optimum, check: Check) -> list[Neighbour]:
+def beside(belt: Belt, problem: QuenchProblem, found: Optimum, check: MultiplierCheck) -> list[Neighbour]:
     """Return the neighbours of an optimum within the bounds: one on the full model, the others on the averaged one."""
     q, (low, high) = found.q, problem.intensities
     neighbours = []
@@ -75,7 +75,7 @@ def beside(belt: Belt, problem: Problem, found: Optimum, check: Check) -> list[N
     return neighbours
 
 
-def _worst(problem: Problem, q: float, kind: str) -> float:
+def _worst(problem: QuenchProblem, q: float, kind: str) -> float:
     return problem.speeds.worst(problem.speeds.regime_of(q), q, kind)[0].value
 
 
@@ -91,7 +91,7 @@ def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
 
 
 def _limited(
-    belt: Belt, problem: Problem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
+    belt: Belt, problem: QuenchProblem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
 ) -> tuple[Compared, ...]:
     """Compare limited friction and power with the full model under the excitation at its finite frequency."""
     a, Omega = problem.excitation(found.q)
@@ -119,7 +119,7 @@ def _fast(belt: Belt, excitation: tuple[float, float]) -> float:
     return belt.gain * a * Omega / abs(1 - (belt.frequency / Omega) ** 2)
 
 
-def _others(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> list[_Side]:
+def _others(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float]) -> list[_Side]:
     """Return further belt speeds: the next local minima of the averaged damping, away from kinks."""
     speeds, q = problem.speeds, _fast(belt, excitation)
     first, *rest = speeds.worst(speeds.regime_of(q), q)
@@ -128,13 +128,13 @@ def _others(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> li
     return [_at(problem, excitation, p.v, q) for p in rest[:OTHERS]]
 
 
-def _at(problem: Problem, excitation: tuple[float, float], v: float, q: float) -> _Side:
+def _at(problem: QuenchProblem, excitation: tuple[float, float], v: float, q: float) -> _Side:
     averaged = problem.speeds.averaged
     damping, _, friction, _ = (averaged.inside if v < q else averaged.outside)(v, q)
     return _Side(excitation, float(v), float(damping), float(friction))
 
 
-def _side(belt: Belt, problem: Problem, excitation: tuple[float, float]) -> _Side:
+def _side(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float]) -> _Side:
     """Return the worst belt speed under an excitation, away from kinks, where the full model would graze."""
     speeds = problem.speeds
     q = _fast(belt, excitation)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from symfric.design.quench.search import Optimum, Problem, edge, grid_of, refined, search
+from symfric.design.quench.search import Optimum, QuenchProblem, edge, grid_of, refined, search
 from symfric.errors import SceneError
 from symfric.model.symbols import finite, nearest
 
@@ -38,12 +38,12 @@ def read_limits(limits) -> dict[str, float]:
     return found
 
 
-def missing(problem: Problem, still: tuple[float, float]) -> str:
+def missing(problem: QuenchProblem, still: tuple[float, float]) -> str:
     """Return a message: no excitation meets the conditions, which comes closest and by how much it fails.
 
     Parameters
     ----------
-    problem : Problem
+    problem : QuenchProblem
         Without a solution.
     still : (float, float)
         The least damping without excitation and its belt speed.
@@ -55,7 +55,7 @@ def missing(problem: Problem, still: tuple[float, float]) -> str:
     return _unstable(stable, found, still)
 
 
-def _unstable(problem: Problem, closest: tuple[float, str], still: tuple[float, float]) -> str:
+def _unstable(problem: QuenchProblem, closest: tuple[float, str], still: tuple[float, float]) -> str:
     q, regime = closest
     point = problem.speeds.worst(regime, q)[0] if q > 0 else None
     damping, v = (point.value, point.v) if point else still
@@ -71,7 +71,7 @@ def _unstable(problem: Problem, closest: tuple[float, str], still: tuple[float, 
     )
 
 
-def _beyond_limits(problem: Problem, stable: Problem) -> str:
+def _beyond_limits(problem: QuenchProblem, stable: QuenchProblem) -> str:
     q, regime = _least_excess(problem, stable)
     a, Omega = problem.excitation(q)
     seen = {kind: problem.speeds.worst(regime, q, kind)[0] for kind in problem.limits if kind != "acceleration"}
@@ -90,7 +90,7 @@ def _beyond_limits(problem: Problem, stable: Problem) -> str:
     )
 
 
-def _excess(problem: Problem, q, values) -> np.ndarray:
+def _excess(problem: QuenchProblem, q, values) -> np.ndarray:
     """Return the largest relative excess over a limit, for arrays of q and of worst values."""
     q = np.atleast_1d(q)
     parts = []
@@ -103,7 +103,7 @@ def _excess(problem: Problem, q, values) -> np.ndarray:
     return np.max(parts, axis=0)
 
 
-def _least_excess(problem: Problem, stable: Problem) -> tuple[float, str]:
+def _least_excess(problem: QuenchProblem, stable: QuenchProblem) -> tuple[float, str]:
     """Return, among intensities with stable sliding, the one that exceeds the limits least, and its regime."""
 
     def excess(regime: str, q: float) -> float:

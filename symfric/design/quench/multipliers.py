@@ -20,7 +20,7 @@ PERIODS = 200  # most forcing periods of one map
 
 
 @dataclass(frozen=True)
-class Probe:
+class MultiplierProbe:
     """Decay of a small disturbance of the forced vibration of the full model.
 
     Attributes
@@ -60,26 +60,26 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class Check:
+class MultiplierCheck:
     """Verification: the full model with slightly more and less excitation than the optimum.
 
     Attributes
     ----------
     step : float
         Relative change of a; the optimum itself lies at the limit.
-    above, below : tuple of Probe
+    above, below : tuple of MultiplierProbe
         At the worst belt speeds of the averaged model; `below` is empty where no excitation is needed.
     limits : tuple of Compared
         Limited quantities, on the forced vibration at the optimum and at the worst belt speed of each.
-    others : tuple of Probe
+    others : tuple of MultiplierProbe
         With the larger excitation at further belt speeds, local minima of the averaged damping.
     """
 
     step: float
-    above: tuple[Probe, ...]
-    below: tuple[Probe, ...]
+    above: tuple[MultiplierProbe, ...]
+    below: tuple[MultiplierProbe, ...]
     limits: tuple[Compared, ...] = ()
-    others: tuple[Probe, ...] = ()
+    others: tuple[MultiplierProbe, ...] = ()
 
     @property
     def agrees(self) -> bool:
@@ -98,7 +98,7 @@ class Check:
         ]
         return (*wrong, *(_limit_words(row) for row in self.limits if not row.agrees))
 
-    def _probes(self) -> list[tuple[Probe, str]]:
+    def _probes(self) -> list[tuple[MultiplierProbe, str]]:
         """Return every probe and its description."""
         return [
             (p, _probe_words(p, f"{100 * self.step:.3g} % {word}"))
@@ -117,7 +117,7 @@ class Check:
         return "; ".join([*(words for _, words in self._probes()), *map(_limit_words, self.limits)])
 
 
-def _probe_words(p: Probe, share: str) -> str:
+def _probe_words(p: MultiplierProbe, share: str) -> str:
     state = "self-excited" if p.self_excited else "stable"
     state = state if p.status == "OK" else f"no answer ({p.status})"
     rates = f"decay rate {p.decay_rate:.4g}, averaged model {p.averaged_rate:.4g}"
@@ -131,8 +131,8 @@ def _limit_words(row: Compared) -> str:
 
 def probe(
     belt: Belt, program: Program, duration: float, excitation: tuple[float, float], v_b: float, rest: float, rate: float
-) -> Probe:
-    """Run the full model about the quasi-equilibrium `rest` of the slow position; see `Probe`.
+) -> MultiplierProbe:
+    """Run the full model about the quasi-equilibrium `rest` of the slow position; see `MultiplierProbe`.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def probe(
     else:
         status = "OK" if found else "no forced vibration of the forcing's period was found"
     decay = -float(np.log(max(largest, 1e-300))) / duration
-    return Probe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
+    return MultiplierProbe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
 
 
 def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, rest: float) -> dict[str, float]:

@@ -11,13 +11,13 @@ from math import sqrt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from symfric.design.quench.worst_speed import Range
+from symfric.design.quench.worst_speed import SpeedRange
 
 FAR = 0.02  # deficit of a peak in the scan, relative to the condition's size, above which it is not polished
 
 
 @dataclass(frozen=True)
-class Condition:
+class QuenchCondition:
     """A condition at every belt speed: least damping, least friction or largest power.
 
     Attributes
@@ -37,12 +37,12 @@ class Condition:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class QuenchProblem:
     """The optimisation problem: objective, bounds of the excitation, and conditions.
 
     Attributes
     ----------
-    speeds : Range
+    speeds : SpeedRange
     gain : float
         Amplitude q of the fast slip over ``a Omega``.
     minimise : {"intensity", "power", "force"}
@@ -53,7 +53,7 @@ class Problem:
         Least fraction of the "friction", largest "acceleration" ``a Omega^2`` and "power", as far as given.
     """
 
-    speeds: Range
+    speeds: SpeedRange
     gain: float
     minimise: str
     Omega: tuple[float, float]
@@ -71,10 +71,10 @@ class Problem:
         return self.gain * self.a[0] * self.Omega[0], self.gain * largest
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[QuenchCondition, ...]:
         """Conditions at every belt speed, the damping first."""
-        asked = [Condition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
-        return Condition("damping", self.margin, self.speeds.averaged.scale), *asked
+        asked = [QuenchCondition(k, v, v) for k, v in self.limits.items() if k != "acceleration"]
+        return QuenchCondition("damping", self.margin, self.speeds.averaged.scale), *asked
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -109,7 +109,7 @@ class Optimum:
 
 
 @dataclass(frozen=True)
-class Start:
+class QuenchStart:
     """A feasible intensity and the neighbours in the scan between which the search stays."""
 
     regime: str
@@ -119,7 +119,7 @@ class Start:
     objective: float
 
 
-def search(problem: Problem) -> Optimum | tuple[float, str]:
+def search(problem: QuenchProblem) -> Optimum | tuple[float, str]:
     """Return the global optimum, or, if nothing is feasible, the intensity that comes closest and its regime."""
     starts, closest = _starts(problem)
     best = None
@@ -140,7 +140,7 @@ def grid_of(low: float, high: float) -> np.ndarray:
     return np.clip(np.unique(np.concatenate([[low, high], np.linspace(low, high, 60), near, decades])), low, high)
 
 
-def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
+def _starts(problem: QuenchProblem) -> tuple[list[QuenchStart], tuple[float, str]]:
     """Scan every regime for feasible intervals; q = 0, no excitation, was tried before."""
     starts, closest, least = [], (0.0, "mixed"), -np.inf
     for regime, (low, high) in problem.speeds.regimes(*problem.intensities).items():
@@ -158,7 +158,7 @@ def _starts(problem: Problem) -> tuple[list[Start], tuple[float, str]]:
     return sorted(starts, key=key), closest
 
 
-def refined(problem: Problem, regime: str, q, slack, power):
+def refined(problem: QuenchProblem, regime: str, q, slack, power):
     """Add local maxima of the slack between grid points, since a feasible interval may be narrower than a cell."""
     inner, beside = slack[1:-1], (slack[:-2], slack[2:])
     peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # not a plateau with rounding errors
@@ -182,16 +182,16 @@ def refined(problem: Problem, regime: str, q, slack, power):
     return tuple(np.concatenate(e)[order] for e in joined)
 
 
-def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.ndarray) -> list[Start]:
+def _of_regime(regime: str, q: np.ndarray, feasible: np.ndarray, objective: np.ndarray) -> list[QuenchStart]:
     """Return a start for every local minimum of the objective on each feasible stretch of the grid."""
     cost = np.where(feasible, objective, np.inf)
     left, right = np.concatenate([[np.inf], cost[:-1]]), np.concatenate([cost[1:], [np.inf]])
     lows = np.flatnonzero(feasible & (cost <= left) & (cost <= right)).tolist()
     ends = [(float(q[max(k - 1, 0)]), float(q[min(k + 1, q.size - 1)])) for k in lows]
-    return [Start(regime, float(q[k]), *e, float(cost[k])) for k, e in zip(lows, ends, strict=True)]
+    return [QuenchStart(regime, float(q[k]), *e, float(cost[k])) for k, e in zip(lows, ends, strict=True)]
 
 
-def _least(problem: Problem, start: Start) -> float:
+def _least(problem: QuenchProblem, start: QuenchStart) -> float:
     """Return the best feasible intensity between the neighbours of a start in the scan."""
     q = start.q
     low, high = (edge(problem, start.regime, q, end) for end in (start.low, start.high))
@@ -209,7 +209,7 @@ def _least(problem: Problem, start: Start) -> float:
     return min(ends)[1]
 
 
-def edge(problem: Problem, regime: str, good: float, bad: float) -> float:
+def edge(problem: QuenchProblem, regime: str, good: float, bad: float) -> float:
     """Bisect from a feasible intensity towards the second one; return the last feasible intensity."""
     slack = lambda s: problem.slack(regime, s)  # noqa: E731
     last = slack(bad)

@@ -41,7 +41,7 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Point:
+class SpeedPoint:
     """Value of a condition at a belt speed.
 
     Attributes
@@ -59,7 +59,7 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Range:
+class SpeedRange:
     """Belt speeds [low, high] and the averaged contact on them."""
 
     averaged: Averaged
@@ -112,7 +112,7 @@ class Range:
                 parts[kind].append(values.max(axis=1) if kind == "power" else values.min(axis=1))
         return {k: np.max(p, axis=0) if k == "power" else np.min(p, axis=0) for k, p in parts.items()}
 
-    def worst(self, regime: str, q: float, kind: str = "damping") -> list[Point]:
+    def worst(self, regime: str, q: float, kind: str = "damping") -> list[SpeedPoint]:
         """Return the local minima of the damping or the friction, maxima of the power, over the belt speeds.
 
         The worst comes first. Every interval between kinks is searched on a grid, and the low points that may
@@ -134,7 +134,7 @@ class Range:
             at, value = e.v, e.value
             if e.reach <= least and e.ends[1] > e.ends[0]:
                 at, value = self._polished(e, q, kind, sign)
-            points.append(Point(sign * value, at, e.inside))
+            points.append(SpeedPoint(sign * value, at, e.inside))
         return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
 
     def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:

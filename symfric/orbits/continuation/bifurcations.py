@@ -10,7 +10,7 @@ from symfric.errors import NotFound
 from symfric.lower.mode_layout import contact_of_gap, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lift_of
 from symfric.orbits.cycle import multipliers_of
-from symfric.orbits.flow_map import Flow, Guard, Passage
+from symfric.orbits.flow_map import FlowMap, Guard, Passage
 from symfric.orbits.shooting import Point, ShootingSystem, TestFunction, solve, step_of
 
 LIFTED = 1e3  # shift of a relaxed guard in units of its size; no motion reaches it
@@ -222,7 +222,7 @@ def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
     return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
 
 
-def ignoring(flow: Flow, k: int, size: float) -> np.ndarray:
+def ignoring(flow: FlowMap, k: int, size: float) -> np.ndarray:
     """Return the guard shifts with which a motion ignores guard k of `Passage.gaps`."""
     lift = np.zeros(LIFTS * len(flow.contacts))
     lift[lift_of(contact_of_gap(k), slips=is_slip_gap(k))] = LIFTED * size

@@ -29,7 +29,7 @@ MOST_ZEROS = 3
 
 
 @dataclass(frozen=True)
-class Range:
+class SliderRange:
     """Range of a slider.
 
     Attributes
@@ -76,7 +76,7 @@ class Explorer:
     Attributes
     ----------
     file : SceneFile
-    ranges : tuple of Range
+    ranges : tuple of SliderRange
     swept : str
         Parameter of the amplitude diagram; "" if there is none to sweep.
     speeds : ndarray, shape (POINTS,)
@@ -84,7 +84,7 @@ class Explorer:
     """
 
     file: SceneFile
-    ranges: tuple[Range, ...]
+    ranges: tuple[SliderRange, ...]
     swept: str
     speeds: np.ndarray
     motion: Program
@@ -174,7 +174,7 @@ def _coarse_first(values: np.ndarray) -> np.ndarray:
     return values[order]
 
 
-def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...]:
+def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[SliderRange, ...]:
     """Return a range around each value; of a zero value, the bounds of the design, or 0 to 1."""
     plan = file.plan("quench")
     bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
@@ -185,11 +185,11 @@ def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[Range, ...
             high = float(bounds[symbol.name][1])
         if symbol.name == swept:
             low, high = min(float(speeds.min()), value), max(float(speeds.max()), value)
-        found.append(Range(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
+        found.append(SliderRange(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
     return tuple(found)
 
 
-def _choices_of_zeros(ranges: tuple[Range, ...]) -> list[dict[str, float]]:
+def _choices_of_zeros(ranges: tuple[SliderRange, ...]) -> list[dict[str, float]]:
     """Return a set of values for every choice of which zero values stay zero."""
     zeros = [r for r in ranges if r.value == 0][:MOST_ZEROS]
     base = {r.name: r.value for r in ranges}

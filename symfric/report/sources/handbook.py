@@ -4,7 +4,7 @@ import numpy as np
 
 from symfric.model import laws, scenes
 from symfric.model.symbols import SPEED
-from symfric.report.sources.panels import Curve, FigureData, Panel, panels_entry
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve, panels_entry
 from symfric.report.sources.registry import Finding
 from symfric.theory import falling_speeds, transient
 from symfric.theory.stability import stability
@@ -32,7 +32,7 @@ def figure_15() -> FigureData:
     marks = (("1 | 2", first), ("unstable | stable", turn))
     levels = (("$f_s$", 1.0), ("$f_d$", 0.8))
     panel = Panel(
-        "", VELOCITY, FORCE, (Curve("", *_combined(law, 2.0)),), y_range=(0, 1.15), marks=marks, levels=levels
+        "", VELOCITY, FORCE, (PanelCurve("", *_combined(law, 2.0)),), y_range=(0, 1.15), marks=marks, levels=levels
     )
     slope = float(sp.limit(law.kinetic.diff(SPEED), SPEED, 0, "+"))
     dry = falling_speeds(laws.lorentz(0.8, 0.3, mu_s=1.0))
@@ -77,7 +77,7 @@ def models() -> FigureData:
         "(19.107)": laws.gauss(0.8, 0.3, mu_s=1.0, b=0.35),
         "(19.108)": laws.square_root(0.8, -0.9, mu_s=1.0, b=0.9),
     }
-    curves = tuple(Curve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(found.items()))
+    curves = tuple(PanelCurve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(found.items()))
     panel = Panel("", VELOCITY, FORCE, curves, y_range=(0, 1.15), levels=(("$f_s$", 1.0), ("$f_d$", 0.8)))
     dry = {"(19.106)": laws.lorentz(0.8, 0.3), "(19.107)": laws.gauss(0.8, 0.3)}
     ends = {name: (float(law.at_rest), float(law(1e3))) for name, law in dry.items()}
@@ -111,10 +111,10 @@ def figure_17() -> FigureData:
     run = simulate(scene).checked()
     count = transient.half_cycles(DELTA)
     t = np.linspace(0.0, (count + 1) * np.pi, 2000)
-    drawn = [Curve("", t, run(t)[0])]
+    drawn = [PanelCurve("", t, run(t)[0])]
     turns = np.arange(count + 1) * np.pi
     envelope = np.abs(run(turns)[0])
-    drawn.append(Curve("turning points", turns, run(turns)[0], 1, dash="none", marker="o"))
+    drawn.append(PanelCurve("turning points", turns, run(turns)[0], 1, dash="none", marker="o"))
     marks = ((r"$\pi/\omega_n$", np.pi), (r"$2\pi/\omega_n$", 2 * np.pi))
     panel = Panel(
         "", r"$\omega_n t$", "$x/x_0$", tuple(drawn), marks=marks, levels=((r"$\Delta$", DELTA), (r"$-\Delta$", -DELTA))
@@ -145,7 +145,7 @@ def gear() -> laws.Law:
 def figure_19() -> FigureData:
     """Friction model for rotatory devices: two straight lines."""
     v = np.linspace(0.0, 10.0, 501)
-    curve = Curve("", np.concatenate([[0.0], v]), np.concatenate([[0.0], gear()(np.maximum(v, 1e-12))]))
+    curve = PanelCurve("", np.concatenate([[0.0], v]), np.concatenate([[0.0], gear()(np.maximum(v, 1e-12))]))
     panel = Panel("", "pitch line velocity [m/s]", "coefficient of friction", (curve,), y_range=(0, 0.055))
     finding = Finding("the measured curve of figure 19.18 is close to two straight lines", "no data is printed", None)
     caption = "Slopes and corner are ours, within the axes of figure 19.18, of which no data is printed."
@@ -158,13 +158,13 @@ def chatter() -> FigureData:
     for title, speed, start in (("falling section, $v_b$ = 1", 1.0, 0.02), ("rising section, $v_b$ = 3", 3.0, 0.5)):
         t, x, u, rest = _interface(speed, start)
         found[speed] = np.ptp(x[t > 0.9 * t[-1]]) / np.ptp(x[t < 0.1 * t[-1]])
-        panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (Curve("", t, x),), levels=(("", rest),)))
+        panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (PanelCurve("", t, x),), levels=(("", rest),)))
     t, x, u, _ = _interface(1.0, 0.02)
     cycle = _frequency(t, x)
     rest = _interface(0.0, 5.0)
     still = float(np.ptp(rest[1][rest[0] > 0.9 * rest[0][-1]]) / np.ptp(rest[1][rest[0] < 0.1 * rest[0][-1]]))
     panels.append(
-        Panel("phase plane, $v_b$ = 1", "$x$ [m]", r"$\dot x$ [m/s]", (Curve("", x, u),), levels=(("$v_b$", 1.0),))
+        Panel("phase plane, $v_b$ = 1", "$x$ [m]", r"$\dot x$ [m/s]", (PanelCurve("", x, u),), levels=(("$v_b$", 1.0),))
     )
     findings = (
         Finding(

@@ -15,7 +15,7 @@ WIDTHS = {"solid": 1.1, "dashed": 1.1, "dotted": 1.0, "none": 1.0}
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PanelCurve:
     """One curve of a panel.
 
     Attributes
@@ -52,7 +52,7 @@ class Panel:
     Attributes
     ----------
     title, x_label, y_label : str
-    curves : tuple of Curve
+    curves : tuple of PanelCurve
     log : bool
         Whether both axes are logarithmic.
     x_range, y_range : (float or None, float or None) or None
@@ -66,7 +66,7 @@ class Panel:
     title: str
     x_label: str
     y_label: str
-    curves: tuple[Curve, ...]
+    curves: tuple[PanelCurve, ...]
     log: bool = False
     x_range: tuple[float | None, float | None] | None = None
     y_range: tuple[float | None, float | None] | None = None

@@ -16,7 +16,7 @@ from symfric.scenefile import DesignPlan, SceneFile
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparisonRow:
     """One line of predicted against computed.
 
     Attributes
@@ -42,7 +42,7 @@ def closed_forms_apply(file: SceneFile) -> bool:
     return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
 
 
-def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -> tuple[Row, ...]:
+def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -> tuple[ComparisonRow, ...]:
     """Return the lines of the table.
 
     Parameters
@@ -75,7 +75,7 @@ def _try(formula: Callable[[], float]) -> float:
         return math.nan
 
 
-def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row]:
+def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[ComparisonRow]:
     """Compare averaging with the steady vibration, or the equilibrium position if there is no vibration."""
     from symfric.theory.averaging import average
 
@@ -93,18 +93,18 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Row
             return []
         place = float(equilibrium.x[equilibrium.names.index(name)])
         words = "of the slow motion" if is_excited(file.scene) else "of steady sliding"
-        return [Row(f"mean of {name}", place, steady.mean, f"equilibrium {words}")]
+        return [ComparisonRow(f"mean of {name}", place, steady.mean, f"equilibrium {words}")]
     if is_excited(file.scene):
         return []
     amplitude = float(stable[-1])
     period = 2 * math.pi / float(flow.frequency_at(amplitude))
     return [
-        Row(f"half range of {name}", amplitude, steady.half_range, "averaging, first order"),
-        Row("period", period, steady.period, "averaging, first order"),
+        ComparisonRow(f"half range of {name}", amplitude, steady.half_range, "averaging, first order"),
+        ComparisonRow("period", period, steady.period, "averaging, first order"),
     ]
 
 
-def _of_belt(scene: Scene, onset, steady) -> list[Row]:
+def _of_belt(scene: Scene, onset, steady) -> list[ComparisonRow]:
     """Compare the belt's closed forms with eigenvalues and motions."""
     from symfric.theory import belt
 
@@ -112,7 +112,9 @@ def _of_belt(scene: Scene, onset, steady) -> list[Row]:
     if onset is not None and onset.parameter == "v_b":
         formula = _try(lambda: belt.onset_speed(scene))
         rows.append(
-            Row("belt speed where vibration starts", formula, onset.value, "Thomsen (19); computed: eigenvalues")
+            ComparisonRow(
+                "belt speed where vibration starts", formula, onset.value, "Thomsen (19); computed: eigenvalues"
+            )
         )
     sticks = steady is not None and steady.stick_fraction > 0
     amplitude = belt.stick_slip_amplitude if sticks else belt.pure_slip_amplitude
@@ -126,14 +128,14 @@ def _of_belt(scene: Scene, onset, steady) -> list[Row]:
         if steady is None:
             break
         half, rate = (_try(partial(formula, scene, order=order)) for formula in (amplitude, frequency))
-        rows.append(Row("half range of x", half, steady.half_range, source))
-        rows.append(Row("period", 2 * math.pi / rate, steady.period, source))
+        rows.append(ComparisonRow("half range of x", half, steady.half_range, source))
+        rows.append(ComparisonRow("period", 2 * math.pi / rate, steady.period, source))
     first = _try(lambda: belt.stick_speed(scene))
     if math.isfinite(first):
         found = _try(lambda: stick_onset(scene, 0.8 * first, 1.1 * first))
         words = "belt speed below which it sticks"
-        rows.append(Row(words, first, found, "Thomsen (21)"))
-        rows.append(Row(words, _try(lambda: belt.stick_speed(scene, order=2)), found, "(21) to second order"))
+        rows.append(ComparisonRow(words, first, found, "Thomsen (21)"))
+        rows.append(ComparisonRow(words, _try(lambda: belt.stick_speed(scene, order=2)), found, "(21) to second order"))
     return rows
 
 
@@ -159,7 +161,7 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
+def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[ComparisonRow]:
     """Compare a design with closed forms and with its verification on the event-driven model."""
     rows = []
     if closed_forms_apply(file) and plan.kind == "quench":
@@ -168,11 +170,11 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Row]:
         rows += _of_damper(plan.arguments, design)
     if isinstance(design.check, Comparison):
         words = f"[design.{plan.kind}]; computed: event-driven"
-        rows += [Row(r.quantity, r.predicted, r.computed, words) for r in design.check.rows]
+        rows += [ComparisonRow(r.quantity, r.predicted, r.computed, words) for r in design.check.rows]
     return rows
 
 
-def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
+def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[ComparisonRow]:
     """Compare the closed forms of the smallest intensity with the design."""
     from symfric.theory import belt
 
@@ -181,14 +183,16 @@ def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[Row]:
     low, high = asked["speeds"]
     worst = min(max(_try(lambda: belt.quench_intensity(scene)), low), high)  # (57) is largest at v_b = a Omega*
     formula = _try(lambda: belt.quench_intensity_at(scene, worst))
-    return [Row("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
+    return [ComparisonRow("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
 
 
-def _of_damper(asked: Mapping, design: Design) -> list[Row]:
+def _of_damper(asked: Mapping, design: Design) -> list[ComparisonRow]:
     """Compare the onset of vibration under the designed damping with the critical speed, if stability was limiting."""
     from symfric.theory import belt
 
     if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):
         return []
     formula = _try(lambda: belt.onset_speed(design.scene))
-    return [Row("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")]
+    return [
+        ComparisonRow("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")
+    ]

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from symfric.report.study.study import Answer, StudyResult
+from symfric.report.study.study import StudyAnswer, StudyResult
 
 
 def plain(value):
@@ -75,7 +75,7 @@ class _Told(Protocol):
     def to_dict(self) -> dict: ...
 
 
-def _asked(answer: Answer[_Told]) -> dict | None:
+def _asked(answer: StudyAnswer[_Told]) -> dict | None:
     return None if answer.value is None else answer.value.to_dict()
 
 

@@ -16,7 +16,7 @@ RARE = 16  # most values for numeric slow flows, each built anew; a symbolic one
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PredictionCurve:
     """A curve of predicted amplitudes.
 
     Attributes
@@ -39,7 +39,7 @@ class Curve:
 
 
 @alone(SYMBOLIC)
-def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Curve]:
+def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[PredictionCurve]:
     """Return the stable and, where there are any, the unstable amplitudes of first-order averaging."""
     flow = average(scene)
     if parameter not in {s.name for s in flow.values}:
@@ -52,9 +52,9 @@ def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Cu
     unstable = np.array([max((a for a, good in pairs if not good), default=np.nan) for pairs in found])
     curves = []
     if np.isfinite(stable).any():
-        curves.append(Curve("averaging", source, values, stable))
+        curves.append(PredictionCurve("averaging", source, values, stable))
     if np.isfinite(unstable).any():
-        curves.append(Curve("averaging, unstable", source, values, unstable))
+        curves.append(PredictionCurve("averaging, unstable", source, values, unstable))
     if not curves:
         raise NotFound("averaging finds no vibration on this range")
     return curves
@@ -87,7 +87,7 @@ def _edges(flow: SlowFlow, changed: dict[str, float]) -> tuple[float, ...]:
 
 
 @alone(SYMBOLIC)
-def belt_curves(scene: Scene, values: np.ndarray) -> list[Curve]:
+def belt_curves(scene: Scene, values: np.ndarray) -> list[PredictionCurve]:
     """Return the belt's closed forms of first and second order over belt speeds."""
     from symfric.theory import belt
     from symfric.theory.belt.scene import SYMBOLS, numbers
@@ -101,5 +101,5 @@ def belt_curves(scene: Scene, values: np.ndarray) -> list[Curve]:
         sticking, slipping = (numeric_function((speed,), sp.sympify(f).subs(given))(values) for f in parts)
         low, high = belt.stick_speed(scene, order=order), belt.onset_speed(scene)
         amplitude = np.where(values <= low, sticking, np.where(values < high, slipping, np.nan))
-        curves.append(Curve(f"closed form, {words} order", source, values, amplitude))
+        curves.append(PredictionCurve(f"closed form, {words} order", source, values, amplitude))
     return curves

@@ -12,7 +12,7 @@ from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Vibration, schedule, vibration
 from symfric.report.html.versions import versions
-from symfric.report.study.comparison import Row, closed_forms_apply, compare
+from symfric.report.study.comparison import ComparisonRow, closed_forms_apply, compare
 from symfric.report.study.friction_curves import FrictionCurve, friction_curves
 from symfric.report.study.measurement import (
     SampledMotion,
@@ -20,7 +20,7 @@ from symfric.report.study.measurement import (
     motion,
     vibrations,
 )
-from symfric.report.study.prediction import Curve, averaged_curves, belt_curves
+from symfric.report.study.prediction import PredictionCurve, averaged_curves, belt_curves
 from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, Arith
 
 
 @dataclass(frozen=True, eq=False)
-class Answer(Generic[_Found]):
+class StudyAnswer(Generic[_Found]):
     """Result of one part of a study: a value, or the reason why there is none."""
 
     value: _Found | None
@@ -61,7 +61,7 @@ class SweepResult:
     parameter, coordinate : str
     values : ndarray, shape (n,)
     computed : tuple of Vibration
-    curves : tuple of Curve
+    curves : tuple of PredictionCurve
         Predictions.
     curves_note : str
         Why there is none.
@@ -75,7 +75,7 @@ class SweepResult:
     coordinate: str
     values: np.ndarray
     computed: tuple[Vibration, ...]
-    curves: tuple[Curve, ...]
+    curves: tuple[PredictionCurve, ...]
     curves_note: str
     marks: Mapping[str, float]
     quenched: np.ndarray | None = None
@@ -93,12 +93,12 @@ class DesignResult:
     Attributes
     ----------
     plan : DesignPlan
-    design : Answer
+    design : StudyAnswer
         Of a Design.
     """
 
     plan: DesignPlan
-    design: Answer["Design"]
+    design: StudyAnswer["Design"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,31 +129,31 @@ class StudyResult:
     Attributes
     ----------
     file : SceneFile
-    slow : Answer
+    slow : StudyAnswer
         The scene of slow motions if the file's scene is excited, else the scene itself.
-    equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : Answer
+    equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : StudyAnswer
         The quench with its motions; its design is among `designs` too.
     designs : tuple of DesignResult
         All that the file asks for.
     friction : tuple of FrictionCurve
-    rows : tuple of Row
+    rows : tuple of ComparisonRow
     versions : dict of str to str
     seconds : float
     """
 
     file: SceneFile
-    slow: Answer[Scene]
-    equilibrium: Answer["Equilibrium"]
-    stability: Answer["Stability"]
-    hopf: Answer["HopfPoint"]
-    motion: Answer[SampledMotion]
-    steady: Answer[Vibration]
-    sweep: Answer[SweepResult]
-    quench: Answer[QuenchResult]
+    slow: StudyAnswer[Scene]
+    equilibrium: StudyAnswer["Equilibrium"]
+    stability: StudyAnswer["Stability"]
+    hopf: StudyAnswer["HopfPoint"]
+    motion: StudyAnswer[SampledMotion]
+    steady: StudyAnswer[Vibration]
+    sweep: StudyAnswer[SweepResult]
+    quench: StudyAnswer[QuenchResult]
     designs: tuple[DesignResult, ...]
-    explanation: Answer["Explanation"]
+    explanation: StudyAnswer["Explanation"]
     friction: tuple[FrictionCurve, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[ComparisonRow, ...]
     versions: Mapping[str, str]
     seconds: float
 
@@ -176,12 +176,12 @@ class StudyResult:
         return found
 
 
-def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> Answer[_Found]:
+def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> StudyAnswer[_Found]:
     """Call a function; an expected exception becomes the reason for a missing value."""
     try:
-        return Answer(question(*given, **named))
+        return StudyAnswer(question(*given, **named))
     except EXPECTED as error:
-        return Answer(None, str(error) or type(error).__name__)
+        return StudyAnswer(None, str(error) or type(error).__name__)
 
 
 def measuring(file: SceneFile) -> SweepPlan:
@@ -213,7 +213,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     tell = progress or (lambda _stage, _fraction: None)
     scene, plan = file.scene, measuring(file)
     tell("steady sliding and its stability", 0.0)
-    slow = answer(separate, scene) if is_excited(scene) else Answer(scene)
+    slow = answer(separate, scene) if is_excited(scene) else StudyAnswer(scene)
     base = slow.value or scene
     at_rest, stable = answer(equilibrium, base), answer(stability, base)
     onset = _onset(file, base)
@@ -254,33 +254,33 @@ def _steady(scene: Scene, plan: SweepPlan) -> Vibration:
     return vibration(scene, plan.coordinate, schedule(scene, plan.settle, plan.window))
 
 
-def _onset(file: SceneFile, base: Scene) -> Answer["HopfPoint"]:
+def _onset(file: SceneFile, base: Scene) -> StudyAnswer["HopfPoint"]:
     """Return the Hopf point on the range of the sweep."""
     from symfric.theory.hopf import hopf
 
     if file.sweep is None:
-        return Answer(None, "the file has no [sweep], which says where to look for the onset of vibration")
+        return StudyAnswer(None, "the file has no [sweep], which says where to look for the onset of vibration")
     plan = file.sweep
     return answer(hopf, base, plan.parameter, (plan.start, plan.stop))
 
 
 def _swept(
-    file: SceneFile, slow: Answer[Scene], onset: Answer["HopfPoint"], progress: Callable[[float], None]
-) -> Answer[SweepResult]:
+    file: SceneFile, slow: StudyAnswer[Scene], onset: StudyAnswer["HopfPoint"], progress: Callable[[float], None]
+) -> StudyAnswer[SweepResult]:
     """Return computed and predicted amplitudes over the range of the sweep."""
     if file.sweep is None:
-        return Answer(None, "the file has no [sweep]; add one to see the amplitude against a parameter")
+        return StudyAnswer(None, "the file has no [sweep]; add one to see the amplitude against a parameter")
     plan, scene = file.sweep, file.scene
     values = np.linspace(plan.start, plan.stop, plan.number)
     computed = answer(vibrations, scene, plan.parameter, values, plan, progress)
     if computed.value is None:
-        return Answer(None, computed.note)
+        return StudyAnswer(None, computed.note)
     curves, note = _curves(file, plan, slow)
     marks = {} if onset.value is None else {"onset of vibration": onset.value.value}
-    return Answer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
+    return StudyAnswer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
 
 
-def _curves(file: SceneFile, plan: SweepPlan, slow: Answer[Scene]) -> tuple[tuple[Curve, ...], str]:
+def _curves(file: SceneFile, plan: SweepPlan, slow: StudyAnswer[Scene]) -> tuple[tuple[PredictionCurve, ...], str]:
     """Return the predictions that apply, and why there is none."""
     if slow.value is None:
         return (), slow.note
@@ -305,13 +305,13 @@ def _designs(file: SceneFile, progress: Callable[[float], None]) -> tuple[Design
     return tuple(found)
 
 
-def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> Answer[QuenchResult]:
+def _quench(file: SceneFile, designs: tuple[DesignResult, ...]) -> StudyAnswer[QuenchResult]:
     """Return the designed excitation, with one motion without and one with it."""
     found = next((d for d in designs if d.plan.kind == "quench"), None)
     if found is None:
-        return Answer(None, "the file has no [design.quench]")
+        return StudyAnswer(None, "the file has no [design.quench]")
     if found.design.value is None:
-        return Answer(None, found.design.note)
+        return StudyAnswer(None, found.design.note)
     return answer(_shown, file.scene, found.plan, found.design.value)
 
 
@@ -327,10 +327,10 @@ def _shown(scene: Scene, plan: DesignPlan, design: "Design") -> QuenchResult:
 
 def _with_excitation(
     scene: Scene, plan: SweepPlan, quenched: QuenchResult, swept: SweepResult, progress: Callable[[float], None]
-) -> Answer[SweepResult]:
+) -> StudyAnswer[SweepResult]:
     """Return the sweep with the additional half range under the designed excitation."""
     shaken = scene.where(quenched.design.values)
     found = answer(vibrations, shaken, plan.parameter, swept.values, plan, progress)
     if found.value is None:
-        return Answer(swept)
-    return Answer(replace(swept, quenched=np.array([v.half_range for v in found.value])))
+        return StudyAnswer(swept)
+    return StudyAnswer(replace(swept, quenched=np.array([v.half_range for v in found.value])))

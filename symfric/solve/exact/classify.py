@@ -14,7 +14,7 @@ from symfric.solve.lowered import LoweredScene
 
 
 @dataclass(frozen=True)
-class Modes:
+class ModalForm:
     """Equations that are linear in every mode, by their matrices."""
 
     automaton: Automaton
@@ -30,7 +30,7 @@ class Form:
     scene : Scene
         With states for the functions of time.
     parameters : tuple of Symbol
-    problem : Oscillator, Recorded or Modes
+    problem : Oscillator, Recorded or ModalForm
         One mass in closed form, one under a sampled input, or matrices for every mode.
     cheapest : bool
         Whether the other routes take longer. The matrices of ten masses are compiled in half the time of their series;
@@ -42,7 +42,7 @@ class Form:
 
     scene: Scene
     parameters: tuple[sp.Symbol, ...]
-    problem: Oscillator | Recorded | Modes
+    problem: Oscillator | Recorded | ModalForm
     cheapest: bool
     words: str
 
@@ -68,7 +68,7 @@ def form_of(lowered: LoweredScene) -> Form:
     many = max(len(scene.system.q), len(scene.contacts)) > 1
     cheapest = many and timeless is scene
     words = f"linear between events, by powers of its matrices (no closed form: {why})"
-    return Form(timeless, automaton.parameters, Modes(automaton, slopes), cheapest, words)
+    return Form(timeless, automaton.parameters, ModalForm(automaton, slopes), cheapest, words)
 
 
 def _in_closed_form(lowered: LoweredScene) -> Form:

@@ -10,7 +10,7 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.linear_modes import Oscillator
 from symfric.model.scene import Scene
-from symfric.solve.exact.classify import Form, Modes, form_of
+from symfric.solve.exact.classify import Form, ModalForm, form_of
 from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_arrays
 from symfric.solve.exact.record.observables import Recorded
 from symfric.solve.exact.record.program import record_model
@@ -107,7 +107,7 @@ def _model(form: Form, settings: Exact, n_x: int) -> CompiledModel:
             return _closed_model(form.scene, problem, budgets, n_x)
         case Recorded() as problem:
             return record_model(form.scene, problem, budgets, n_x)
-        case Modes(automaton, matrices):
+        case ModalForm(automaton, matrices):
             variant, fine = linear_series(matrices, len(automaton.states), ORDER), (ROUNDED, LEFT)
             return series_model(form.scene, automaton, [variant], wanted_of(form.scene), budgets, fine, n_x=n_x)
 

@@ -35,7 +35,7 @@ from symfric.solve.integrators.mode_selection import (
     numbers,
     starting_mode,
 )
-from symfric.solve.integrators.segment import FINEST, ModeIntegrators, Piece, Start
+from symfric.solve.integrators.segment import FINEST, IntegratedPiece, ModeIntegrators, SegmentStart
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Answer
@@ -287,7 +287,7 @@ class IntegratorsProgram:
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
         state = np.concatenate([motion.y, motion.total])
         motion.size = np.maximum(motion.size, np.abs(state))
-        start = Start(motion.t, state, p, motion.m, motion.size)
+        start = SegmentStart(motion.t, state, p, motion.m, motion.size)
         piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
         if piece is None:
             motion.status = Status.INTEGRATOR
@@ -319,7 +319,7 @@ class IntegratorsProgram:
         else:
             self._settle(motion, p, frozenset({index}))
 
-    def _keep(self, motion: _Motion, piece: Piece) -> None:
+    def _keep(self, motion: _Motion, piece: IntegratedPiece) -> None:
         t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some nodes coincide
         h, n_g = np.diff(t), self.automaton.layout.n_guards
         if self._ranges:

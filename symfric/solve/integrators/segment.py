@@ -36,7 +36,7 @@ _NEWTON = 4  # most Newton corrections of an event time
 
 
 @dataclass(frozen=True)
-class Start:
+class SegmentStart:
     """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states."""
 
     t: float
@@ -47,7 +47,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Piece:
+class IntegratedPiece:
     """Motion in one mode, by its nodes.
 
     Attributes
@@ -110,7 +110,7 @@ class ModeIntegrators:
                 )
         return self._compiled[key]
 
-    def at_nodes(self, start: Start, span: float, nodes: int) -> np.ndarray:
+    def at_nodes(self, start: SegmentStart, span: float, nodes: int) -> np.ndarray:
         """Return the states at equidistant times after the start; raise RuntimeError if the integrator fails."""
         integrator = self._integrator(nodes)
         try:
@@ -120,7 +120,7 @@ class ModeIntegrators:
             counts = integrator.stats()
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
 
-    def end(self, start: Start, span: float) -> np.ndarray:
+    def end(self, start: SegmentStart, span: float) -> np.ndarray:
         """Return the state after a time; raise RuntimeError if the integrator fails."""
         if self.settings.plugin != "collocation":
             return self.at_nodes(start, span, 1)[:, -1]
@@ -137,7 +137,7 @@ class ModeIntegrators:
         raise RuntimeError("the result still changes with the number of elements")
 
     @np.errstate(all="ignore")  # beyond a guard the motion may overflow
-    def advance(self, start: Start, end: float, reach: float, watched: bool) -> Piece | None:
+    def advance(self, start: SegmentStart, end: float, reach: float, watched: bool) -> IntegratedPiece | None:
         """Return the motion up to `end`, to the first guard that falls, or about to `reach`.
 
         None if the integrator fails over the shortest time too. Plugins without pieces integrate to `end` regardless of
@@ -150,12 +150,12 @@ class ModeIntegrators:
         except RuntimeError:
             return None
 
-    def _ends(self, start: Start, end: float) -> Piece:
+    def _ends(self, start: SegmentStart, end: float) -> IntegratedPiece:
         none = np.zeros((0, 2))
         state = np.column_stack([start.state, self.end(start, end - start.t)])
-        return Piece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
+        return IntegratedPiece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
 
-    def _whole(self, start: Start, end: float) -> Piece:
+    def _whole(self, start: SegmentStart, end: float) -> IntegratedPiece:
         """Return the motion with as many nodes as the quintics between them need."""
         span, n, last = end - start.t, NODES, self.end(start, end - start.t)
         while True:
@@ -166,7 +166,7 @@ class ModeIntegrators:
                 return piece
             n *= 2
 
-    def _next_piece(self, start: Start, end: float, reach: float) -> Piece | None:
+    def _next_piece(self, start: SegmentStart, end: float, reach: float) -> IntegratedPiece | None:
         reach = min(reach, NODES * self.settings.max_step)
         while True:
             span = min(reach, end - start.t)
@@ -188,7 +188,7 @@ class ModeIntegrators:
             if reach < 4 * np.spacing(end):
                 return None
 
-    def _hides_something(self, start: Start, piece: Piece) -> bool:
+    def _hides_something(self, start: SegmentStart, piece: IntegratedPiece) -> bool:
         """Whether a function may have a feature between the nodes that no step of the integrator resolved."""
         t, y = piece.t, piece.state[: self.n_x]
         span = t[-1] - t[0]
@@ -205,7 +205,9 @@ class ModeIntegrators:
         sizes = np.concatenate([states[:n] / span, rows[:n_g], states[n:] / span, rows[n_g:]])
         return not np.all(unseen <= self.tolerance * sizes)
 
-    def _between(self, start: Start, stop: float, found: np.ndarray) -> tuple[Piece, float, np.ndarray]:
+    def _between(
+        self, start: SegmentStart, stop: float, found: np.ndarray
+    ) -> tuple[IntegratedPiece, float, np.ndarray]:
         """Return the piece through nodes, its interpolation error over the allowed one, and the noise of the guards."""
         t = np.linspace(start.t, stop, found.shape[1] + 1)
         state = np.column_stack([start.state, found])
@@ -219,14 +221,14 @@ class ModeIntegrators:
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
         excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # an observable may be zero throughout
         below = (2 * noise + error / 32)[n : n + self.n_guards]
-        return Piece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
+        return IntegratedPiece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
 
-    def _look(self, t: np.ndarray, state: np.ndarray, start: Start) -> list[np.ndarray]:
+    def _look(self, t: np.ndarray, state: np.ndarray, start: SegmentStart) -> list[np.ndarray]:
         return [
             np.array(e) for e in self._nodes(state[: self.n_x], t[None, :], start.p, start.m, start.size[: self.n_x])
         ]
 
-    def _cut(self, start: Start, piece: Piece, below: np.ndarray) -> Piece | None:
+    def _cut(self, start: SegmentStart, piece: IntegratedPiece, below: np.ndarray) -> IntegratedPiece | None:
         """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
         n = self.n_guards
         value, slope, bend = (e[:n] for e in piece.rows)
@@ -241,7 +243,7 @@ class ModeIntegrators:
             return None
         k = int(np.searchsorted(piece.t, t))  # keep the nodes before the event
         join = lambda before, last: np.column_stack([before[:, :k], last])  # noqa: E731
-        return Piece(
+        return IntegratedPiece(
             t=np.append(piece.t[:k], t),
             state=join(piece.state, state),
             first=join(piece.first, first),
@@ -251,7 +253,9 @@ class ModeIntegrators:
             fell=index,
         )
 
-    def _at_root(self, start: Start, t: float, index: int, noise: float, most: float) -> tuple[float, np.ndarray]:
+    def _at_root(
+        self, start: SegmentStart, t: float, index: int, noise: float, most: float
+    ) -> tuple[float, np.ndarray]:
         """Integrate to `t` and correct it by Newton's method until the guard is far below its noise."""
         if t <= start.t:
             return start.t, start.state[:, None]
@@ -266,7 +270,7 @@ class ModeIntegrators:
             t, (state, value, slope) = t + correction, there
         return t, state[:, None]
 
-    def _guard(self, start: Start, t: float, index: int) -> tuple[np.ndarray, float, float]:
+    def _guard(self, start: SegmentStart, t: float, index: int) -> tuple[np.ndarray, float, float]:
         """Return the state at time t, which may lie before the start, and there a guard and its slope."""
         state = self.end(start, t - start.t)
         _, _, value, slope, *_ = self._look(np.array([t]), state[:, None], start)

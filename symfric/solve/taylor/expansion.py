@@ -13,7 +13,7 @@ from symfric.solve.loop.series import PROBED, Series
 from symfric.solve.taylor.affine_forms import gathered
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
-from symfric.solve.taylor.table import LONG, Table, length
+from symfric.solve.taylor.table import LONG, OperationTable, length
 
 # Most states of a system whose newest coefficients are computed outside the operations, see `_split_rates`, and most
 # moving operations for which two orders, or one, are. In larger systems this costs more than it saves: by measurement
@@ -64,7 +64,7 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
             ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
             for name, e in zip(("unseen", "terms"), out, strict=True)
         )
-    table = None if rows else Table(nodes, outputs, fixed, n_x, order)
+    table = None if rows else OperationTable(nodes, outputs, fixed, n_x, order)
     series, probe = (
         table.function(name + suffix, last) if table else _flat(name + suffix, state, fixed, rows, last)
         for name, last in (("series", order), ("probe", PROBED))

@@ -66,7 +66,7 @@ def length(nodes: Sequence[Node], order: int) -> int:
     return total
 
 
-class Table:
+class OperationTable:
     """The operations of a field as a table.
 
     Parameters

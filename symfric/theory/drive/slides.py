@@ -11,7 +11,7 @@ from symfric.model.scenes.slides import READINGS
 from symfric.model.symbols import finite
 
 
-class Symbols(NamedTuple):
+class SlidesSymbols(NamedTuple):
     """Symbols of the closed forms: mass and frequency ratio, damping ratios over omega1, slope of the friction."""
 
     r: sp.Symbol
@@ -21,7 +21,7 @@ class Symbols(NamedTuple):
     mu: sp.Symbol
 
 
-SYMBOLS = Symbols(*sp.symbols("r zeta s1 d2", positive=True), *sp.symbols("mu,", real=True))
+SYMBOLS = SlidesSymbols(*sp.symbols("r zeta s1 d2", positive=True), *sp.symbols("mu,", real=True))
 r, zeta, s1, d2, mu = SYMBOLS
 FIRST, SECOND = 2 * (s1 + mu), 2 * (d2 + r * mu)  # diagonal of B
 DEFINITE = 4 * (s1 * d2 + mu * (r * s1 + d2))  # determinant of the unsymmetric B

@@ -1,15 +1,15 @@
 """The families of random scenes."""
 
 from symfric.bench.stress.families import loads, orbits, pulses, rescaled, surfaces, systems
-from symfric.bench.stress.families.family import Family, Structure, random_family
+from symfric.bench.stress.families.family import Family, RandomStructure, random_family
 from symfric.bench.stress.random_scenes import Dice, structure
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
 
 
-def _mixed(seed: int) -> Structure:
+def _mixed(seed: int) -> RandomStructure:
     scene = structure(seed)
-    return Structure(scene, drawn=Dice(scene).draw)
+    return RandomStructure(scene, drawn=Dice(scene).draw)
 
 
 _TABLE = (
@@ -43,4 +43,4 @@ def family(name: str) -> Family:
     return FAMILIES[name]
 
 
-__all__ = ["FAMILIES", "Family", "Structure", "family"]
+__all__ = ["FAMILIES", "Family", "RandomStructure", "family"]

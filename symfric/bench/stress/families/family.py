@@ -18,7 +18,7 @@ Ranges = dict[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Structure:
+class RandomStructure:
     """Equations with parameters, and the distributions of these.
 
     Attributes
@@ -113,19 +113,19 @@ class Family:
     """
 
     name: str
-    build: Callable[[int], Structure]
+    build: Callable[[int], RandomStructure]
     runs: int = 50
     weight: float = 1.0
     orbits: str = ""
 
-    def draw(self, structure: Structure, seed: int, number: int) -> Draw:
+    def draw(self, structure: RandomStructure, seed: int, number: int) -> Draw:
         """Return the numbers of one run; the same for the same seed of the structure and number of the run."""
         if structure.drawn is not None:
             return structure.drawn(seed, number)
         return structure.draw(np.random.default_rng([zlib.crc32(self.name.encode()), seed, number, 1]))
 
 
-def random_family(name: str, make: Callable[[np.random.Generator], Structure], *args, **options) -> Family:
+def random_family(name: str, make: Callable[[np.random.Generator], RandomStructure], *args, **options) -> Family:
     """Return the family whose structures follow from a generator of random numbers."""
     return Family(name, lambda seed: make(np.random.default_rng([zlib.crc32(name.encode()), seed])), *args, **options)
 
@@ -179,12 +179,12 @@ def _middle(low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0 else 0.6 * high + 0.4 * low
 
 
-def structure_of(*args, dimensions=None, time_unit: float = 1.0, exact=(), **options) -> Structure:
+def structure_of(*args, dimensions=None, time_unit: float = 1.0, exact=(), **options) -> RandomStructure:
     """Return the structure of the scene that `scene_of` makes of the same arguments."""
     scene, ranges = scene_of(*args, **options), args[4]
     names = {s.name for s in (*scene.parameters, *scene.system.states)}
     used = {k: v for k, v in ranges.items() if k in names}
-    return Structure(scene, used, dimensions=dimensions, time_unit=time_unit, exact=tuple(exact))
+    return RandomStructure(scene, used, dimensions=dimensions, time_unit=time_unit, exact=tuple(exact))
 
 
 def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load=1, profile=1) -> Contact:

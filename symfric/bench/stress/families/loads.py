@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.stress.families.family import (
-    Structure,
+    RandomStructure,
     oscillators,
     pair_of_slips,
     parameter,
@@ -16,7 +16,7 @@ from symfric.model.symbols import TIME
 from symfric.model.system import Contact
 
 
-def weak(rng: np.random.Generator) -> Structure:
+def weak(rng: np.random.Generator) -> RandomStructure:
     """Contacts whose loads are 1e-10 to 1e-20 of the other forces, some beside one that is not."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     slips = pair_of_slips(rng, u, 1 + int(rng.integers(2)), ranges)
@@ -36,7 +36,7 @@ def weak(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def vanishing(rng: np.random.Generator) -> Structure:
+def vanishing(rng: np.random.Generator) -> RandomStructure:
     """A load that is zero where the contact could stick."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     (slip,) = pair_of_slips(rng, u, 1, ranges)
@@ -64,7 +64,7 @@ def vanishing(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def opening(rng: np.random.Generator) -> Structure:
+def opening(rng: np.random.Generator) -> RandomStructure:
     """A load `Max(0, ...)` of a position or of time."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     (slip,) = pair_of_slips(rng, u, 1, ranges)

@@ -3,7 +3,7 @@
 import numpy as np
 import sympy as sp
 
-from symfric.bench.stress.families.family import Structure, parameter, real, structure_of
+from symfric.bench.stress.families.family import RandomStructure, parameter, real, structure_of
 from symfric.model import laws
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact
@@ -20,7 +20,7 @@ def _numbers():
     return ranges, dimensions, number
 
 
-def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, **options) -> Structure:
+def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, **options) -> RandomStructure:
     x, u = real("x"), real("u")
     ranges, dimensions, number = _numbers()
     ranges |= {"x": (0.5, 1.5), "u": (0.0, 0.0)}
@@ -46,13 +46,13 @@ def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, **options) -
     return structure_of([x], [u], [force], [contact], ranges, 200.0, mass=mass, **options)
 
 
-def cycles(rng: np.random.Generator) -> Structure:
+def cycles(rng: np.random.Generator) -> RandomStructure:
     """Limit cycles of one mass, self-excited or forced, in units of 1e-6 to 1e6 each."""
     forced = rng.random() < 0.5
     moving = not forced or rng.random() < 0.5
     return _one_mass(rng, forced, moving, time_unit=float(10.0 ** rng.uniform(-6, 6)))
 
 
-def branches(rng: np.random.Generator) -> Structure:
+def branches(rng: np.random.Generator) -> RandomStructure:
     """Branches of forced vibrations over the amplitude of the force, down to where they stick."""
     return _one_mass(rng, True, rng.random() < 0.4)

@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.stress.families.family import (
-    Structure,
+    RandomStructure,
     oscillators,
     pair_of_slips,
     parameter,
@@ -51,7 +51,7 @@ def _contacts(rng, u, ranges, most: int) -> list[Contact]:
     return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
 
 
-def in_time(rng: np.random.Generator) -> Structure:
+def in_time(rng: np.random.Generator) -> RandomStructure:
     """A blow: a force of one impulse, however narrow; or a belt that jerks."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (0.2, 3.8))
@@ -65,7 +65,7 @@ def in_time(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def in_position(rng: np.random.Generator) -> Structure:
+def in_position(rng: np.random.Generator) -> RandomStructure:
     """A narrow barrier of one energy, or a strip of another friction."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (-0.7, 0.7))
@@ -81,7 +81,7 @@ def in_position(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def in_speed(rng: np.random.Generator) -> Structure:
+def in_speed(rng: np.random.Generator) -> RandomStructure:
     """A law with a narrow feature, or a force with one in a velocity."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (0.15, 0.8), signed=False)
@@ -100,7 +100,7 @@ def in_speed(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def in_load(rng: np.random.Generator) -> Structure:
+def in_load(rng: np.random.Generator) -> RandomStructure:
     """A normal load with a pulse in time or in position."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     time = rng.random() < 0.6

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.stress.families.family import (
-    Structure,
+    RandomStructure,
     pair_of_slips,
     parameter,
     structure_of,
@@ -14,7 +14,7 @@ from symfric.model.symbols import TIME
 from symfric.model.system import Contact
 
 
-def rescaled(rng: np.random.Generator) -> Structure:
+def rescaled(rng: np.random.Generator) -> RandomStructure:
     """One to three masses whose numbers are given in units of 1e-6 to 1e6 each."""
     n = int(rng.choice([1, 2, 3], p=[0.4, 0.4, 0.2]))
     q, u = (sp.symbols(f"{name}1:{n + 1}", real=True) for name in "xu")

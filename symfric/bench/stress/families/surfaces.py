@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.stress.families.family import (
-    Structure,
+    RandomStructure,
     oscillators,
     pair_of_slips,
     parameter,
@@ -23,7 +23,7 @@ def _cells(rng: np.random.Generator, q: sp.Symbol, edges, ranges) -> sp.Piecewis
     return sp.Piecewise(*((p, q < e) for p, e in zip(values[:-1], edges, strict=True)), (values[-1], True))
 
 
-def cell_edges(rng: np.random.Generator) -> Structure:
+def cell_edges(rng: np.random.Generator) -> RandomStructure:
     """A mass at rest on the edge of two friction cells, pushed by what changes with time."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     edges = np.sort(rng.choice(np.arange(-6, 7), int(rng.integers(1, 6)), replace=False)) / 8
@@ -44,7 +44,7 @@ def cell_edges(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges, exact=(q[0].name, u[0].name))
 
 
-def profiles(rng: np.random.Generator) -> Structure:
+def profiles(rng: np.random.Generator) -> RandomStructure:
     """Friction that changes with position, with kinks or smoothly; starts at rest on the kink among them."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     (slip,) = pair_of_slips(rng, u, 1, ranges)
@@ -68,7 +68,7 @@ def profiles(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def belts(rng: np.random.Generator) -> Structure:
+def belts(rng: np.random.Generator) -> RandomStructure:
     """Belts whose speed changes with time, or with the position of a body."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     contacts = []
@@ -90,7 +90,7 @@ def belts(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges)
 
 
-def parallel(rng: np.random.Generator) -> Structure:
+def parallel(rng: np.random.Generator) -> RandomStructure:
     """Two to four contacts whose slip rows differ by 1e-4 to 1e-10, or not at all."""
     n = int(rng.choice([1, 2, 3], p=[0.2, 0.6, 0.2]))
     q, u, forces, ranges = oscillators(n)

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.bench.stress.families.family import (
-    Structure,
+    RandomStructure,
     oscillators,
     pair_of_slips,
     parameter,
@@ -40,7 +40,7 @@ def _with_state(rng, q, u, forces, ranges):
     return z, rate
 
 
-def states(rng: np.random.Generator) -> Structure:
+def states(rng: np.random.Generator) -> RandomStructure:
     """First-order states: dynamic friction, saturated controllers."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     z, rate = _with_state(rng, q, u, forces, ranges)
@@ -48,7 +48,7 @@ def states(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges, z=[z], z_rate=[rate])
 
 
-def masses(rng: np.random.Generator) -> Structure:
+def masses(rng: np.random.Generator) -> RandomStructure:
     """Mass matrices that depend on the position, with the forces of inertia that belong to them."""
     n = 1 + int(rng.random() < 0.7)
     q, u, forces, ranges = oscillators(n)
@@ -69,7 +69,7 @@ def masses(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges, mass=mass)
 
 
-def sampled(rng: np.random.Generator) -> Structure:
+def sampled(rng: np.random.Generator) -> RandomStructure:
     """Sampled inputs: ground accelerations, and blows of one sample, some of which start late or end early."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     s, f = sp.Symbol("a_g", real=True), parameter("F")
@@ -86,7 +86,7 @@ def sampled(rng: np.random.Generator) -> Structure:
     return structure_of(q, u, forces, contacts, ranges, inputs={s: signal})
 
 
-def smooth(rng: np.random.Generator) -> Structure:
+def smooth(rng: np.random.Generator) -> RandomStructure:
     """No contact: nonlinear springs, stops, play, saturation, with first-order states or without."""
     q, u, forces, ranges = oscillators(1 + int(rng.integers(3)))
     h, g = parameter("h"), parameter("g")

@@ -5,7 +5,7 @@ from typing import TypedDict
 import numpy as np
 
 from symfric.model import laws, scenes
-from symfric.report.sources.panels import Curve, FigureData, Panel, panels_entry
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve, panels_entry
 from symfric.report.sources.registry import Finding
 from symfric.theory import drive
 
@@ -53,8 +53,8 @@ def figure_2() -> FigureData:
     friction = characteristic(SLOPES["mu1"] - SIGMA, SLOPES["mu2"] - SIGMA)
     speeds, force = both_ways(friction, 3.0)
     curves = (
-        Curve("friction $F_a$", speeds, force),
-        Curve(r"viscous force $c(\dot X - v)$, $v = 2v^*$", speeds, 2 * SIGMA * (speeds - 2.0), 1, dash="dashed"),
+        PanelCurve("friction $F_a$", speeds, force),
+        PanelCurve(r"viscous force $c(\dot X - v)$, $v = 2v^*$", speeds, 2 * SIGMA * (speeds - 2.0), 1, dash="dashed"),
     )
     levels = (("$F_{as}$", FC + EPSILON), ("$F_{ac}$", FC))
     panel = Panel("", r"$\dot X/v^*$", r"force over $m\omega_n v^*$", curves, marks=(("$v^*$", 1.0),), levels=levels)
@@ -66,7 +66,7 @@ def figure_3() -> FigureData:
     v = 2.0
     speeds, force = both_ways(characteristic(**SLOPES), 5.0)
     p_star = 1 / v - 1
-    curve = Curve("", speeds / v - 1, force / v)
+    curve = PanelCurve("", speeds / v - 1, force / v)
     levels = (("$f_{1s}$", (FC + EPSILON) / v), ("$f_{1c}$", FC / v))
     panel = Panel(
         "", r"$x'$", r"$f = F/(m\omega_n v)$", (curve,), marks=(("rest", -1.0), ("$p^*$", p_star)), levels=levels
@@ -100,7 +100,7 @@ def figure_6() -> FigureData:
     law = characteristic(**SLOPES)
     levels = (("$f_s$", FC + EPSILON), ("$f_c$", FC), ("$f'_c$", -FC), ("$f'_s$", -FC - EPSILON))
     marks = (("$-(2 - p_2)$", -V - 1), ("$p_1$", -V), ("$p_2$", 1 - V))
-    curve = Curve("", *both_ways(law, 3.0, V))
+    curve = PanelCurve("", *both_ways(law, 3.0, V))
     panel = Panel("", r"$x'$", "$f(x' - p_1)$", (curve,), x_range=(-5, 1), marks=marks, levels=levels)
     inner, bend = law(-1.0 + 1e-9), 2 * (SLOPES["mu1"] - SLOPES["mu2"])
     jumps = {sign: -FC + sign * bend - 2 * SLOPES["mu2"] - inner for sign in (1, -1)}  # at the corner, X' = -v*
@@ -130,13 +130,13 @@ def _plane(speed: float, title: str) -> tuple[Panel, drive.PositioningError]:
     E = -(FC + lam)
     moving, still = both_ways(law, 5.0, V), both_ways(law, 5.0)
     curves = [
-        Curve("$x = -f(x' - p_1)$, drive moves", -moving[1], moving[0]),
-        Curve("$x = -f(x')$, drive stands", -still[1], still[0], 1),
-        Curve("E", np.array([E]), np.array([0.0]), 4, dash="none", marker="o"),
+        PanelCurve("$x = -f(x' - p_1)$, drive moves", -moving[1], moving[0]),
+        PanelCurve("$x = -f(x')$, drive stands", -still[1], still[0], 1),
+        PanelCurve("E", np.array([E]), np.array([0.0]), 4, dash="none", marker="o"),
     ]
     if error.value > 0:
         x, w = _trajectory(**SLOPES, lam=lam)
-        curves.append(Curve(rf"after the stop, $\Delta S$ = {error.value:.3f}", x, w, 4))
+        curves.append(PanelCurve(rf"after the stop, $\Delta S$ = {error.value:.3f}", x, w, 4))
     levels = (("$p_1$", -V), ("1", 1.0))
     return Panel(title, *STOP, tuple(curves), x_range=(-4, 4), y_range=(-4, 4), levels=levels), error
 
@@ -183,7 +183,7 @@ def figure_9() -> FigureData:
     for k, (kind, given) in enumerate(TYPES.items()):
         x, w = _trajectory(**given)
         words = rf"{kind}: $\mu_2$ = {given['mu2']:g}, $\lambda$ = {given['lam']:g}"
-        curves.append(Curve(words, x, w, k))
+        curves.append(PanelCurve(words, x, w, k))
         error = drive.positioning_error(**given)
         found = f"type {error.type}, Delta S = {error.value:.6f}, {x[-1] - x[0]:.6f} by the solver"
         findings.append(Finding(f"type {kind}", found, error.type == kind))
@@ -203,7 +203,7 @@ def figure_13() -> FigureData:
     law = scene.contacts[0].law.where(scene.parameter_values())
     speeds, force = both_ways(law, 2.0)
     levels = (("$f_{s1}$", float(law.stick)), ("$f_{c1}$", 1.0))
-    panel = Panel("", r"$\eta_1' - \eta_2' + 1$", "$f$", (Curve("", speeds, force),), levels=levels)
+    panel = Panel("", r"$\eta_1' - \eta_2' + 1$", "$f$", (PanelCurve("", speeds, force),), levels=levels)
     return FigureData("guida-13", "$f_{c1}$ = 1, $f_{s1}$ = 7.4, of figure 14.", (panel,), 1)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.motions import mean_spectrum
 from symfric.motions.synthetic import eurocode8
-from symfric.report.sources.panels import Curve, FigureData, Panel, plot_figure
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve, plot_figure
 from symfric.report.sources.registry import Entry, Finding, Inputs
 from symfric.report.sources.rolling.judgements import findings_of
 from symfric.report.sources.rolling.study import (
@@ -66,10 +66,10 @@ def figure_2(_inputs: Inputs) -> FigureData:
     curves, findings = [], []
     for k, (name, profile) in enumerate(list(frictions().items())[:3]):
         if isinstance(profile, float):
-            curves.append(Curve(name, np.array([-2.0, 2.0]), np.array([profile, profile])))
+            curves.append(PanelCurve(name, np.array([-2.0, 2.0]), np.array([profile, profile])))
             continue
         edges, values = map(np.asarray, profile)
-        curves.append(Curve(name, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), k))
+        curves.append(PanelCurve(name, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), k))
         found = f"mean {values.mean():.6f}, deviation {values.std():.6f}, {values.min():.4f} to {values.max():.4f}"
         deviation, reach = {1: (0.000815, 0.001), 2: (0.002355, 0.004)}[k]
         off = max(abs(values.mean() - 0.005), abs(values.std() - deviation), np.max(np.abs(values - 0.005)) - reach)
@@ -87,10 +87,10 @@ def figure_3(inputs: Inputs) -> FigureData:
     mean = mean_spectrum(motions, PERIODS).pseudo_acceleration
     mean = mean / mean_spectrum(motions, [PERIODS[0]]).pseudo_acceleration[0] * np.mean([s[0] for s in single])
     target = eurocode8(PERIODS)
-    curves = [Curve("single motions", PERIODS, s, 1, dash="dotted") for s in single]
+    curves = [PanelCurve("single motions", PERIODS, s, 1, dash="dotted") for s in single]
     curves += [
-        Curve("mean", PERIODS, mean),
-        Curve("target, EN 1998-1", PERIODS, target / target[0] * mean[0], 2, dash="dashed"),
+        PanelCurve("mean", PERIODS, mean),
+        PanelCurve("target, EN 1998-1", PERIODS, target / target[0] * mean[0], 2, dash="dashed"),
     ]
     off = float(np.max(np.abs(mean / (target / target[0] * mean[0]) - 1)))
     finding = Finding(
@@ -135,8 +135,10 @@ def _ratio_panel(ratio, title: str) -> Panel:
         found = np.abs(ratio.sel(model=model).values)  # motion, pga
         x = ratio.pga.values + 0.012 * (k - 2.5)
         name = model.split(", ")[1]
-        curves.append(Curve("", np.broadcast_to(x, found.shape).ravel(), found.ravel(), k, dash="none", marker="."))
-        curves.append(Curve(name, x, np.nanmedian(found, axis=0), k))
+        curves.append(
+            PanelCurve("", np.broadcast_to(x, found.shape).ravel(), found.ravel(), k, dash="none", marker=".")
+        )
+        curves.append(PanelCurve(name, x, np.nanmedian(found, axis=0), k))
     off = np.nanmax(np.abs(np.abs(ratio.values) - 1))
     return Panel(title, PGA, RATIO, tuple(curves), y_range=(0.9, 1.1) if off < 0.05 else None, levels=(("", 1.0),))
 

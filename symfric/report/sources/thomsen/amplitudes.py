@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.model import laws, scenes
-from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve
 from symfric.report.sources.registry import Finding
 from symfric.report.study.comparison import stick_onset
 from symfric.report.study.measurement import vibrations
@@ -50,9 +50,9 @@ def figure_5() -> FigureData:
     first, second = belt_curves(scene, fine)
     v_b0, v_b1 = belt.stick_speed(scene), belt.onset_speed(scene)
     curves = (
-        Curve("(20), (28)", fine, first.amplitude),
-        Curve("second order, not in the source", fine, second.amplitude, 1, dash="dashed"),
-        Curve("computed: half the range of $x$", speeds, half, 2, dash="none", marker="o"),
+        PanelCurve("(20), (28)", fine, first.amplitude),
+        PanelCurve("second order, not in the source", fine, second.amplitude, 1, dash="dashed"),
+        PanelCurve("computed: half the range of $x$", speeds, half, 2, dash="none", marker="o"),
     )
     near = np.linspace(v_b0 * 1.004, v_b1 * 0.998, 7)
     slip = np.array([v.half_range for v in vibrations(scene, "v_b", near, PLAN, lambda _fraction: None)])
@@ -142,8 +142,8 @@ def figure_6() -> FigureData:
     for k, (mu_m, marker) in enumerate(zip(LEAST, ("x", "o", "s"), strict=True)):
         scene, (speeds, half) = scene_of(mu_m), computed(mu_m)
         eta = belt.friction_difference(scene)
-        curves.append(Curve(rf"$\eta$ = {eta:.2f}", fine, belt_curves(scene, fine)[0].amplitude, k))
-        curves.append(Curve("", speeds, half, k, dash="none", marker=marker))
+        curves.append(PanelCurve(rf"$\eta$ = {eta:.2f}", fine, belt_curves(scene, fine)[0].amplitude, k))
+        curves.append(PanelCurve("", speeds, half, k, dash="none", marker=marker))
         off = _deviation(scene, speeds, half, 1, 0, belt.stick_speed(scene))
         findings.append(max(map(abs, off)))
     words = ", ".join(f"{100 * off:.1f} %" for off in findings)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.model import laws, scenes
-from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve
 from symfric.report.sources.registry import Finding
 from symfric.theory import belt
 
@@ -33,7 +33,8 @@ def figure_2() -> FigureData:
         r"(c) $\mu_m = 0.25$, $v_s = 0.02$": laws.thomsen_regularised(MU_S, MU_M, V_M, 0.02),
     }
     panels = tuple(
-        Panel(name, SPEED, FRICTION, (Curve("", *odd(law, v)),), y_range=(-0.5, 0.5)) for name, law in drawn.items()
+        Panel(name, SPEED, FRICTION, (PanelCurve("", *odd(law, v)),), y_range=(-0.5, 0.5))
+        for name, law in drawn.items()
     )
     off = float(np.max(np.abs(laws.thomsen_regularised(MU_S, MU_M, V_M, 1e-4)(v) - falling(v))))
     found = f"(6) with v_s = 1e-4 differs from (5) by {off:.1e} at most while sliding; (6) is printed with u_s for mu_s"
@@ -61,16 +62,16 @@ def figure_7() -> FigureData:
     """Effective friction under fast vibration, and its expansion at rest."""
     v = np.linspace(0.0, 1.0, POINTS)[1:]
     falling = laws.cubic(MU_S, MU_M, V_M)
-    whole = [Curve(r"$a\Omega = 0$", *odd(falling, v))]
+    whole = [PanelCurve(r"$a\Omega = 0$", *odd(falling, v))]
     for k, q in enumerate(INTENSITIES, 1):
-        whole.append(Curve(rf"$a\Omega = {q:g}$", *odd(falling.averaged(q), np.union1d(v, [q])), k))
+        whole.append(PanelCurve(rf"$a\Omega = {q:g}$", *odd(falling.averaged(q), np.union1d(v, [q])), k))
     near = []
     for k, q in enumerate(EXPANDED):
         scene = scenes.mass_on_belt(v_b=0.2, a=q, Omega=1.0)
         w = np.linspace(0.0, q, POINTS)[1:]
         cubic = belt.effective_damping(scene) * w + belt.effective_cubic(scene) * w**3
-        near.append(Curve(rf"(47), $a\Omega = {q:g}$", w, falling.averaged(q)(w), k, dash="dashed"))
-        near.append(Curve(rf"(48), $a\Omega = {q:g}$", w, cubic, k))
+        near.append(PanelCurve(rf"(47), $a\Omega = {q:g}$", w, falling.averaged(q)(w), k, dash="dashed"))
+        near.append(PanelCurve(rf"(48), $a\Omega = {q:g}$", w, cubic, k))
     title = r"(b) $0 < v_r < a\Omega$: (47) and its expansion (48), (49)"
     panels = (
         Panel("(a) effective friction (47)", SPEED, r"$\bar\mu(v_r)$", tuple(whole)),

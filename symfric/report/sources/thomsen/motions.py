@@ -4,7 +4,7 @@ import numpy as np
 
 from symfric.model import scenes
 from symfric.orbits.steady_state import vibration
-from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve
 from symfric.report.sources.registry import Finding
 from symfric.theory import belt
 
@@ -30,8 +30,8 @@ def _responses(values: dict[str, float], end: float) -> tuple[Panel, ...]:
     t, (x, u) = motion(values, end)
     level = ((r"$v_b$", values["v_b"]),)
     return (
-        Panel("displacement", TAU, X, (Curve("", t, x),), x_range=(0, end)),
-        Panel("velocity", TAU, V, (Curve("", t, u),), x_range=(0, end), levels=level),
+        Panel("displacement", TAU, X, (PanelCurve("", t, x),), x_range=(0, end)),
+        Panel("velocity", TAU, V, (PanelCurve("", t, u),), x_range=(0, end), levels=level),
     )
 
 
@@ -96,8 +96,15 @@ def figure_8() -> FigureData:
         ),
     )
     panels = (
-        Panel("displacement", TAU, r"$x$, $z$", (Curve("full motion $x$", t, x), Curve("slow part $z$", t, z, 1))),
-        Panel("velocity", TAU, r"$\dot x$, $\dot z$", (Curve(r"$\dot x$", t, u), Curve(r"$\dot z$", t, w, 1))),
+        Panel(
+            "displacement",
+            TAU,
+            r"$x$, $z$",
+            (PanelCurve("full motion $x$", t, x), PanelCurve("slow part $z$", t, z, 1)),
+        ),
+        Panel(
+            "velocity", TAU, r"$\dot x$, $\dot z$", (PanelCurve(r"$\dot x$", t, u), PanelCurve(r"$\dot z$", t, w, 1))
+        ),
     )
     return FigureData("thomsen-8", r"$v_b$ = 0.2, $a$ = 0.01, $\Omega$ = 50.", panels, 1, findings)
 
@@ -113,9 +120,9 @@ def phase_planes() -> FigureData:
     for speed in SPEEDS:
         t, (x, u) = motion({**QUIET, "v_b": speed}, 200.0, 12000)
         late = t > 185
-        cycle = Curve("after a long time", x[late], u[late], 1)
+        cycle = PanelCurve("after a long time", x[late], u[late], 1)
         panels.append(
-            Panel(rf"$v_b$ = {speed:g}", X, V, (Curve("from rest", x, u), cycle), levels=((r"$v_b$", speed),))
+            Panel(rf"$v_b$ = {speed:g}", X, V, (PanelCurve("from rest", x, u), cycle), levels=((r"$v_b$", speed),))
         )
     low, high = belt.stick_speed(scene := scenes.mass_on_belt(**QUIET)), belt.onset_speed(scene)
     caption = f"Not in the source. It sticks below $v_{{b0}}$ = {low:.4f} and vibrates below $v_{{b1}}$ = {high:.4f}."

@@ -7,7 +7,7 @@ import sympy as sp
 
 from symfric.model import scenes
 from symfric.model.numeric import numeric_function
-from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve
 from symfric.report.sources.registry import Finding
 from symfric.theory import belt
 from symfric.theory.belt.scene import numbers
@@ -66,11 +66,13 @@ def figure_9() -> FigureData:
     for k, (beta, dash) in enumerate(zip(DAMPINGS, ("solid", "dashed"), strict=True)):
         Omega, low, high = _averaged(beta)
         around = np.concatenate([low, high[::-1]])
-        curves.append(Curve(rf"(55), $\beta$ = {beta:g}", np.concatenate([Omega, Omega[::-1]]), around, k, dash=dash))
+        curves.append(
+            PanelCurve(rf"(55), $\beta$ = {beta:g}", np.concatenate([Omega, Omega[::-1]]), around, k, dash=dash)
+        )
         found = bounds(beta)
         for row, marker in zip(found[1:], ("s", "o"), strict=True):
             name = rf"full model, $\beta$ = {beta:g}"
-            curves.append(Curve(name, found[0], row, k, dash="none", marker=marker))
+            curves.append(PanelCurve(name, found[0], row, k, dash="none", marker=marker))
         exact = np.array(_limits(beta, found[0]))
         off = np.max(np.abs(exact / found[1:] - 1))
         at = ", ".join(f"Omega = {w:g}: {a:.5f} to {b:.5f}" for w, a, b in found.T if w in (20.0, 30.0))
@@ -128,10 +130,10 @@ def quench_speeds() -> FigureData:
     )
     Omega, low, high = bounds(0.05)
     curves = (
-        Curve("(57): at this speed", speeds, at),
-        Curve("(58): at this speed and below", speeds, below, 1, dash="dashed"),
-        Curve("full model, grazing", low, A * Omega, 2, dash="none", marker="s"),
-        Curve("full model, Neimark-Sacker", high, A * Omega, 2, dash="none", marker="o"),
+        PanelCurve("(57): at this speed", speeds, at),
+        PanelCurve("(58): at this speed and below", speeds, below, 1, dash="dashed"),
+        PanelCurve("full model, grazing", low, A * Omega, 2, dash="none", marker="s"),
+        PanelCurve("full model, Neimark-Sacker", high, A * Omega, 2, dash="none", marker="o"),
     )
     root = 3 * star**2 - 2 * speeds[speeds > star] ** 2
     v_m = numbers(scene).v_m
@@ -177,9 +179,11 @@ def quench_energy() -> FigureData:
     phase = np.linspace(0.0, 2 * np.pi, 400)
     largest = belt.largest_pure_slip_amplitude(scene)
     waves = (
-        Curve("fast motion, (59)", phase, 0.5 * q**2 * np.cos(phase) ** 2),
-        Curve(r"largest pure slip, (60) with 2/5", phase, 0.5 * largest**2 * np.cos(phase) ** 2, 1),
-        Curve("(60) as printed, 2/3", phase, 2 / 3 * 0.25 * (1 - 0.1 / 0.45) * np.cos(phase) ** 2, 1, dash="dotted"),
+        PanelCurve("fast motion, (59)", phase, 0.5 * q**2 * np.cos(phase) ** 2),
+        PanelCurve(r"largest pure slip, (60) with 2/5", phase, 0.5 * largest**2 * np.cos(phase) ** 2, 1),
+        PanelCurve(
+            "(60) as printed, 2/3", phase, 2 / 3 * 0.25 * (1 - 0.1 / 0.45) * np.cos(phase) ** 2, 1, dash="dotted"
+        ),
     )
     ratio = (q / largest) ** 2
     share = 0.5 * largest**2 / (numbers(scene).v_m ** 2 * (1 - 2 * 0.05 / belt.friction_difference(scene)))
@@ -204,7 +208,7 @@ def quench_energy() -> FigureData:
             r"mean power of the excitation at $a\Omega^*$",
             SPEED,
             "power",
-            (Curve("", speeds, power),),
+            (PanelCurve("", speeds, power),),
             y_range=(0, None),
             marks=((r"$a\Omega^*$", q),),
         ),

@@ -16,7 +16,7 @@ HORIZON = 100.0  # s; time at rest takes no computing
 TOLERANCE = 1e-11
 
 
-class Decay(NamedTuple):
+class RodDecay(NamedTuple):
     """Result of one decay.
 
     Attributes
@@ -52,7 +52,7 @@ def run_of(law: str, *, f_n, mu_m, zeta=0.0, m=MASS, x0=START, v0=0.0, v_c=1.0) 
     return _program(law).run(values, {"x": x0, "u": v0}).checked()
 
 
-def decay(law: str = FALLING, **values) -> Decay:
+def decay(law: str = FALLING, **values) -> RodDecay:
     """Return one decay; the arguments are those of `run_of`."""
     run = run_of(law, **values)
     events = [e.t for e in run.events]
@@ -61,7 +61,7 @@ def decay(law: str = FALLING, **values) -> Decay:
     limit = values["mu_m"] * GRAVITY / (2 * np.pi * values["f_n"]) ** 2
     margins = positions / limit - 1
     viscous, contact = run["E_viscous"], run["E_contact"]
-    return Decay(
+    return RodDecay(
         float(run["stop_time"]),
         len(events),
         viscous / contact if contact else np.nan,
@@ -70,7 +70,7 @@ def decay(law: str = FALLING, **values) -> Decay:
     )
 
 
-def decays(law: str, name: str, values, **fixed) -> list[Decay]:
+def decays(law: str, name: str, values, **fixed) -> list[RodDecay]:
     """Return decays over a range of one argument of `run_of`."""
     return [decay(law, **fixed, **{name: float(v)}) for v in values]
 

@@ -6,7 +6,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from symfric.report.sources.panels import Curve, FigureData, Panel
+from symfric.report.sources.panels import FigureData, Panel, PanelCurve
 from symfric.report.sources.registry import Finding
 from symfric.report.sources.younes_ashour.decays import FALLING, GRAVITY, LAWS, START, decays, run_of, start_of
 from symfric.theory.transient import averaged_decay_time
@@ -48,7 +48,7 @@ def figure_5() -> FigureData:
     """Decay time against friction."""
     friction = np.geomspace(0.02, 0.3, POINTS)
 
-    def curves(law: str) -> list[Curve]:
+    def curves(law: str) -> list[PanelCurve]:
         found = [
             _curve(f"{f:g} Hz", friction, decays(law, "mu_m", friction, f_n=f), "time", k)
             for k, f in enumerate(FREQUENCIES)
@@ -68,7 +68,7 @@ def figure_6() -> FigureData:
     """Decay time against the initial energy, given as displacement or as impulse."""
     energy = np.linspace(0.004, 0.2, POINTS)
 
-    def curves(law: str) -> list[Curve]:
+    def curves(law: str) -> list[PanelCurve]:
         found = []
         for k, f, impulse in ((k, f, i) for k, f in enumerate((3.5, 10.0, 20.0)) for i in (False, True)):
             word, fixed = ("impulse", {"x0": 0.0}) if impulse else ("displacement", {"v0": 0.0})
@@ -88,7 +88,7 @@ def figure_7() -> FigureData:
     starts = start_of(energy, f_n=10.0, m=0.5)
     runs = {(law, z): decays(law, "x0", starts, f_n=10.0, mu_m=0.1, zeta=z) for law in LAWS for z in DAMPING}
 
-    def of(what: str) -> Callable[[str], list[Curve]]:
+    def of(what: str) -> Callable[[str], list[PanelCurve]]:
         damping = DAMPING[1:] if what == "ratio" else DAMPING  # without damping the ratio is 0
         return lambda law: [_curve(rf"$\zeta$ = {z:g}", energy, runs[law, z], what, DAMPING.index(z)) for z in damping]
 
@@ -115,7 +115,7 @@ def _records(number: str, name: str) -> FigureData:
         runs = {law: run_of(law, **RIG, **rod, x0=x0) for law in LAWS}
         t = np.linspace(0.0, 1.15 * max(run["stop_time"] for run in runs.values()), SAMPLES)
         curves = [
-            Curve(law, t, _acceleration(run, law, t, rod["mu_m"]), k) for k, (law, run) in enumerate(runs.items())
+            PanelCurve(law, t, _acceleration(run, law, t, rod["mu_m"]), k) for k, (law, run) in enumerate(runs.items())
         ]
         panels.append(Panel(f"{name} rod, from {1000 * x0:g} mm", "t [s]", "acceleration [m/s$^2$]", tuple(curves)))
         for other, values in RODS.items():
@@ -141,7 +141,7 @@ def figure_10() -> FigureData:
     """Decay time of the two rods against the initial energy; the source shows records, this is its model."""
     energy = np.linspace(0.002, 0.1, POINTS)
 
-    def curves(law: str) -> list[Curve]:
+    def curves(law: str) -> list[PanelCurve]:
         found = []
         for k, (name, rod) in enumerate(RODS.items()):
             starts = start_of(energy, f_n=RIG["f_n"], m=rod["m"])
@@ -168,22 +168,22 @@ FIGURES: dict[str, Callable[[], FigureData]] = {
 }
 
 
-def _by_law(curves: Callable[[str], list[Curve]], x: str, y: str, log: bool = False) -> tuple[Panel, ...]:
+def _by_law(curves: Callable[[str], list[PanelCurve]], x: str, y: str, log: bool = False) -> tuple[Panel, ...]:
     return tuple(Panel(law, x, y, tuple(curves(law)), log) for law in LAWS)
 
 
-def _curve(label: str, x: np.ndarray, runs: list, what: str, group: int) -> Curve:
+def _curve(label: str, x: np.ndarray, runs: list, what: str, group: int) -> PanelCurve:
     y, closest = (np.array([getattr(run, name) for run in runs]) for name in (what, "closest"))
-    return Curve(label, x, y, group, closest, steps=what == "time")
+    return PanelCurve(label, x, y, group, closest, steps=what == "time")
 
 
-def _averaged(x: np.ndarray, y: list[float], group: int) -> Curve:
-    return Curve("averaged law", x, np.array(y), group, dash="dotted")
+def _averaged(x: np.ndarray, y: list[float], group: int) -> PanelCurve:
+    return PanelCurve("averaged law", x, np.array(y), group, dash="dotted")
 
 
 def _transient(title: str, **values) -> Panel:
     """Return the motions with both laws, in mm, until a little after the later stop."""
     runs = {law: run_of(law, **values) for law in LAWS}
     t = np.linspace(0.0, 1.15 * max(run["stop_time"] for run in runs.values()), SAMPLES)
-    curves = tuple(Curve(law, t, 1000 * run(t)[0], k) for k, (law, run) in enumerate(runs.items()))
+    curves = tuple(PanelCurve(law, t, 1000 * run(t)[0], k) for k, (law, run) in enumerate(runs.items()))
     return Panel(title, "t [s]", "x [mm]", curves)
