@@ -27,7 +27,9 @@ STICKS = {"release_position", "slip_arc", "slow_belt_amplitude", "stick_slip_amp
 SLIPS = {"pure_slip_amplitude", "pure_slip_frequency"}
 ORDERS = {"stick_speed", "slow_belt_amplitude", "stick_slip_amplitude", "stick_slip_frequency", *SLIPS}
 AT_SPEED = {"quench_intensity_at", "quench_intensity_below"}
-APART = {"SYMBOLS", "effective_friction", "energy_ratio"}  # a law, and a number without a scene
+EXCITED = {"excited_amplitude": "487/1000"}  # a belt speed at which the closed form holds
+APART = {"SYMBOLS", "effective_friction", "energy_ratio", "excited_growth"}  # a law, no scene, and thomsen/outlook.py
+RANGE = {"quench_intensity_for": (0.25, 0.5)}
 
 
 def belt_scene(speed: str):
@@ -47,7 +49,9 @@ def formula_of_belt(*claim, name: str, speed: str, arguments: dict):
     given = {"v_b": speed, **BELT, **LAW}
     at = {s: sp.Rational(given[s.name]) for s in belt.SYMBOLS}
     at |= {sp.Symbol("v_hat", positive=True): sp.Rational(str(arguments["v"]))} if "v" in arguments else {}
-    rest = {k: v for k, v in arguments.items() if k != "v"}
+    if "speeds" in arguments:
+        at |= dict(zip(sp.symbols("v_low v_high", positive=True), map(sp.Rational, arguments["speeds"]), strict=True))
+    rest = {k: v for k, v in arguments.items() if k not in ("v", "speeds")}
     formula = getattr(belt, name)(symbolic=True, **rest)
     parts = formula if isinstance(formula, tuple) else (formula,)
     return [agree(e.subs(at), c) for e, c in zip(parts, claim, strict=True)]
@@ -57,10 +61,10 @@ def _belt_rows():
     for name in belt.__all__:
         if name in APART:
             continue
-        speed = FAST if name in SLIPS else SLOW
+        speed = FAST if name in SLIPS else EXCITED.get(name, SLOW)
         for order in (1, 2) if name in ORDERS else (None,):
             arguments = {} if order is None else {"order": order}
-            arguments |= {"v": 0.25} if name in AT_SPEED else {}
+            arguments |= {"v": 0.25} if name in AT_SPEED else {"speeds": RANGE[name]} if name in RANGE else {}
             shown = "".join(f", {k} = {v}" for k, v in arguments.items())
             LEDGER.verified(
                 f"belt.{name}{shown}",

@@ -9,11 +9,22 @@
 `effective`   4.1: effective friction                             (43)-(50)
 `quenching`   4.2, 5: stability under fast excitation, quenching  (51)-(58)
 `energy`      5.3, 5.4: what quenching costs                      (59)-(61)
+`outlook`     after (56), (58): what the paper leaves to others
 ============  ==================================================  ===========
 """
 
 from derivations.ledger import joined
-from derivations.thomsen import accuracy, effective, energy, model, pure_slip, quenching, separation, stick_slip
+from derivations.thomsen import (
+    accuracy,
+    effective,
+    energy,
+    model,
+    outlook,
+    pure_slip,
+    quenching,
+    separation,
+    stick_slip,
+)
 
 LEDGER = joined(
     "thomsen",
@@ -26,4 +37,5 @@ LEDGER = joined(
     effective,
     quenching,
     energy,
+    outlook,
 )

@@ -141,3 +141,62 @@ def test_symbolic_forms():
     star = belt.quench_intensity(symbolic=True)
     meeting = (high**2 - low**2).subs(belt.SYMBOLS.a, star / belt.SYMBOLS.Omega)
     assert sp.simplify(meeting) == 0
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.05, 0.12])
+@pytest.mark.parametrize("speeds", [(0.0, 0.2), (0.1, 0.5), (0.38, 0.5), (0.42, np.inf), (0.3, 0.3), (0.44, 0.9)])
+def test_a_range_of_speeds_needs_the_most_that_one_of_them_needs(beta, speeds):
+    scene = sf.scenes.mass_on_belt(sf.laws.cubic(0.45, 0.2, 0.5), v_b=0.3, beta=beta)
+    single = [
+        sf.theory.belt.quench_intensity_at(scene, v)
+        for v in np.linspace(max(speeds[0], 1e-9), min(speeds[1], 1.0), 4001)
+    ]
+    found = sf.theory.belt.quench_intensity_for(scene, speeds)
+    assert found == pytest.approx(max(single), abs=1e-4)
+    assert found >= max(single) - 1e-12
+
+
+def test_the_range_of_the_source_and_its_special_cases():
+    scene = sf.scenes.mass_on_belt(v_b=0.3)
+    belt = sf.theory.belt
+    assert belt.quench_intensity_for(scene, (0.38, 0.5)) == pytest.approx(0.3163683, abs=5e-8)
+    assert belt.quench_intensity_for(scene, (0.0, 0.9)) == belt.quench_intensity(scene)
+    for v in (0.1, 0.4, 0.43):
+        assert belt.quench_intensity_for(scene, (v, v)) == pytest.approx(belt.quench_intensity_at(scene, v), rel=1e-14)
+        assert belt.quench_intensity_for(scene, (0.0, v)) == pytest.approx(
+            belt.quench_intensity_below(scene, v), rel=1e-14
+        )
+    design = sf.design.quench(scene, (0.38, 0.5), Omega=(40.0, 60.0), a=(0.0, 0.02))
+    assert design.objective == pytest.approx(belt.quench_intensity_for(scene, (0.38, 0.5)), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "message"), [((0.5, 0.4), "lower one comes first"), ((0, 0), "at rest"), (0.3, "give the lowest")]
+)
+def test_a_range_that_is_none(speeds, message):
+    with pytest.raises(sf.SceneError, match=message):
+        sf.theory.belt.quench_intensity_for(sf.scenes.mass_on_belt(v_b=0.3), speeds)
+
+
+@pytest.mark.parametrize(("v_b", "mu_m", "beta"), [(0.3, 0.25, 0.05), (0.25, 0.25, 0.02), (0.3, 0.35, 0.01)])
+def test_cycles_that_enter_slow_slips_have_the_amplitude_of_the_full_motion(v_b, mu_m, beta):
+    q, Omega = 0.2, 60.0
+    law = sf.laws.cubic(0.4, mu_m, 0.5)
+    scene = sf.scenes.mass_on_belt(law, v_b=v_b, beta=beta, a=q / Omega, Omega=Omega, horizon=100.0)
+    found = sf.theory.belt.excited_amplitude(scene)
+    assert found > v_b - q
+    t = np.linspace(80.0, 100.0, 60001)
+    slow = sf.simulate(scene)(t)[0] + q / Omega * np.sin(Omega * t)
+    assert np.ptp(slow) / 2 == pytest.approx(found, rel=3e-3)
+
+
+def test_cycles_outside_have_the_closed_form_and_stable_sliding_has_none():
+    scene = sf.scenes.mass_on_belt(v_b=0.41, a=0.004, Omega=50.0)
+    onset = sf.theory.belt.onset_speed(scene)
+    assert sf.theory.belt.excited_amplitude(scene) == pytest.approx(2 * np.sqrt(onset**2 - 0.41**2 - 0.02), rel=1e-13)
+    assert sf.theory.belt.excited_growth(scene, sf.theory.belt.excited_amplitude(scene)) == pytest.approx(0, abs=1e-15)
+    for v in (0.15, 0.43):
+        with pytest.raises(sf.NotFound, match="no self-excited vibration"):
+            sf.theory.belt.excited_amplitude(scene.where({"v_b": v}))
+    with pytest.raises(sf.SceneError, match="no excitation"):
+        sf.theory.belt.excited_amplitude(sf.scenes.mass_on_belt(v_b=0.3))

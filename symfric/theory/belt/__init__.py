@@ -3,6 +3,7 @@
 Every function returns a float for a scene, or the formula in `SYMBOLS` with ``symbolic=True``.
 """
 
+from symfric.theory.belt.excited import excited_amplitude, excited_growth
 from symfric.theory.belt.quench import (
     effective_cubic,
     effective_damping,
@@ -16,6 +17,7 @@ from symfric.theory.belt.quench import (
     quench_intensity,
     quench_intensity_at,
     quench_intensity_below,
+    quench_intensity_for,
     unstable_speeds,
 )
 from symfric.theory.belt.scene import SYMBOLS
@@ -46,6 +48,8 @@ __all__ = [
     "effective_slope",
     "energy_ratio",
     "equilibrium_position",
+    "excited_amplitude",
+    "excited_growth",
     "friction_difference",
     "largest_pure_slip_amplitude",
     "law_coefficients",
@@ -58,6 +62,7 @@ __all__ = [
     "quench_intensity",
     "quench_intensity_at",
     "quench_intensity_below",
+    "quench_intensity_for",
     "release_position",
     "slip_arc",
     "slow_belt_amplitude",

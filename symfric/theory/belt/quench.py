@@ -199,6 +199,69 @@ def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool
 
 
 @alone(SYMBOLIC)
+def quench_intensity_for(scene: Scene | None = None, speeds=None, *, symbolic: bool = False) -> float | sp.Expr:
+    """Return the intensity a Omega above which no belt speed of a range gives vibration, dimensionless.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its own belt speed is ignored.
+    speeds : (float, float)
+        Lowest and highest belt speed, 0 <= low <= high; the highest may be infinite: "above a speed". The symbols
+        v_low and v_high where `symbolic` without it.
+
+    Returns
+    -------
+    float or Expr
+        0 where nothing vibrates anyway.
+
+    Raises
+    ------
+    SceneError
+        If the speeds are not a range, or the closed forms do not hold: see `quench_intensity`.
+
+    Notes
+    -----
+    A belt of speed v vibrates for ``a Omega < min(v, sqrt(2 (v_b1^2 - v^2)))``, Thomsen (55). The first one rises with
+    v, the second one falls, and they meet at ``v = a Omega*``, (56); so the largest over the range is at its upper end
+    below a Omega*, at its lower end above, and a Omega* for a range that contains it. (57) and (58) are the cases (v,
+    v) and (0, v). Proved in derivations/thomsen.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> scene = sf.scenes.mass_on_belt(v_b=0.3)
+    >>> round(sf.theory.belt.quench_intensity_for(scene, (0.38, 0.5)), 7)
+    0.3163683
+    """
+    low, high = _range(speeds, symbolic)
+    formula = sp.Piecewise(
+        (high, high <= Q_STAR),
+        (Q_STAR, low <= Q_STAR),
+        (sp.sqrt(3 * Q_STAR**2 - 2 * low**2), low < V_B1),
+        (0, True),
+        evaluate=False,
+    )
+    return formula if symbolic else _quenching(scene, formula)
+
+
+def _range(speeds, symbolic: bool) -> tuple[sp.Expr, sp.Expr]:
+    """Return both ends of a range of belt speeds as expressions."""
+    if speeds is None and symbolic:
+        return sp.symbols("v_low v_high", positive=True)
+    try:
+        low, high = speeds
+    except (TypeError, ValueError):
+        raise SceneError(f"speeds is {speeds!r}; give the lowest and the highest belt speed") from None
+    low, high = finite(low, "the lowest belt speed"), float(high)
+    if not 0 <= low <= high:
+        raise SceneError(f"speeds is ({low:g}, {high:g}); the lower one comes first and is not negative")
+    if high == 0:
+        raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")
+    return sp.Float(low), sp.oo if high == float("inf") else sp.Float(high)
+
+
+@alone(SYMBOLIC)
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean power of the excitation at quasi-equilibrium, dimensionless.
 
