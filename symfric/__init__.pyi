@@ -29,6 +29,7 @@ from .model.system import Contact, Signal, System
 from .orbits.continuation.branch import Branch, Special, continue_cycle
 from .orbits.continuation.codim1 import Curve, continue_special
 from .orbits.cycle import Orbit, limit_cycle
+from .orbits.frequency_response import frequency_response
 from .orbits.lyapunov import Lyapunov, lyapunov
 from .orbits.poincare import PoincareSection, poincare
 from .solve.batch import Batch
@@ -105,6 +106,7 @@ __all__ = [
     "design",
     "equilibrium",
     "explain",
+    "frequency_response",
     "friction_force",
     "hopf",
     "laws",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,6 +51,23 @@ class Special:
         return f"Special({self.kind}, value={self.value:.14g}{', jump' if self.jump else ''})"
 
 
+class Peak(NamedTuple):
+    """The largest response along a branch.
+
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    half_range : float
+        Of the coordinate asked for.
+    orbit : Orbit
+    """
+
+    value: float
+    half_range: float
+    orbit: Orbit
+
+
 @dataclass(frozen=True, eq=False)
 class Branch:
     """A branch of limit cycles, in order along it.
@@ -66,6 +84,8 @@ class Branch:
         Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "jump" (static
         friction above kinetic friction ends the orbits there, and beyond, the motion settles to no other orbit),
         "closed", "budget", or "lost" if no orbit was found further on.
+    peak : Peak or None
+        Of a frequency response; see `symfric.frequency_response`.
     """
 
     parameter: str
@@ -73,6 +93,7 @@ class Branch:
     orbits: tuple[Orbit, ...]
     special: tuple[Special, ...]
     ends: tuple[str, str]
+    peak: Peak | None = None
 
     def plot(self, ax=None):
         """Draw the half range of the first coordinate against the parameter; return the Axes."""
