@@ -1,0 +1,149 @@
+"""Forced periodic responses over the frequency of the excitation, and the peak."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from symfric.errors import NotFound, SceneError
+from symfric.model.excitation import is_excited
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
+from symfric.orbits.cycle import Orbit, limit_cycle
+
+_PIECES = 6  # starts of a branch that ends within the span
+_STEP = 1e-3  # of the span: how far behind an end the next piece starts
+
+
+def frequency_response(
+    scene: Scene,
+    parameter: Key,
+    span: tuple[float, float],
+    coordinate: Key | None = None,
+    start: Orbit | None = None,
+    most: int = 1000,
+    tolerance: float = 1e-13,
+) -> Branch:
+    """Follow the periodic response of a forced scene over the frequency of its excitation.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an excitation whose frequency is the parameter.
+    parameter : Symbol or str
+        The frequency, such as Omega in ``cos(Omega t)``.
+    span : (float, float)
+        Range of the frequency; the value in the scene is where the branch starts if it lies within.
+    coordinate : Symbol or str, optional
+        State whose half range has the peak; the first coordinate unless given.
+    start : Orbit, optional
+        A response to start from; what the motion of the scene settles to unless given.
+    most : int
+        Orbits in each direction.
+    tolerance : float
+        Of the motion.
+
+    Returns
+    -------
+    Branch
+        With `peak`, located between the orbits by their responses, not read from them. Onset and loss of sticking are
+        special points along it.
+
+    Raises
+    ------
+    SceneError
+        If the scene is not forced, or names and numbers are wrong.
+    NotFound
+        If the motion settles to no response from which to start.
+
+    Notes
+    -----
+    Where a branch ends within the span, because the response jumps or another contact is met, the motion of the scene
+    is followed beyond, and the next piece of the branch starts from what it settles to.
+
+    Examples
+    --------
+    A joint that slips, force amplitude 1, against the closed form of a linear oscillator without friction:
+
+    >>> import sympy as sp, symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> W = sp.Symbol("W", positive=True)
+    >>> system = sf.System([x], [u], [[1]], [-x - u / 5 + sp.cos(W * sf.TIME)])
+    >>> linear = sf.Scene(system, values={W: 0.9}, initial={x: 0, u: 0}, horizon=60.0)
+    >>> found = sf.frequency_response(linear, "W", (0.8, 1.2)).peak
+    >>> round(found.value, 6), round(found.half_range, 6)  # sqrt(1 - 2 D^2), 1/(2 D sqrt(1 - D^2)), D = 0.1
+    (0.989949, 5.025189)
+    """
+    name = scene.parameter(parameter).name
+    low, high = (finite(v, f"an end of the span of {name}") for v in span)
+    if not low < high:
+        raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")
+    if not is_excited(scene):
+        raise SceneError("no force of the scene depends on time; a frequency response needs an excitation")
+    names = [s.name for s in scene.system.states]
+    wanted = names[0] if coordinate is None else name_of(coordinate)
+    if wanted not in names:
+        raise SceneError(f"{wanted} is no state{nearest(wanted, names)}")
+    here = scene.values[scene.parameter(name)]
+    begin = here if here is not None and low <= here <= high else 0.5 * (low + high)
+    whole = continue_cycle(scene.where({name: begin}), name, (low, high), start, most, tolerance)
+    pieces = [whole]
+    for side, end in ((0, low), (1, high)):
+        pieces += _beyond(scene, name, (low, high), whole, side, end, most, tolerance)
+    return _joined(scene, pieces, names.index(wanted), tolerance)
+
+
+def _beyond(scene, name, span, branch: Branch, side: int, end: float, most: int, tolerance: float) -> list[Branch]:
+    """Return the pieces of the branch beyond an end within the span."""
+    found: list[Branch] = []
+    for _ in range(_PIECES):
+        if branch.ends[side] in ("span", "closed"):
+            break
+        at = float(np.max(branch.values) if side else np.min(branch.values))
+        at += (1 if side else -1) * _STEP * (span[1] - span[0])
+        if not span[0] < at < span[1]:
+            break
+        rest = (at, span[1]) if side else (span[0], at)
+        try:
+            branch = continue_cycle(scene.where({name: at}), name, rest, None, most, tolerance)
+        except NotFound:
+            break
+        found.append(branch)
+    return found
+
+
+def _joined(scene: Scene, pieces: list[Branch], k: int, tolerance: float) -> Branch:
+    """Return one branch of the pieces, by increasing frequency, with its peak."""
+    pieces = sorted(pieces, key=lambda b: float(np.min(b.values)))
+    values = np.concatenate([b.values for b in pieces])
+    orbits = tuple(o for b in pieces for o in b.orbits)
+    special = tuple(s for b in pieces for s in b.special)
+    whole = Branch(pieces[0].parameter, values, orbits, special, (pieces[0].ends[0], pieces[-1].ends[1]))
+    return replace(whole, peak=_peak(scene, whole, k, tolerance))
+
+
+def _peak(scene: Scene, branch: Branch, k: int, tolerance: float) -> Peak:
+    """Return where the half range of state k is largest, between the neighbours of the largest orbit."""
+    sizes = np.array([o.half_range[k] for o in branch.orbits])
+    i = int(np.argmax(sizes))
+    near = branch.orbits[i]
+    best = Peak(float(branch.values[i]), float(sizes[i]), near)
+    if not 0 < i < sizes.size - 1:
+        return best
+    low, high = sorted((float(branch.values[i - 1]), float(branch.values[i + 1])))
+    if not low < best.value < high:
+        return best  # a fold
+
+    def size(value: float) -> float:
+        nonlocal best
+        try:
+            orbit = limit_cycle(scene.where({branch.parameter: value}), near, tolerance)
+        except NotFound:
+            return 0.0
+        if orbit.half_range[k] > best.half_range:
+            best = Peak(value, float(orbit.half_range[k]), orbit)
+        return -float(orbit.half_range[k])
+
+    minimize_scalar(size, bounds=(low, high), method="bounded", options={"xatol": 1e-9 * max(abs(low), abs(high))})
+    return best
