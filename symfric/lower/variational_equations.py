@@ -22,6 +22,8 @@ from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
 
+MANY = 24  # states of a motion beyond which derivatives are taken direction by direction
+
 
 @dataclass(frozen=True)
 class Variations:
@@ -85,7 +87,14 @@ def varied(
     for k, name in enumerate(directions):
         if name in names:
             chosen[names.index(name), k] = 1
-    along = lambda e: ca.jacobian(e, y) @ V + ca.jacobian(e, p) @ chosen  # noqa: E731
+
+    def along(e: ca.SX) -> ca.SX:
+        """Return the derivatives of an expression in all directions."""
+        if n_x <= MANY:
+            return ca.jacobian(e, y) @ V + ca.jacobian(e, p) @ chosen
+        both = ca.vertcat(y, p)  # a matrix of slopes would have more entries than the graph has operations
+        return ca.jtimes(e, both, ca.vertcat(V, chosen)) if n_s else ca.SX(e.numel(), 0)
+
     rate, guards, rows = field(y, t, p, m)
     flat = lambda e: ca.vec(ca.densify(e).T)  # noqa: E731, row by row
     pairs = tuple(itertools.combinations_with_replacement(range(n_s), 2)) if second else ()
@@ -130,7 +139,7 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
         then = automaton.transition(y, t, p, before, hit[layout.first_other :])[0]
     rate, guards, rows = automaton.field(y, t, p, before)
     next_rate, _, next_rows = automaton.field(then, t, p, after)
-    slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
+    slope = ca.jtimes(guards, ca.vertcat(y, t), ca.vertcat(rate, 1)) if n_g else ca.SX(0, 1)
     gain = ca.densify(along(guards))
     firsts, any_before = [], ca.SX(0)
     for g in range(n_g):
