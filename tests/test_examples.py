@@ -10,8 +10,10 @@ import pytest
 FOLDER = Path(__file__).parents[1] / "examples"
 SCRIPTS = {
     "absorber_on_brake": r"it decays at \d",
+    "blade_friction_damper": r"Of these, N = 0\.\d+ is best",
     "brake_groan_speed": r"below 193\.\d mm/s, at 159 Hz",
     "building_on_rollers": r"even floor: 0\.0\d+ g instead of 0\.32 g",
+    "disc_brake_squeal": r"squeals from mu = 0\.4193",
     "door_hinge_shaken": r"intensity 0\.3600",
     "gear_two_slopes": r"stable there: True",
     "machine_slide_damping": r"damping ratio 0\.0570",

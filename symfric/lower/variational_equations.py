@@ -139,7 +139,10 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
         then = automaton.transition(y, t, p, before, hit[layout.first_other :])[0]
     rate, guards, rows = automaton.field(y, t, p, before)
     next_rate, _, next_rows = automaton.field(then, t, p, after)
-    slope = ca.jtimes(guards, ca.vertcat(y, t), ca.vertcat(rate, 1)) if n_g else ca.SX(0, 1)
+    if y.numel() <= MANY:
+        slope = ca.jacobian(guards, y) @ rate + ca.jacobian(guards, t)
+    else:
+        slope = ca.jtimes(guards, ca.vertcat(y, t), ca.vertcat(rate, 1)) if n_g else ca.SX(0, 1)
     gain = ca.densify(along(guards))
     firsts, any_before = [], ca.SX(0)
     for g in range(n_g):

@@ -1,5 +1,6 @@
 """Large structures: matrices in, modes, flutter, reduction, and scenes with contacts."""
 
+from symfric.structures.brake import Brake, disc_and_pad
 from symfric.structures.complex_modes import ComplexModes
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.files import read, write
@@ -11,6 +12,7 @@ from symfric.structures.reduction import ReductionError
 from symfric.structures.structure import Structure
 
 __all__ = [
+    "Brake",
     "ComplexModes",
     "Critical",
     "Flutter",
@@ -22,6 +24,7 @@ __all__ = [
     "Structure",
     "beam",
     "chain",
+    "disc_and_pad",
     "flutter",
     "flutter_map",
     "read",

@@ -25,6 +25,7 @@ from symfric.structures.krylov import largest
 
 _DENSE = 60  # degrees of freedom up to which all modes are computed
 _EXTRA = 3
+_LAST = 1e-3  # by which a shift is moved at the most
 _CLOSE = 1e-9  # of a shift: distance from an eigenvalue
 _SEED = 3
 _RIGID = 1e-11  # of the sum of the magnitudes of its terms: strain energy that is zero
@@ -222,9 +223,9 @@ def _slowest(solve: Callable, M) -> float:
 
 def _beside(nearest: Callable, shift: complex) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenpairs nearest to a shift, which is moved if it is an eigenvalue: beside it the others drown."""
-    for moved in (0.0, 1e-5, 1e-4, 1e-3):
+    for moved in (0.0, 1e-5, 1e-4, _LAST):
         at = shift * (1 + moved)
-        with contextlib.suppress(ZeroDivisionError):
+        with contextlib.suppress(ZeroDivisionError, *([NotFound] if moved < _LAST else [])):
             found = nearest(at)
             if np.min(np.abs(found[0] - at)) > _CLOSE * abs(at):
                 return found

@@ -62,7 +62,7 @@ def beam(
     20.051
     """
     count = positive_count(elements, 100_000, "the number of elements")
-    length, EI, rhoA = (_positive(v, n) for v, n in ((length, "length"), (EI, "EI"), (rhoA, "rhoA")))
+    length, EI, rhoA = (positive(v, n) for v, n in ((length, "length"), (EI, "EI"), (rhoA, "rhoA")))
     h, n = length / count, 2 * (count + 1)
     bend = EI / h**3 * _hermite([12, 6, -12, 6], [4, -6, 2], [12, -6], [4], h)
     mass = rhoA * h / 420 * _hermite([156, 22, 54, -13], [4, 13, -3], [156, -22], [4], h)
@@ -150,7 +150,7 @@ def chain(
     [1.0, 1.732051]
     """
     n = positive_count(n, 10_000_000, "the number of masses")
-    _positive(mass, "mass"), _positive(stiffness, "stiffness")
+    positive(mass, "mass"), positive(stiffness, "stiffness")
     if ends not in ("fixed", "free", "fixed-free"):
         raise SceneError(f"ends is {ends!r}; use 'fixed', 'free' or 'fixed-free'")
     diagonal = np.full(n, 2.0)
@@ -189,13 +189,14 @@ def ziegler(*, damping: float = 0.0, m: float = 1.0, k: float = 1.0, l: float = 
     >>> round(sf.structures.flutter(sf.structures.ziegler(damping=0.1), mu=(0, 3), count=2).critical[0].mu, 9)
     1.469285714
     """
-    M = _positive(m, "m") * _positive(l, "l") ** 2 * np.array([[3.0, 1.0], [1.0, 1.0]])
+    M = positive(m, "m") * positive(l, "l") ** 2 * np.array([[3.0, 1.0], [1.0, 1.0]])
     joints = np.array([[2.0, -1.0], [-1.0, 1.0]])
     C = damping * joints if damping else None
-    return Structure(M, _positive(k, "k") * joints, C, l * np.array([[-1.0, 1.0], [0.0, 0.0]]), ["phi1", "phi2"])
+    return Structure(M, positive(k, "k") * joints, C, l * np.array([[-1.0, 1.0], [0.0, 0.0]]), ["phi1", "phi2"])
 
 
-def _positive(value: float, name: str) -> float:
+def positive(value: float, name: str) -> float:
+    """Return a number that is positive, or say what is wrong with it."""
     number = finite(value, name)
     if number <= 0:
         raise SceneError(f"{name} is {number:g}; it must be positive")

@@ -23,7 +23,7 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
     ----------
     structure : Structure
     entries : array_like, sparse, mapping of name or number to weight, name or number
-        Of a reduced structure also a row over all degrees of freedom of the full one; numbers are taken for such a row
+        Of a reduced structure also names of the full one, and a row over all degrees of freedom of the full one; numbers are taken for such a row
         if both have as many.
     what : str
         For messages.
@@ -32,10 +32,12 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
     if isinstance(entries, str | int | np.integer) and not isinstance(entries, bool):
         entries = {entries: 1.0}
     if isinstance(entries, Mapping):
-        found = np.zeros(n)
+        own = structure.basis is None or all(k in structure.names for k in entries if isinstance(k, str))
+        names = structure.names if own else structure.full_names
+        found = np.zeros(len(names))
         for key, weight in entries.items():
-            found[index_of(key, structure.names)] += finite(weight, f"the weight of {key} in {what}")
-        return row_of(found, n, what)
+            found[index_of(key, names)] += finite(weight, f"the weight of {key} in {what}")
+        return row_of(found, n, what) if own else row_of(found, len(names), what) @ structure.basis
     if structure.basis is not None and _length(entries, what) == len(structure.basis):
         return row_of(entries, len(structure.basis), what) @ structure.basis
     return row_of(entries, n, what)

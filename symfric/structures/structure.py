@@ -52,6 +52,8 @@ class Structure:
         Of a reduced structure, how all degrees of freedom follow from its own.
     error : ReductionError or None
         Of a reduced structure, estimates of what the reduction costs.
+    full_names : tuple of str
+        Of a reduced structure, the names of all degrees of freedom; `names` of any other.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class Structure:
     names: tuple[str, ...] = ()
     basis: np.ndarray | None = None
     error: ReductionError | None = None
+    full_names: tuple[str, ...] = ()
 
     def __init__(self, M, K, C=None, friction=None, names: Sequence[str] | None = None, *, basis=None):
         mass = matrix(M, "M")
@@ -86,7 +89,15 @@ class Structure:
             for name, given in (("C", C), ("friction", friction))
         }
         kept = {name: None if e is None or not e.nnz else e for name, e in others.items()}
-        for name, value in {"M": mass, "K": stiffness, **kept, "names": labels, "basis": basis, "error": None}.items():
+        for name, value in {
+            "M": mass,
+            "K": stiffness,
+            **kept,
+            "names": labels,
+            "basis": basis,
+            "error": None,
+            "full_names": labels,
+        }.items():
             object.__setattr__(self, name, value)  # the class is frozen for everybody else
 
     @property
@@ -282,7 +293,9 @@ class Structure:
         M, K, C, F = (
             None if e is None else _clean(basis.T @ (e @ basis)) for e in (self.M, self.K, self.C, self.friction)
         )
-        return Structure(M, K, C, F, names, basis=basis if self.basis is None else self.basis @ basis)
+        found = Structure(M, K, C, F, names, basis=basis if self.basis is None else self.basis @ basis)
+        object.__setattr__(found, "full_names", self.full_names)
+        return found
 
     def scene(
         self,
