@@ -1,7 +1,7 @@
 """With which normal load does a friction damper under the platform of a blade keep its vibration smallest?
 
-The blade is a beam of 12 elements in dimensionless units, excited at its tip; the damper rubs at a quarter of its length.
-Too little load dissipates nothing, too much only holds the platform.
+The blade is a beam of 12 elements in dimensionless units, excited at its tip; the damper rubs at a quarter of its
+length. Too little load dissipates nothing, too much only holds the platform.
 """
 
 import sympy as sp

@@ -23,8 +23,8 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
     ----------
     structure : Structure
     entries : array_like, sparse, mapping of name or number to weight, name or number
-        Of a reduced structure also names of the full one, and a row over all degrees of freedom of the full one; numbers are taken for such a row
-        if both have as many.
+        Of a reduced structure also names of the full one, and a row over all its degrees of freedom; numbers are taken
+        for such a row if both have as many.
     what : str
         For messages.
     """
