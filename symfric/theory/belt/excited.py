@@ -113,13 +113,11 @@ def _entering(given: Symbols, high: float) -> float:
     def field(_t, y):
         return y[1], -y[0] - 2 * given.beta * y[1] + given.gamma2 * (_effective(given, v - y[1]) - rest)
 
-    def turn(_t, y):
-        return y[1]
-
-    turn.terminal = True
-
     def other_side(place: float) -> float:
-        turn.direction = 1.0 if place > 0 else -1.0
+        def turn(_t, y):
+            return y[1]
+
+        vars(turn).update(terminal=True, direction=1.0 if place > 0 else -1.0)  # as `solve_ivp` takes them
         run = solve_ivp(field, (0, 50), [place, 0.0], "DOP853", events=turn, rtol=1e-11, atol=1e-13)
         return float(run.y_events[0][0][0])
 
