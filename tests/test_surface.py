@@ -133,7 +133,7 @@ SLOW = {  # of twenty coordinates these take a minute each to compile
     "limit_cycle": lambda s: (lambda o: (o.run, o.to_dict(), repr(o)))(sf.limit_cycle(s)),
     "continue_cycle and continue_special": special,
     "lyapunov": lambda s: sf.lyapunov(s, 30.0),
-    "frequency_response": lambda s: sf.frequency_response(s, name(s), around(s), most=5).peak,
+    "frequency_response": lambda s: sf.frequency_response(s, name(s), around(s), most=1, tolerance=1e-9).peak,
     "basins": lambda s: sf.basins(s, {first(s): np.array([0.5, 1.0])}),
     "design.collocation": lambda s: sf.design.collocation(
         s, {name(s): (-1.0, 1.0)}, {first(s): 0.0}, time=(0.1, 5.0), elements=2
