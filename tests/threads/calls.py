@@ -224,7 +224,18 @@ SLOW = {
     ).to_dict(),
     "design.collocation": collocation,
 }
+OMEGA = sp.Symbol("Omega", positive=True)
+
+
+def response(k):
+    structure = sf.structures.Structure([[1.0]], [[1.0]], [[0.2 + 0.02 * k]], names=["x1"])
+    scene = structure.scene([], {"x1": sp.cos(OMEGA * sf.TIME)}, {OMEGA: 0.95}, horizon=80.0)
+    return sf.frequency_response(scene, "Omega", (0.9, 1.1)).peak.half_range
+
+
 STRUCTURES = {
+    "frequency_response": response,
+    "structures.disc_and_pad": lambda k: sf.structures.disc_and_pad(20 + 2 * k).structure.K.diagonal(),
     "structures.beam": lambda k: sf.structures.beam(4 + k, load="follower").modes(2).frequency,
     "structures.chain": lambda k: sf.structures.chain(5 + k).modes(2).frequency,
     "structures.ziegler": lambda k: sf.structures.ziegler(damping=0.1 * k).complex_modes(2, mu=1.0).eigenvalues,
