@@ -87,7 +87,7 @@ def test_a_peer_that_fails_is_one_line_of_the_table(monkeypatch):
 
 
 def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypatch):
-    square = scaling.Growth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
+    square = scaling.CostGrowth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
     assert square.exponent == pytest.approx(2)
     price = needs.Need("end state", 1e-4, 0.5)
     monkeypatch.setattr(scaling, "growth", lambda tell: (square,))
