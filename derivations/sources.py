@@ -24,6 +24,7 @@ SOURCES = (
     "younes_ashour",
     "rolling_isolation",
     "absorber",
+    "foundation",
     "numbers",
 )
 CHUNK = 6  # neighbouring entries share intermediate results, so they go to one process

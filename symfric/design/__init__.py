@@ -1,6 +1,7 @@
 """Optimal design of excitations, dampers, isolators and controls, each verified on the event-driven model."""
 
 from symfric.design.absorber.classic import absorber
+from symfric.design.absorber.foundation import sprung_foundation
 from symfric.design.contact_damper import contact_damper
 from symfric.design.damper.design import damper
 from symfric.design.isolator.design import isolator
@@ -20,4 +21,5 @@ __all__ = [
     "isolator",
     "positioning",
     "quench",
+    "sprung_foundation",
 ]

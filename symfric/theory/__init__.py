@@ -1,6 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import absorber, belt, drive, scaling, transient
+from symfric.theory import absorber, belt, drive, foundation, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
@@ -24,6 +24,7 @@ __all__ = [
     "drive",
     "equilibrium",
     "falling_speeds",
+    "foundation",
     "hopf",
     "root_locus",
     "scaling",

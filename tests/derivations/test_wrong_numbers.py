@@ -15,6 +15,7 @@ SPOILED = {  # what is multiplied, by how much, the ledger that must notice
     "damping of the fixed points": ("symfric.theory.absorber", "fixed_points", 1.001, "numbers"),
     "damping of the fastest decay": ("symfric.theory.absorber", "fastest_decay", 1.001, "numbers"),
     "damping of the widest stability": ("symfric.theory.absorber", "widest_stability", 1.001, "numbers"),
+    "damping of a sprung foundation": ("symfric.theory.foundation", "at_stiffness", 1.001, "foundation"),
     "power of the excitation": ("symfric.theory.belt", "mean_power", 1.001, "numbers"),
     "sticking on the belt": ("symfric.theory.belt", "stick_slip_amplitude", 1.0001, "numbers"),
     "stop of a drive": ("symfric.theory.drive", "positioning_error", 1.001, "guida"),

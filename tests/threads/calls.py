@@ -104,6 +104,9 @@ MODEL = {
     "scenes.rolling_isolator": lambda k: sf.scenes.rolling_isolator(
         C=1.0, m=10.0, motion=MOTION, profile=([-0.5, 0.0, 0.5], [0.02, 0.03 + 0.01 * k, 0.01])
     ).numbers(),
+    "scenes.sprung_foundation": lambda k: sf.scenes.sprung_foundation(
+        mass_ratio=0.3, stiffness=0.2, damping=0.4 + 0.01 * k
+    ).numbers(),
     "scenes.two_slides": lambda k: sf.scenes.two_slides(**RATIOS, fc1=0.2, fs1=0.3 + 0.01 * k).numbers(),
     "Scene": lambda k: own_scene(k).regularised(1e-3).equations(),
 }
@@ -147,6 +150,11 @@ THEORY = {
     "theory.absorber.response": lambda k: sf.theory.absorber.response(0.05, 0.9, 0.1, 0.8 + 0.1 * k),
     "theory.absorber.state_matrix": lambda k: sf.theory.absorber.state_matrix(0.05, 0.9, 0.1 + 0.01 * k),
     "theory.absorber.variance": lambda k: sf.theory.absorber.variance(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.foundation.at_stiffness": lambda k: sf.theory.foundation.at_stiffness(0.3, 0.2 + 0.1 * k),
+    "theory.foundation.break_even": lambda k: sf.theory.foundation.break_even(),
+    "theory.foundation.decay_rate": lambda k: sf.theory.foundation.decay_rate(0.3, 0.2, 0.4 + 0.01 * k, -0.1),
+    "theory.foundation.state_matrix": lambda k: sf.theory.foundation.state_matrix(0.3, 0.2, 0.4 + 0.01 * k),
+    "theory.foundation.widest_stability": lambda k: sf.theory.foundation.widest_stability(0.3 + k),
     "theory.drive.damping_matrix": lambda k: sf.theory.drive.damping_matrix(symmetric=bool(k % 2)),
     "theory.drive.definite_condition": lambda k: sf.theory.drive.definite_condition(),
     "theory.drive.hurwitz_conditions": lambda k: sf.theory.drive.hurwitz_conditions(),
@@ -211,6 +219,7 @@ SLOW = {
         "zeta", [0.1, 0.11], r=1.0, s1=0.3, s2=0.1
     ),
     "design.absorber": lambda k: sf.design.absorber(0.05 + 0.01 * k, "h2").to_dict(),
+    "design.sprung_foundation": lambda k: sf.design.sprung_foundation(0.3 + k).to_dict(),
     "design.quench": lambda k: sf.design.quench(belt(k), speeds=(0.0, 0.3), **BOUNDS).to_dict(),
     "design.damper": lambda k: sf.design.damper(belt(k), "beta", (0.0, 1.0), (0.3, 0.45)).to_dict(),
     "design.positioning": lambda k: sf.design.positioning(

@@ -147,7 +147,7 @@ def _least_variance(mass_ratio: float) -> Design:
 def _fastest_decay(mass_ratio: float) -> Design:
     tuned = theory.fastest_decay(mass_ratio)
     scene = _scene(mass_ratio, tuned, F=0.0)
-    computed = _rate(scene, 1.0 / tuned.value)
+    computed = rate_of_runs(scene, 1.0 / tuned.value)
     active = ["both pairs of eigenvalues coincide" if mass_ratio <= 4 else "three eigenvalues coincide"]
     rows = [Compared("decay rate", tuned.value, computed, _blurred(mass_ratio), size=1.0)]
     curve = _rate_curve("decay rate", tuned, lambda f: theory.decay_rate(mass_ratio, f, tuned.damping))
@@ -168,7 +168,7 @@ def _widest_stability(mass_ratio: float) -> Design:
         beside = _most_stable(mass_ratio, beta, tuned)
         scene = _scene(mass_ratio, beside, F=0.0, main_damping=-beta)
         name = f"decay rate with {100 * BESIDE:.2g} % {word} self-excitation, tuning {beside.tuning:.5g}, damping "
-        rows.append(Compared(f"{name}{beside.damping:.5g}", beside.value, _rate(scene, 20.0), COINCIDENT, 1.0))
+        rows.append(Compared(f"{name}{beside.damping:.5g}", beside.value, rate_of_runs(scene, 20.0), COINCIDENT, 1.0))
     curve = _rate_curve(
         "decay rate at the bound", tuned, lambda f: theory.decay_rate(mass_ratio, f, tuned.damping, -tuned.value)
     )
@@ -203,7 +203,7 @@ def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.
     return theory.Tuned(tuning, damping, -float(found.fun))
 
 
-def _rate(scene: Scene, duration: float) -> float:
+def rate_of_runs(scene: Scene, duration: float) -> float:
     """Return the decay rate of the event-driven model, from the largest multiplier over a time."""
     program = prepare(scene.until(duration).wanting({"end": End()}), TOLERANCE)
     names = [s.name for s in scene.system.states]

@@ -3,6 +3,7 @@
 from symfric.model.scenes.absorber import absorber
 from symfric.model.scenes.belt import mass_on_belt
 from symfric.model.scenes.damper import contact_damper
+from symfric.model.scenes.foundation import sprung_foundation
 from symfric.model.scenes.isolator import rolling_isolator
 from symfric.model.scenes.oscillators import coulomb_oscillator
 from symfric.model.scenes.slides import drive_slide, drive_stop, two_slides
@@ -15,5 +16,6 @@ __all__ = [
     "drive_stop",
     "mass_on_belt",
     "rolling_isolator",
+    "sprung_foundation",
     "two_slides",
 ]
