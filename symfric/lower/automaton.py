@@ -26,6 +26,7 @@ from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.linear_part import applied_in
 from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
+from symfric.lower.spring_sliders import transition_of
 from symfric.model.constant_parameters import constants
 from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
@@ -70,8 +71,9 @@ class Automaton:
     dependent : tuple of bool
         Whether the slip of each contact may follow from those of others that are not multiples of it.
     transition : casadi.Function, optional
-        ``(y, t, p, m, hit) -> (y, m)``: what the events of the contacts of other kinds do, with 1 for each of their
-        guards that is hit and 0 for the others. Needed if the layout has such contacts.
+        ``(y, t, p, m, hit, zero) -> (y, m, zero)``: what the events of the contacts of other kinds do, with 1 for each
+        of their guards that is hit and 0 for the others, and 1 for each that starts the mode at zero. Needed if the
+        layout has such contacts.
     """
 
     field: ca.Function
@@ -147,16 +149,18 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
     out = [ca.vertcat(model.u, rate, model.z_rate), ca.SX(0, 1), wanted]
     guards += model.switches.guards
     guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
+    guards += [guard for spring in model.springs for guard in spring.guards]
     out[1] = ca.vertcat(*guards) if guards else ca.SX(0, 1)
     out = [ca.densify(e) for e in out]
-    mode = ca.vertcat(s, d, *model.switches.signs)
+    mode = ca.vertcat(s, d, *model.switches.signs, *(spring.mode for spring in model.springs))
+    others = tuple(spring.layout for spring in model.springs)
     names = ["rate", "guards", "rows"]
     field = ca.Function("field", [model.y, model.t, model.p, mode], out, ["y", "t", "p", "m"], names)
     return Automaton(
         field=field,
         gauge=_gauge(model),
         states=tuple(s.name for s in model.system.states),
-        layout=ModeLayout(tuple(c.name for c in contacts), len(model.switches.signs), loads),
+        layout=ModeLayout(tuple(c.name for c in contacts), len(model.switches.signs), loads, others),
         sticks=tuple(not c.law.smooth for c in contacts),
         parameters=model.parameters,
         inputs=model.inputs,
@@ -166,6 +170,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         anchors=tuple(model.anchor(i) for i in range(len(contacts))),
         parallels=tuple(k for k, _ in model.parallels),
         dependent=tuple(model.dependent),
+        transition=transition_of(model.springs, model.y, model.t, model.p, mode),
     )
 
 
@@ -188,7 +193,9 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
     out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)
     names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges"]
-    shown = model.unswitched([ca.densify(e) for e in out])
+    moving = [spring.mode for spring in model.springs]  # then their forces are as large as they can be
+    shown = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(1)] * len(moving)) if moving else out
+    shown = model.unswitched([ca.densify(e) for e in shown])
     return ca.Function("gauge", [model.y, model.t, model.p], shown, ["y", "t", "p"], names)
 
 

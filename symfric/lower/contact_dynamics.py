@@ -24,7 +24,10 @@ from symfric.lower.contact_space import ContactSpace, contact_space
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
+from symfric.lower.spring_sliders import Spring, with_forces
+from symfric.model.outputs import friction_force, slip
 from symfric.model.scene import Scene
+from symfric.model.springs import spring_of
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
@@ -36,6 +39,7 @@ class ContactDynamics:
     ----------
     system : System
     contacts : sequence of Contact
+        Along a line, or behind springs.
     parameters : sequence of Symbol
         Parameters that stay symbols in the equations.
     inputs : sequence of Symbol
@@ -61,6 +65,10 @@ class ContactDynamics:
         What changes along a run.
     switches : Switches
         The kinks met so far.
+    contacts : tuple of Contact
+        Those along a line.
+    springs : list of Spring
+        The contacts behind springs; their forces are among the applied ones.
     """
 
     def __init__(
@@ -72,7 +80,9 @@ class ContactDynamics:
         constants: Mapping[sp.Symbol, sp.Expr] | None = None,
         free: Mapping[sp.Symbol, ca.SX] | None = None,
     ):
-        self.system, self.contacts, self.inputs = system, tuple(contacts), tuple(inputs)
+        self.contacts = tuple(c for c in contacts if c.stiffness is None)
+        behind = tuple(c for c in contacts if c.stiffness is not None)
+        self.system, self.inputs = with_forces(system, behind), tuple(inputs)
         self.constants, free = dict(constants or {}), free or {}
         self.y, self.t = ca.SX.sym("y", len(system.states)), ca.SX.sym("t")
         n = len(system.q)
@@ -99,6 +109,19 @@ class ContactDynamics:
             loads.append(self.read(c.normal * c.profile))
             frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
+        self.springs = [self._spring(c) for c in behind]
+
+    def _spring(self, contact: Contact) -> Spring:
+        """Return the equations of a contact behind a spring; expressions read later may contain its force."""
+        place = self.system.states.index(spring_of(contact.name))
+        limit = self.read(contact.normal * contact.profile * contact.law.stick)
+        rising = ca.jacobian(limit, self.q) @ self.u + ca.jacobian(limit, self.t)
+        spring = Spring(
+            contact.name, place, self.y[place], self.read(contact.slip), limit, rising, self.read(contact.stiffness)
+        )
+        self.define(friction_force(contact.name), spring.force)
+        self.define(slip(contact.name), spring.w)
+        return spring
 
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
@@ -163,7 +186,10 @@ class ContactDynamics:
     @cached_property
     def z_rate(self) -> ca.SX:
         """The rates of the first-order states, shape (n_z,)."""
-        return self.vector(self.system.z_rate)
+        rates = self.vector(self.system.z_rate)
+        for spring in self.springs:
+            rates[spring.place - 2 * len(self.system.q)] = spring.rate
+        return rates
 
     @cached_property
     def slopes(self) -> ca.SX:

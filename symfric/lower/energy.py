@@ -12,7 +12,8 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     Returns
     -------
     power : casadi.Function
-        ``(y, t, p, modes) -> (applied, contact)`` with modes -1, 0, +1 for each contact: ``u^T f + u^T (dM/dt) u / 2``
+        ``(y, t, p, modes) -> (applied, contact)`` with modes -1, 0, +1 for each contact, those behind springs last,
+        whose forces count as applied: ``u^T f + u^T (dM/dt) u / 2``
         and ``lambda^T J u``. The signs of kinks are taken from the state.
     kinetic : casadi.Function
         ``(y, p) -> u^T M u / 2``.
@@ -23,10 +24,11 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
-    contact = friction.T @ (model.slopes @ u) if scene.contacts else ca.SX(0)
-    modes = ca.SX.sym("modes", slip.numel())
+    lines, springs = ca.SX.sym("modes", slip.numel()), [spring.mode for spring in model.springs]
+    contact = friction.T @ (model.slopes @ u) if slip.numel() else ca.SX(0)
+    modes = ca.vertcat(lines, *springs)
     out = model.unswitched([applied, contact])
-    if scene.contacts:
-        out = ca.substitute(out, [model.s, model.d], [modes == 0, ca.if_else(modes < 0, -1, 1)])
+    if slip.numel():
+        out = ca.substitute(out, [model.s, model.d], [lines == 0, ca.if_else(lines < 0, -1, 1)])
     power = ca.Function("power", [model.y, model.t, model.p, modes], [ca.densify(e) for e in out])
     return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])

@@ -148,8 +148,21 @@ class ModeLayout:
         return slice(sign(0, len(self.lines)), self.first_variable)
 
     def modes(self, m: np.ndarray) -> np.ndarray:
-        """Return -1, 0 or +1 for each contact that slips backwards, sticks, or slips forwards, (n_c,)."""
-        return np.where(m[self.sticking] > 0.5, 0, m[self.directions]).astype(np.int64)
+        """Return -1, 0 or +1 for each contact that slips backwards, sticks, or slips forwards.
+
+        The first variables of the other contacts follow.
+        """
+        lines = np.where(m[self.sticking] > 0.5, 0, m[self.directions])
+        return np.concatenate([lines, m[self.shown]]).astype(np.int64)
+
+    @property
+    def shown(self) -> list[int]:
+        """Indices in m of the first variable of every other contact that has one."""
+        found, first = [], self.first_variable
+        for contact in self.others:
+            found += [first] if contact.variables else []
+            first += contact.variables
+        return found
 
     def sign(self, j: int) -> int:
         """Return the index in m of the sign of switch j."""

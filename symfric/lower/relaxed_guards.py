@@ -57,4 +57,15 @@ def lifted(automaton: Automaton) -> Automaton:
         field=ca.Function("field", [y, t, wide, m], out, field.name_in(), field.name_out()),
         gauge=ca.Function("gauge", [y, t, wide], list(gauge(y, t, p)), gauge.name_in(), gauge.name_out()),
         parameters=(*automaton.parameters, *names),
+        transition=_wider(automaton.transition, wide, p),
     )
+
+
+def _wider(transition: ca.Function | None, wide: ca.SX, p: ca.SX) -> ca.Function | None:
+    """Return a transition with more parameters, which it does not use."""
+    if transition is None:
+        return None
+    arguments = [ca.SX.sym(name, transition.size1_in(k)) for k, name in enumerate(transition.name_in())]
+    out = list(transition(*arguments[:2], p, *arguments[3:]))
+    arguments[2] = wide
+    return ca.Function("transition", arguments, out, transition.name_in(), transition.name_out())

@@ -136,7 +136,8 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
     then = y  # the state after the event
     if automaton.transition:
-        then = automaton.transition(y, t, p, before, hit[layout.first_other :])[0]
+        own = hit[layout.first_other :]
+        then = automaton.transition(y, t, p, before, own, ca.SX.zeros(own.numel()))[0]
     rate, guards, rows = automaton.field(y, t, p, before)
     next_rate, _, next_rows = automaton.field(then, t, p, after)
     if y.numel() <= MANY:

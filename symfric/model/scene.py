@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Output, OutputOfExpression, Trajectory, friction_force, slip
+from symfric.model.springs import spring_of, stop_rate, with_springs
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
@@ -73,12 +74,12 @@ class Scene:
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
             raise SceneError(f"system is {system!r}; give a sf.System")
-        self._set("system", system)
         self._set("contacts", tuple(contacts))
         for c in self.contacts:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
-        check_contacts(self.system, self.contacts)
+        check_contacts(system, self.contacts)
+        self._set("system", with_springs(system, self.contacts))
         length = finite(horizon, "horizon")
         if length <= 0:
             raise SceneError(f"horizon is {length}; it must be positive")
@@ -137,7 +138,8 @@ class Scene:
 
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
-        given = _by_name(initial)
+        springs = {spring_of(c.name).name: 0.0 for c in self.contacts_behind_springs}
+        given = springs | _by_name(initial)
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -202,6 +204,11 @@ class Scene:
         return numbers
 
     @property
+    def contacts_behind_springs(self) -> tuple[Contact, ...]:
+        """Contacts with a stiffness."""
+        return tuple(c for c in self.contacts if c.stiffness is not None)
+
+    @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Parameters in the order of `values`."""
         return tuple(self.values)
@@ -249,7 +256,17 @@ class Scene:
 
     @alone(SYMBOLIC)
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
-        """Return the scene with every contact's law made continuous; see `Law.regularised`."""
+        """Return the scene with every contact's law made continuous; see `Law.regularised`.
+
+        Raises
+        ------
+        SceneError
+            If a contact is behind a spring: its law has no jump, its force follows from the spring.
+        """
+        for c in self.contacts_behind_springs:
+            raise SceneError(
+                f"contact {c.name!r} is behind a spring, whose force is continuous; there is no law to smooth"
+            )
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
         return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
 
@@ -265,16 +282,16 @@ class Scene:
                 {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
             )
             force = -sp.sign(c.slip) * c.normal * c.profile * mu
+            if c.stiffness is not None:
+                force = -c.stiffness * spring_of(c.name)
             pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
         rates = sp.Matrix([moving[u].diff(t) for u in system.u])
         left = (system.mass * rates).subs(moving)
         right = (sp.Matrix(system.force) + pull).subs(moving)
         kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
         dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
-        first = [
-            sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False)
-            for z, e in zip(system.z, system.z_rate, strict=True)
-        ]
+        rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, written.contacts_behind_springs))
+        first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
         return (*kinematic, *dynamic, *first)
 
     @alone(SYMBOLIC)

@@ -11,6 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
+from symfric.model.springs import read_stiffness
 from symfric.model.symbols import SPEED, TIME, expression, finite
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
@@ -203,6 +204,9 @@ class Contact:
     law : Law
     profile : Expr
         Factor of the coefficient, may depend on q: position-dependent friction.
+    stiffness : Expr or None
+        Of a spring in series, in force per displacement; its elongation is the state ``<name>.z``, zero at the start
+        unless given. The law must be Coulomb's with one coefficient. See `symfric.model.springs`.
     """
 
     name: str
@@ -210,6 +214,7 @@ class Contact:
     normal: sp.Expr
     law: Law
     profile: sp.Expr = field(default=sp.Integer(1))
+    stiffness: sp.Expr | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self):
@@ -227,11 +232,14 @@ class Contact:
         refuse_jumps(self.law.kinetic, f"law of contact {self.name!r}")
         if self.normal.is_number and self.normal < 0:
             raise SceneError(f"normal of contact {self.name!r} is {self.normal}; a normal load is not negative")
+        if self.stiffness is not None:
+            object.__setattr__(self, "stiffness", read_stiffness(self.stiffness, self.law, self.name))
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:
         """Every symbol of the contact except the speed in its law."""
-        return self.slip.free_symbols | self.normal.free_symbols | self.profile.free_symbols | self.law.free_symbols
+        own = set() if self.stiffness is None else self.stiffness.free_symbols
+        return own | set().union(*(e.free_symbols for e in (self.slip, self.normal, self.profile, self.law)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,24 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
             raise SceneError(f"slip of contact {contact.name!r} is {contact.slip}; it may not depend on z")
         if contact.profile.free_symbols & {*system.u, *system.z, TIME}:
             raise SceneError(f"profile of contact {contact.name!r} is {contact.profile}; it may depend on q only")
+        if contact.stiffness is not None:
+            _check_spring(system, contact, moving)
+
+
+def _check_spring(system: System, contact: Contact, moving: set[sp.Symbol]) -> None:
+    """Raise unless the limit of the force of a contact behind a spring has a rate without accelerations."""
+    if contact.normal.free_symbols & {*moving, *system.z}:
+        raise SceneError(
+            f"normal of contact {contact.name!r} is {contact.normal}; behind a spring it may depend on q and time only"
+        )
+    if contact.stiffness.free_symbols & {*system.states, *system.rows, TIME}:
+        raise SceneError(
+            f"stiffness of contact {contact.name!r} is {contact.stiffness}; it may depend on parameters only"
+        )
+    if made_of_cells(contact.profile):
+        raise SceneError(
+            f"profile of contact {contact.name!r} jumps; behind a spring the limit of its force must be continuous"
+        )
 
 
 def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parameters: set[str]) -> None:
@@ -143,6 +161,9 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
             raise SceneError(
                 f"normal of contact {contact.name!r} is {normal:.6g} at the start; it must not be negative"
             )
+        stiffness = None if contact.stiffness is None else _number(contact.stiffness, numbers)
+        if stiffness is not None and not stiffness > 0:
+            raise SceneError(f"stiffness of contact {contact.name!r} is {stiffness:.6g}; it must be positive")
         rest, stick = (_number(e, numbers) for e in (contact.law.at_rest, contact.law.stick))
         if rest is not None and stick is not None and rest > stick * (1 + 1e-12) + 1e-300:
             raise SceneError(

@@ -18,6 +18,7 @@ from symfric.model.constant_parameters import vanishing
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import RANGE, TURN, End, Row, Trajectory
 from symfric.model.scene import Scene
+from symfric.model.springs import in_order
 from symfric.orbits.sizes import filled
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.observables import Wanted
@@ -122,18 +123,19 @@ class FlowMap:
         self.scene = scene.wanting({"end": End()})
         self.parameters = tuple(parameters)
         self.states = tuple(s.name for s in scene.system.states)
-        self.contacts = tuple(c.name for c in scene.contacts)
+        self.contacts = tuple(c.name for c in in_order(scene.contacts))
+        self.lines = tuple(c for c in scene.contacts if c.stiffness is None)
         self.tolerance = tolerance
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
-        n_gaps = slip_gap(len(self.contacts))
+        n_gaps = slip_gap(len(self.lines))
         n_x = len(self.states)
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*self.states[: self._slots], *self.parameters)  # the states' columns start with what a run needs
         variations = varied(self._automaton, self.scene, directions, n_gaps)
         wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
         self._model = sensitive_model(self.scene, variations, wanted, tolerance, BUDGETS)
-        own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.contacts)]
+        own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.lines)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
         self._guards = _guard_rates(self._automaton)
@@ -158,7 +160,7 @@ class FlowMap:
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
         _, p = self._numbers.changed(values, {})
-        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(LIFTS * len(self.contacts))))[0]).ravel()
+        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(LIFTS * len(self.lines))))[0]).ravel()
 
     def guard(
         self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
@@ -179,7 +181,7 @@ class FlowMap:
     @alone(SYMBOLIC)
     def peaked(self, contact: int, values: dict[str, float]) -> bool:
         """Whether the static coefficient of a contact exceeds its kinetic one at rest."""
-        law, numbers = self.scene.contacts[contact].law, {s: values[s.name] for s in self.scene.values}
+        law, numbers = self.lines[contact].law, {s: values[s.name] for s in self.scene.values}
         stick, rest = (float(sp.sympify(e).subs(numbers)) for e in (law.stick, law.at_rest))
         return stick - rest > _PEAK * abs(stick)
 
@@ -207,7 +209,7 @@ class FlowMap:
     ) -> tuple[Passage, np.ndarray, np.ndarray]:
         """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
-        raised = np.zeros(LIFTS * len(self.contacts)) if lift is None else lift
+        raised = np.zeros(LIFTS * len(self.lines)) if lift is None else lift
         found: list[tuple[Passage, np.ndarray, np.ndarray]] = []
         for first in self._starts:
             workspace = self._model.workspace()
@@ -242,7 +244,7 @@ class FlowMap:
     def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
         """Copy the results of a run from its arrays."""
         n_x, n_p = len(self.states), len(self.parameters)
-        n_g, n_s = slip_gap(len(self.contacts)), self._slots + n_p
+        n_g, n_s = slip_gap(len(self.lines)), self._slots + n_p
         n_e = n_x + n_g
         V = w.y[n_x:-1].reshape(n_s, n_x).T
         follow = w.total[n_e:, 0].reshape(n_g, n_s)

@@ -55,10 +55,10 @@ def facts_of(lowered: LoweredScene) -> Facts:
     scene, automaton = lowered.scene, lowered.automaton
     wanted = list(scene.outputs.values())
     return Facts(
-        contacts=sum(automaton.sticks),
+        contacts=sum(automaton.sticks) + len(automaton.layout.others),
         kinks=automaton.layout.switches,
         states=len(automaton.states),
-        smooth=not any(automaton.sticks),
+        smooth=not (any(automaton.sticks) or automaton.layout.others),
         autonomous=automaton.autonomous,
         sampled=bool(automaton.inputs),
         dropped=tuple(sorted(s.name for s in vanishing(scene))),
@@ -72,7 +72,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
 
 def redundant(scene: Scene) -> tuple[str, ...]:
     """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start."""
-    sticking = [c for c in scene.contacts if not c.law.smooth]
+    sticking = [c for c in scene.contacts if not c.law.smooth and c.stiffness is None]
     if len(sticking) < 2:
         return ()
     numbers, slopes = scene.numbers(), [scene.system.slopes(c.slip) for c in sticking]

@@ -9,6 +9,7 @@ import numpy as np
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
+from symfric.model.springs import in_order
 from symfric.model.symbols import nearest
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status
@@ -209,9 +210,15 @@ class Run:
         return np.column_stack([self.path.coefficients[:, :, 0].T, self.final])
 
     @cached_property
+    def _numbered(self) -> list[str]:
+        """Names of the contacts as the loops number them."""
+        return [c.name for c in in_order(self.base.contacts)]
+
+    @cached_property
     def mode(self) -> np.ndarray:
         """Modes from each time on, shape (n_contacts, n_t): -1 slips backward, 0 sticks, +1 slips forward."""
-        mode = self.path.mode.T
+        places = [self._numbered.index(c.name) for c in self.base.contacts]
+        mode = self.path.mode.T[places]
         return np.column_stack([mode, mode[:, -1:]]) if mode.shape[1] else mode
 
     def __call__(self, t) -> np.ndarray:
@@ -238,7 +245,7 @@ class Run:
         """
         if self.raw.events is None:
             raise SceneError("no events were kept; want them with outputs={'events': sf.Events()}")
-        contacts = [c.name for c in self.base.contacts]
+        contacts = self._numbered
         rows = zip(*self.raw.events, strict=True)
         return tuple(Event(float(t), contacts[i], int(a), int(b)) for t, (i, a, b) in rows)
 

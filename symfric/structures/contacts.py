@@ -52,16 +52,31 @@ class RowContact:
         Of what the structure slides on; may depend on parameters and time.
     profile : number or Expr
         Factor of the coefficient of friction.
+    stiffness : number, Symbol or Expr, optional
+        Of a spring in series: the slider has no mass and sticks and slips exactly (Jenkins element). The elongation is
+        the first-order state ``<name>.z``; the law must be ``sf.laws.coulomb(mu)``.
 
     Raises
     ------
     SceneError
         If the name or the law is none.
 
+    Notes
+    -----
+    See `symfric.model.springs` for the equations of a contact with a stiffness.
+
     Examples
     --------
     >>> import symfric as sf
     >>> contact = sf.structures.RowContact("pad", {"x3": 1.0}, 1.0, sf.laws.coulomb(0.3), speed=0.1)
+
+    A joint that gives before it slips: the largest force is 0.3, that of a displacement of 0.6.
+
+    >>> joint = sf.structures.RowContact("joint", {"x3": 1.0}, 1.0, sf.laws.coulomb(0.3), stiffness=0.5)
+    >>> scene = sf.structures.chain(3).scene([joint], {"x3": 0.5 * sf.TIME}, horizon=4.0)
+    >>> run = sf.simulate(scene)
+    >>> [(e.before, e.after) for e in run.events], round(float(0.5 * run["joint.z"][-1]), 12)
+    ([(0, 1)], 0.3)
     """
 
     name: str
@@ -70,6 +85,7 @@ class RowContact:
     law: Law
     speed: Any = 0.0
     profile: Any = 1
+    stiffness: Any = None
 
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name:

@@ -11,6 +11,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.linear_part import LinearPart, Row
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
+from symfric.model.springs import spring_of
 from symfric.model.symbols import Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, System
 from symfric.structures.contacts import RowContact, RowLoad
@@ -66,12 +67,13 @@ def scene_of(
                 along = row_in(structure, c.normal.push, f"push of the load of contact {c.name!r}")
                 loads.append((normal - start, along))
         speed = expression(c.speed, f"the speed of contact {c.name!r}")
-        found.append(Contact(c.name, slip - speed, normal, c.law, c.profile))
+        found.append(Contact(c.name, slip - speed, normal, c.law, c.profile, c.stiffness))
     loads += _forces(structure, force)
     scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
-    return Scene(system, found, values, _start(structure, initial), horizon, outputs)
+    springs = [spring_of(c.name).name for c in found if c.stiffness is not None]
+    return Scene(system, found, values, _start(structure, initial, springs), horizon, outputs)
 
 
 def _friction_of(structure: "Structure"):
@@ -102,9 +104,9 @@ def _forces(structure: "Structure", force) -> list[tuple[sp.Expr, np.ndarray]]:
     return found
 
 
-def _start(structure: "Structure", initial) -> dict[str, object]:
+def _start(structure: "Structure", initial, springs: Sequence[str]) -> dict[str, object]:
     """Return the start of every state; zero unless given."""
-    names = [s.name for group in structure.symbols for s in group]
+    names = [*(s.name for group in structure.symbols for s in group), *springs]
     start: dict[str, object] = dict.fromkeys(names, 0.0)
     if initial is None:
         return start

@@ -174,6 +174,11 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             )
         return reduced
 
+    for contact in scene.contacts_behind_springs:
+        raise SceneError(
+            f"contact {contact.name!r} is behind a spring; steady sliding, its stability and averages are those of the "
+            "scene without it: a slider that moves carries a constant force"
+        )
     system = scene.system
     force = [still(e, f"force[{i}]") for i, e in enumerate(system.force)]
     rates = [still(e, f"z_rate[{i}]") for i, e in enumerate(system.z_rate)]

@@ -31,18 +31,19 @@ def extended(automaton, contact, field, transition):
     layout = replace(automaton.layout, others=(contact,))
     old = automaton.field
     state, t, p = ca.SX.sym("y", old.size1_in(0)), ca.SX.sym("t"), ca.SX.sym("p", old.size1_in(2))
-    m, hit = ca.SX.sym("m", layout.n_mode), ca.SX.sym("hit", contact.guards)
+    m = ca.SX.sym("m", layout.n_mode)
+    hit, zero = ca.SX.sym("hit", contact.guards), ca.SX.sym("zero", contact.guards)
     _, guards, rows = old(state, t, p, m[: layout.first_variable])
     rate, own = field(state, t, p, m[layout.first_variable :])
     out = [ca.densify(e) for e in (rate, ca.vertcat(guards, own), rows)]
     new_state, variables = transition(state, t, p, m[layout.first_variable :])
     taken = ca.mmax(hit) > 0.5
-    after = [ca.if_else(taken, new_state, state), ca.vertcat(*ca.vertsplit(m)[: layout.first_variable], variables)]
+    after = [ca.if_else(taken, new_state, state), ca.vertcat(*ca.vertsplit(m)[: layout.first_variable], variables), hit]
     return replace(
         automaton,
         layout=layout,
         field=ca.Function("field", [state, t, p, m], out, old.name_in(), old.name_out()),
-        transition=ca.Function("transition", [state, t, p, m, hit], [ca.densify(e) for e in after]),
+        transition=ca.Function("transition", [state, t, p, m, hit, zero], [ca.densify(e) for e in after]),
     )
 
 
@@ -61,7 +62,7 @@ def test_places_are_all_different_and_fill_mode_and_guards():
     assert [*guards, *(layout.first_other + k for k in range(3))] == list(range(layout.n_guards))
     assert layout.load("a") == -1
     assert layout.other_guards == [(0, layout.first_variable)] * 2 + [(1, -1)]
-    assert layout.modes(np.array([1, 0, 0, -1, -1, 1, 1, 1, 1.0])).tolist() == [0, -1, 1]
+    assert layout.modes(np.array([1, 0, 0, -1, -1, 1, 1, 1, -1.0])).tolist() == [0, -1, 1, -1]
 
 
 def ball():
@@ -153,7 +154,7 @@ def test_a_block_in_a_plane_releases_and_slides():
 
     def field(state, t, p, m):
         rate = plain.field(state, t, p, ca.SX(0, 1))[0]
-        force, sticks = rate[2:], m[0] > 0.5
+        force, sticks = rate[2:], m[0] < 0.5
         slip = ca.if_else(sticks, ca.SX([1.0, 0.0]), state[2:])  # of two components
         slides = force - MU_K * slip / ca.sqrt(ca.sumsqr(slip))
         disc = MU_S - ca.sqrt(ca.sumsqr(force))
@@ -161,7 +162,7 @@ def test_a_block_in_a_plane_releases_and_slides():
 
     def transition(state, t, p, m):
         force = plain.field(state, t, p, ca.SX(0, 1))[0][2:]
-        return ca.vertcat(state[:2], NUDGE * force / ca.sqrt(ca.sumsqr(force))), 0 * m
+        return ca.vertcat(state[:2], NUDGE * force / ca.sqrt(ca.sumsqr(force))), 0 * m + 1
 
     block = extended(plain, OtherContact("plane", 1, 1), field, transition)
     status, (final, _, stats, raw) = model_of(scene, block).run(np.zeros(4), np.zeros(0), None)
@@ -169,7 +170,7 @@ def test_a_block_in_a_plane_releases_and_slides():
     assert stats["events"] == 1
     released = (MU_S - 0.2) / 0.3
     assert raw.events[0] == pytest.approx([released], abs=1e-14)
-    assert raw.events[1].tolist() == [[0, 1, 0]]
+    assert raw.events[1].tolist() == [[0, 0, 1]]
 
     def polar(t, state):  # speed and angle of the slip are smooth from the release on
         speed, angle = state[:2]

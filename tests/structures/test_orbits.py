@@ -64,3 +64,20 @@ def test_a_brake_from_matrices_to_squeal():
     assert abs(near.real) < 2e-3 * point.omega  # neutral, but for the reduction
     loads = brake.loads.sum(axis=0)
     assert loads @ np.where(np.arange(brake.structure.n) % 2, 1.0, 0.0) == pytest.approx(0)  # moved together: no change
+
+
+def test_joints_of_a_structure_that_give_before_they_slip():
+    """A known response from matrices, and the same motion in other coordinates."""
+    joint = st.RowContact("joint", {"x1": 1.0}, 1.0, sf.laws.coulomb(0.3), stiffness=0.5)
+    force = {"x1": sp.cos(W * sf.TIME)}
+    s = st.Structure([[1.0]], [[1.0]], [[0.1]], names=["x1"])
+    orbit = sf.limit_cycle(s.scene([joint], force, {W: 1.1}, horizon=60.0))
+    assert orbit.x_max[0] == pytest.approx(3.9838389616, abs=1e-9)
+    pads = [st.RowContact(f"c{i}", {f"x{i + 4}": 1.0}, 0.3, sf.laws.coulomb(0.4), stiffness=2.0) for i in range(3)]
+    full = st.chain(12, damping=0.02, ends="fixed-free")
+    runs = []
+    for s in (full, full.reduced([*pads, "x12"], modes=8)):
+        scene = s.scene(pads, {"x12": 0.2 * sp.cos(0.13 * sf.TIME)}, {}, {"c1.z": 0.01}, horizon=80.0)
+        runs.append(sf.simulate(scene, 1e-10).checked())
+    assert runs[0]["c2.z"][-1] == pytest.approx(runs[1]["c2.z"][-1], abs=1e-9)
+    assert len(runs[0].events) == len(runs[1].events) > 2

@@ -224,7 +224,7 @@ def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
 
 def ignoring(flow: FlowMap, k: int, size: float) -> np.ndarray:
     """Return the guard shifts with which a motion ignores guard k of `Passage.gaps`."""
-    lift = np.zeros(LIFTS * len(flow.contacts))
+    lift = np.zeros(LIFTS * len(flow.lines))
     lift[lift_of(contact_of_gap(k), slips=is_slip_gap(k))] = LIFTED * size
     return lift
 

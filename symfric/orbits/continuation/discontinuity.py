@@ -116,7 +116,7 @@ def corner_ahead(
         return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
 
     ends = []
-    for contact in range(len(system.flow.contacts)):
+    for contact in range(len(system.flow.lines)):
         for corner in _edges(system, point, contact):
             if not near(corner, _HALT):
                 continue

@@ -56,6 +56,8 @@ def form_of(lowered: LoweredScene) -> Form:
         If it is not linear between events; the message names the nonlinear part.
     """
     scene, varied = lowered.scene, lowered.varied
+    for contact in scene.contacts_behind_springs:
+        raise NoRoute(f"contact {contact.name!r} is behind a spring")
     for contact in scene.contacts:
         lines_of(contact.law)
     try:

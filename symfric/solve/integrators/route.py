@@ -102,6 +102,8 @@ def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> s
 
     `on_the_way` tells whether outputs besides the final state and integrals exist.
     """
+    if automaton.layout.others:
+        return f"contact {automaton.layout.others[0].name!r} is behind a spring"
     if settings.plugin in ONE_STEP:
         return ""
     if any(automaton.sticks):

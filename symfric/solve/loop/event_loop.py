@@ -44,7 +44,7 @@ def reset(w):
     for k in range(w.p.size):
         w.p[k] = w.given_p[k] if k < n_p else w.segment_p[0, k - n_p]
     for k in range(w.m.size):
-        w.m[k] = 0.0 if k < n_c else 1.0
+        w.m[k] = 0.0 if k < n_c or k >= w.limits.first_variable else 1.0
     begin_counting(w)
     w.scale[:] = 0.0
     w.other[:] = 0.0
@@ -211,6 +211,8 @@ def _advance(w, n_x, n_c, tau):
                 w.path_c[k, r, j] = w.c[r, j]
         for i in range(n_c):
             w.path_m[k, i] = mode(w, i)
+        for j in range(w.shown.size):
+            w.path_m[k, n_c + j] = np.int64(w.m[w.shown[j]])
         w.counts.kept_steps += 1
     if w.kind.size:
         _accumulate(w, n_x + w.hit.size, tau)

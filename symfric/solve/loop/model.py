@@ -66,6 +66,7 @@ def series_model(
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
+    limits.first_variable = automaton.layout.first_variable
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
     loop = load_loop("symfric.solve.loop.entry", "the event loop")
@@ -74,14 +75,15 @@ def series_model(
 
 
 def _joined_transition(automaton: Automaton) -> ca.Function:
-    """Return the transition as a function of ([y; ...; t], [p; m; hit]) with one output."""
+    """Return the transition as a function of ([y; ...; t], [p; m; hit; zero]) with one output."""
     transition = automaton.transition
     assert transition is not None
     state = ca.SX.sym("y", len(automaton.states) + 1)
-    p, m, hit = (ca.SX.sym(name, transition.size1_in(k)) for k, name in ((2, "p"), (3, "m"), (4, "hit")))
-    out = transition(state[: transition.size1_in(0)], state[-1], p, m, hit)
-    assert [e.numel() for e in out] == [automaton.n_y, automaton.layout.n_mode], "what is written must fit the room"
-    return ca.Function("transition", [state, ca.vertcat(p, m, hit)], [ca.densify(ca.vertcat(*out))])
+    data = [ca.SX.sym(name, transition.size1_in(k)) for k, name in enumerate(transition.name_in()) if k > 1]
+    out = transition(state[: transition.size1_in(0)], state[-1], *data)
+    sizes = [automaton.n_y, automaton.layout.n_mode, automaton.layout.n_guards - automaton.layout.first_other]
+    assert [e.numel() for e in out] == sizes, "what is written must fit the room"
+    return ca.Function("transition", [state, ca.vertcat(*data)], [ca.densify(ca.vertcat(*out))])
 
 
 def joined_gauge(gauge: ca.Function) -> ca.Function:

@@ -37,7 +37,7 @@ SHARED = frozenset(
         "first_due",
     }
 )
-SHARED |= {"segment_t", "segment_p", "exposed", "other_guards"}
+SHARED |= {"segment_t", "segment_p", "exposed", "other_guards", "shown"}
 
 
 class LoopLimits(Limits, kind=int):
@@ -53,6 +53,7 @@ class LoopLimits(Limits, kind=int):
     coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
+    first_variable: int  # index in m of the first variable of other contacts; these start at zero
 
 
 class LoopClock(Clock):
@@ -77,7 +78,7 @@ class LoopArrays(RunArrays):
 
     clock: LoopClock
     limits: LoopLimits
-    m: Reals  # stick flags, directions, switch signs
+    m: Reals  # stick flags, directions, switch signs, variables of other contacts
     aux: Reals  # results of the prelude, and memory of series that are tables
     newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
     pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
@@ -148,8 +149,9 @@ class LoopArrays(RunArrays):
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
     rest: Reals  # derivatives of the time of the last event, (n_s,)
     left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
-    asked: Reals  # inputs of a transition: parameters, mode, guards hit; next, its outputs: state and mode
-    answer: Reals
+    asked: Reals  # inputs of a transition: parameters, mode, guards hit, guards at zero; next, its outputs: state,
+    answer: Reals  # mode, guards at zero
+    shown: Integers  # index in m of what a trajectory keeps of each of them
     other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
     rise: Matrix  # slopes of rows with their lowest or highest value at the end of the last step, (n_e, 2)
 
@@ -194,7 +196,10 @@ def make_arrays(
     room = lambda *shape: np.zeros(shape)  # noqa: E731
     flags = lambda n: np.zeros(n, dtype=np.int64)  # noqa: E731
     return LoopArrays(
-        **{**common(n_x, len(automaton.parameters), [r.times for r in rows], order, n_c), "clock": LoopClock.zeros()},
+        **{
+            **common(n_x, len(automaton.parameters), [r.times for r in rows], order, n_c + len(layout.shown)),
+            "clock": LoopClock.zeros(),
+        },
         limits=LoopLimits.zeros(),
         code=np.array([addresses.get(name, 0) for name in functions], dtype=np.int64),
         p=room(n_p),
@@ -266,8 +271,9 @@ def make_arrays(
         tau=room(n_x),
         rest=room(n_x),
         left=room(n_x + 1 if layout.others else 0),
-        asked=room(n_p + layout.n_mode + n_g - layout.first_other if layout.others else 0),
-        answer=room(automaton.n_y + layout.n_mode if layout.others else 0),
+        asked=room(n_p + layout.n_mode + 2 * (n_g - layout.first_other) if layout.others else 0),
+        answer=room(automaton.n_y + layout.n_mode + n_g - layout.first_other if layout.others else 0),
+        shown=np.array(layout.shown, dtype=np.int64),
         other_guards=np.array(layout.other_guards, dtype=np.int64).reshape(-1, 2),
         rise=room(n_e, 2),
     )

@@ -54,7 +54,7 @@ class Taylor:
     def answer(self, scene: LoweredScene) -> Answer:
         """Return whether this route takes a scene: it takes every one."""
         automaton = scene.automaton
-        contacts, kinks = sum(automaton.sticks), automaton.layout.switches
+        contacts, kinks = sum(automaton.sticks) + len(automaton.layout.others), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
         return Answer(True, True, f"{kind} right-hand side, {contacts} contacts that can stick, {kinks} kinks")
 
