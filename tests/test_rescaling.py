@@ -325,7 +325,14 @@ def dimensions_of(scene):
     return FLOOR_DIMENSIONS
 
 
-SLOW = ("branch of a pair", "damper of a limit")
+SLOW = (
+    "branch of a pair",
+    "damper of a limit",
+    "branch of the belt",
+    "branch of the floor",
+    "curve of folds",
+    "no quench",
+)
 
 
 @pytest.mark.parametrize("name", longer(CASES, SLOW))

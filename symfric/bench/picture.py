@@ -118,7 +118,7 @@ def growth_table(growths: Sequence[CostGrowth]):
     """Return a rich Table of times over sizes, with the slope of their logarithms."""
     from rich.table import Table
 
-    result = Table(title="CostGrowth of cost")
+    result = Table(title="Growth of cost")
     for name in ("of", "sizes", "s for one", "times", "exponent"):
         result.add_column(name, justify="left" if name in ("of", "s for one") else "right")
     for g in growths:

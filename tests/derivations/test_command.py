@@ -98,7 +98,7 @@ def test_words_for_a_terminal():
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 def test_an_interrupt_ends_it_cleanly():
     process = subprocess.Popen(
-        command("younes_ashour"),
+        command("rolling_isolation"),
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

