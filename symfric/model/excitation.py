@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
@@ -55,8 +55,11 @@ class Excitation:
         SceneError
             If one is not a finite real number.
         """
+        return self._frequencies([values[s.name] for s in self._symbols])
+
+    def _frequencies(self, numbers: Sequence[float]) -> np.ndarray:
         with np.errstate(all="ignore"):
-            found = np.array([complex(e) for e in self._numbers(*(values[s.name] for s in self._symbols))])
+            found = np.array([complex(e) for e in self._numbers(*numbers)])
         for rate, number in zip(self.rates, found, strict=True):
             if not np.isfinite(number) or number.imag:
                 raise SceneError(f"the frequency {rate} of the excitation is {number:g}; it must be finite and real")
@@ -72,14 +75,7 @@ class Excitation:
         """
         if self.note:
             raise SceneError(self.note)
-        found = self.frequencies(values)
-        base = common_rate(found)
-        if base is None:
-            told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(self.rates, found, strict=True))
-            if not np.any(found):
-                raise SceneError(f"the frequencies of the excitation are zero, so it has no period: {told}")
-            raise SceneError(f"the frequencies of the excitation have no common period: {told}")
-        return 2 * np.pi / base
+        return _period(self, tuple(values[s.name] for s in self._symbols))
 
     def period_by(self, values: Mapping[str, float], parameters: Sequence[str]) -> np.ndarray:
         """Return the derivatives of the period by parameters, shape (n_p,).
@@ -89,17 +85,9 @@ class Excitation:
         SceneError
             If a change of them leaves no common period.
         """
-        period, rates = self.period(values), self.frequencies(values)
-        slopes = np.array(self._slopes(tuple(parameters))(*(values[s.name] for s in self._symbols)), dtype=float)
-        slopes = slopes.reshape(len(self.rates), len(parameters))
-        runs = rates != 0
-        relative = slopes[runs] / rates[runs, None]
-        if not np.allclose(relative, relative[0], rtol=_ALIKE, atol=0.0) or np.any(slopes[~runs]):
-            raise SceneError(
-                f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
-                f"{', '.join(map(str, self.rates))}: they keep no common period; let it change all or none"
-            )
-        return -period * relative[0]
+        if self.note:
+            raise SceneError(self.note)
+        return _period_by(self, tuple(values[s.name] for s in self._symbols), tuple(parameters)).copy()
 
     @cached_property
     def _symbols(self) -> tuple[sp.Symbol, ...]:
@@ -224,6 +212,33 @@ def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Ex
         yield rate
     for part in parts:
         yield from _rates(part, moving, whole)
+
+
+@lru_cache(1024)
+def _period(excitation: Excitation, numbers: tuple[float, ...]) -> float:
+    """Return the period for the numbers of the excitation's symbols; shooting asks for the same ones many times."""
+    found = excitation._frequencies(numbers)
+    base = common_rate(found)
+    if base is None:
+        told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(excitation.rates, found, strict=True))
+        if not np.any(found):
+            raise SceneError(f"the frequencies of the excitation are zero, so it has no period: {told}")
+        raise SceneError(f"the frequencies of the excitation have no common period: {told}")
+    return 2 * np.pi / base
+
+
+@lru_cache(1024)
+def _period_by(excitation: Excitation, numbers: tuple[float, ...], parameters: tuple[str, ...]) -> np.ndarray:
+    period, rates = _period(excitation, numbers), excitation._frequencies(numbers)
+    slopes = np.array(excitation._slopes(parameters)(*numbers), dtype=float).reshape(len(rates), len(parameters))
+    runs = rates != 0
+    relative = slopes[runs] / rates[runs, None]
+    if not np.allclose(relative, relative[0], rtol=_ALIKE, atol=0.0) or np.any(slopes[~runs]):
+        raise SceneError(
+            f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
+            f"{', '.join(map(str, excitation.rates))}: they keep no common period; let it change all or none"
+        )
+    return -period * relative[0]
 
 
 def common_rate(rates: Iterable[float]) -> float | None:

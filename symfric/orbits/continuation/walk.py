@@ -189,14 +189,13 @@ class Walk:
         mark = _marks(Placed(self._system, new))
         size = np.ptp(np.vstack([marks, mark]), axis=0)
         marks, mark = (e / np.where(size > 0, size, 1.0) for e in (marks, mark))
-        for k in range(len(trail) - _RECENT):
-            a, b = marks[k], marks[k + 1]
-            length = float(np.linalg.norm(b - a))
-            share = float((mark - a) @ (b - a)) / max(length**2, 1e-300)
-            off = np.linalg.norm(mark - a - share * (b - a))
-            if 0 <= share < 1 and off < 0.1 * length and self._is_same(trail[k + (share > 0.5)], new):
-                return k
-        return None
+        ways = np.diff(marks[: max(len(trail) - _RECENT, 0) + 1], axis=0)
+        from_start = mark - marks[: len(ways)]
+        lengths = np.linalg.norm(ways, axis=1)
+        shares = np.sum(from_start * ways, axis=1) / np.maximum(lengths**2, 1e-300)
+        off = np.linalg.norm(from_start - shares[:, None] * ways, axis=1)
+        near = np.flatnonzero((shares >= 0) & (shares < 1) & (off < 0.1 * lengths))
+        return next((int(k) for k in near if self._is_same(trail[k + (shares[k] > 0.5)], new)), None)
 
     def _is_same(self, old: Placed, new: Point) -> bool:
         """Whether the orbit near an old one, at the parameter of a new one, equals the new one."""
