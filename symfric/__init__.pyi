@@ -6,6 +6,11 @@ from .ensemble.basins import Basins, basins
 from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from .ensemble.sweep import sweep
 from .errors import NoRoute, NotFound, RunFailed, SceneError
+from .identification.comparison import Comparison, compare_laws
+from .identification.experiments import TestDesign, test_design
+from .identification.fit import Fit
+from .identification.identify import identify
+from .identification.profile import Profile
 from .model import laws, mechanics, scenes
 from .model.laws import Law
 from .model.outputs import (
@@ -63,6 +68,7 @@ __all__ = [
     "Batch",
     "BifurcationDiagram",
     "Branch",
+    "Comparison",
     "Contact",
     "Curve",
     "End",
@@ -71,6 +77,7 @@ __all__ = [
     "Events",
     "Exact",
     "Explanation",
+    "Fit",
     "HalfRange",
     "HopfPoint",
     "Integral",
@@ -83,6 +90,7 @@ __all__ = [
     "NotFound",
     "Orbit",
     "PoincareSection",
+    "Profile",
     "Run",
     "RunFailed",
     "Samples",
@@ -96,11 +104,13 @@ __all__ = [
     "StopTime",
     "System",
     "Taylor",
+    "TestDesign",
     "Trajectory",
     "as_function",
     "average",
     "basins",
     "bifurcation_diagram",
+    "compare_laws",
     "continue_cycle",
     "continue_special",
     "design",
@@ -109,6 +119,7 @@ __all__ = [
     "frequency_response",
     "friction_force",
     "hopf",
+    "identify",
     "laws",
     "limit_cycle",
     "lyapunov",
@@ -124,5 +135,6 @@ __all__ = [
     "stability",
     "structures",
     "sweep",
+    "test_design",
     "theory",
 ]

@@ -99,6 +99,7 @@ def special(s):
     return sf.continue_special(branch.special[0], names[:2], ((0.5 * value(s), 2 * value(s)), (0.1, 10.0)), most=5)
 
 
+RECORD = np.linspace(0.5, 20.0, 40), np.sin(np.linspace(0.5, 20.0, 40))
 MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
 RUNS = {
     "simulate": sf.simulate,
@@ -134,6 +135,7 @@ SLOW = {  # of twenty coordinates these take a minute each to compile
     "continue_cycle and continue_special": special,
     "lyapunov": lambda s: sf.lyapunov(s, 30.0),
     "frequency_response": lambda s: sf.frequency_response(s, name(s), around(s), most=1, tolerance=1e-9).peak,
+    "identify": lambda s: sf.identify(s, {first(s): RECORD}, {name(s): around(s)}, starts=1).to_dict(),
     "basins": lambda s: sf.basins(s, {first(s): np.array([0.5, 1.0])}),
     "design.collocation": lambda s: sf.design.collocation(
         s, {name(s): (-1.0, 1.0)}, {first(s): 0.0}, time=(0.1, 5.0), elements=2

@@ -199,10 +199,29 @@ ORBITS = {
     "poincare": lambda k: sf.poincare(belt(k), "u").states,
     "Orbit.plot": lambda k: drawn(cycle(k).plot()),
 }
+T = np.linspace(0.2, 18.0, 60)
+
+
+def record_of(k):
+    return {"x": (T, run_of(k)(T)[0] + 0.001 * np.sin(T**2))}
+
+
+def fitted(k):
+    return sf.identify(belt(k, beta=0.04), record_of(k), {"beta": (0.01, 0.2)}, starts=2)
+
+
+def compared(k):
+    scenes = {"light": belt(k, beta=0.04), "heavy": belt(k, beta=0.04, gamma2=1.2)}
+    return sf.compare_laws(scenes, record_of(k), {"beta": (0.01, 0.2)}, starts=1).to_dict()
+
+
 ENSEMBLE = {
     "sweep": lambda k: sf.sweep(
         belt(k).wanting({"x_max": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.3, 4), "beta": [0.0, 0.01 * (k + 1)]}, jobs=2
     ),
+    "identify": lambda k: fitted(k).to_dict(),
+    "compare_laws": compared,
+    "test_design": lambda k: sf.test_design(fitted(k), {"v_b": [0.1, 0.3]}).to_dict(),
     "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),
     "bifurcation_diagram": lambda k: sf.bifurcation_diagram(belt(k), "v_b", [0.2, 0.3 + 0.01 * k], "u", jobs=2).states,
 }

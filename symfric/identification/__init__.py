@@ -1,0 +1,1 @@
+"""Friction laws and other values of a scene from measured records."""

@@ -1,0 +1,287 @@
+"""Result of a fit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm, t
+
+from symfric.errors import NotFound, SceneError
+from symfric.identification.diagnostics import Diagnostics, diagnose
+from symfric.identification.local_fit import Minimum, Problem
+from symfric.identification.profile import Profile, profile_of
+from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
+from symfric.model.notebook import html_table
+from symfric.model.outputs import Trajectory
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, name_of, nearest
+from symfric.solve.routes import prepare
+from symfric.solve.run import Run
+
+
+class Crossing(NamedTuple):
+    """A place near the solution where the sequence of events changes, so that the cost is not smooth.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Between these and the solution's the sequence is that of the solution.
+    events : (int, int)
+        Number of events at the solution, and beyond.
+    jump : float
+        By how much the cost jumps there, relative to the cost at the solution; near zero for a mere edge.
+    """
+
+    values: dict[str, float]
+    events: tuple[int, int]
+    jump: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Values of a scene that fit measured records best, with their uncertainty.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The unknowns.
+    values : dict of str to float
+    scenes : dict of str to Scene
+        With the fitted values, by label; `scene` if there is one.
+    tries : tuple of Minimum
+        What the starts led to, the lowest first: ``values``, ``cost``, ``evaluations``.
+    crossings : tuple of Crossing
+        Changes in the sequence of events within one standard error of the solution.
+    notes : tuple of str
+        What a reader should know before using the numbers.
+    active : tuple of str
+        Unknowns that ended at a bound; standard errors are those of the others, with these held.
+    sigma : dict of str to float
+        Standard deviation of the noise of each record, given or estimated; the mean if it varies over the record.
+    evaluations : int
+        Runs with derivatives that the fit took.
+    """
+
+    names: tuple[str, ...]
+    values: dict[str, float]
+    scenes: dict[str, Scene]
+    tries: tuple[Minimum, ...]
+    crossings: tuple[Crossing, ...]
+    notes: tuple[str, ...]
+    active: tuple[str, ...]
+    sigma: dict[str, float]
+    evaluations: int
+    _problem: Problem = field(repr=False)
+    _known: bool = field(repr=False)  # whether the noise was given
+    _y: np.ndarray = field(repr=False)  # predictions
+    _jacobian: np.ndarray = field(repr=False)  # of the weighted residuals
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with the fitted values; raises `SceneError` if there are several."""
+        if len(self.scenes) > 1:
+            raise SceneError(f"the fit has several scenes; use fit.scenes with {', '.join(self.scenes)}")
+        return next(iter(self.scenes.values()))
+
+    @cached_property
+    def vector(self) -> np.ndarray:
+        """The values as a row (n_p,), in the order of `names`."""
+        return np.array([self.values[n] for n in self.names])
+
+    @property
+    def samples(self) -> int:
+        """Number of samples that count."""
+        return int(np.count_nonzero(self._problem.weight))
+
+    @property
+    def freedom(self) -> int:
+        """Samples less unknowns that are not at a bound."""
+        return self.samples - (len(self.names) - len(self.active))
+
+    @cached_property
+    def cost(self) -> float:
+        """Half the sum of squares of the residuals.
+
+        Each over its standard deviation if `sigma` was given, or estimated because there are several records; plain for
+        one record with unknown noise.
+        """
+        return 0.5 * float(np.sum((self._problem.weight * (self._problem.y - self._y)) ** 2))
+
+    @property
+    def variance(self) -> float:
+        """Variance of a weighted residual: 1 if the noise is known, else estimated from the residuals."""
+        return 1.0 if self._known else 2 * self.cost / max(1, self.freedom)
+
+    @cached_property
+    def residuals(self) -> dict[str, np.ndarray]:
+        """Measured minus predicted values of each record, in its unit."""
+        rest = self._problem.y - self._y
+        return {c.key: rest[rows] for c, rows in self._rows()}
+
+    @cached_property
+    def predictions(self) -> dict[str, np.ndarray]:
+        """Predicted values of each record."""
+        return {c.key: self._y[rows] for c, rows in self._rows()}
+
+    @cached_property
+    def records(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Times and values of each record."""
+        return {c.key: (c.t, c.y) for c, _ in self._rows()}
+
+    def _rows(self):
+        return zip(self._problem.predictor.channels, self._problem.predictor.rows, strict=True)
+
+    @cached_property
+    def _uncertainty(self) -> Uncertainty:
+        free = np.array([k for k, n in enumerate(self.names) if n not in self.active], dtype=int)
+        unknowns = self._problem.predictor.unknowns
+        ranges = unknowns.high - unknowns.low
+        return uncertainty(self.names, self.vector, self._jacobian, free, self.variance, ranges)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the values, shape (n_p, n_p), in the order of `names`."""
+        return self._uncertainty.covariance
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation of the values, shape (n_p, n_p)."""
+        return self._uncertainty.correlation
+
+    @cached_property
+    def standard_errors(self) -> dict[str, float]:
+        """Standard error of each value; NaN at a bound, infinite where the records say nothing."""
+        return dict(zip(self.names, self._uncertainty.errors.tolist(), strict=True))
+
+    @property
+    def unidentifiable(self) -> tuple[Direction, ...]:
+        """Directions that the records do not fix better than the bounds do, the worst first."""
+        return self._uncertainty.directions
+
+    @cached_property
+    def diagnostics(self) -> dict[str, Diagnostics]:
+        """Statistics of the residuals of each record."""
+        return {c.key: diagnose(self.residuals[c.key], len(self.names)) for c, _ in self._rows()}
+
+    @cached_property
+    def runs(self) -> tuple[Run, ...]:
+        """The motion of each scene with the fitted values, with its trajectory and what the sensors show."""
+        predictor = self._problem.predictor
+        found = []
+        for label in predictor.labels:
+            scene = predictor.scene_of(label, self.vector)
+            found.append(prepare(scene.wanting({**scene.outputs, "path": Trajectory()}), predictor.tolerance).run())
+        return tuple(found)
+
+    def interval(self, name: Key, level: float = 0.95) -> tuple[float, float]:
+        """Return the interval of a value from its standard error.
+
+        Parameters
+        ----------
+        name : symbol or str
+        level : float
+            Probability with which such intervals hold the truth.
+
+        Notes
+        -----
+        By Student's distribution with `freedom` degrees of freedom if the noise was estimated, else by the normal one.
+        `profile` gives an interval that follows the cost where it is no parabola.
+        """
+        k = self._index(name)
+        if not 0 < level < 1:
+            raise SceneError(f"level is {level}; give a probability between 0 and 1")
+        spread = norm.ppf(0.5 + level / 2) if self._known else t.ppf(0.5 + level / 2, max(1, self.freedom))
+        error = self.standard_errors[self.names[k]] * float(spread)
+        return self.values[self.names[k]] - error, self.values[self.names[k]] + error
+
+    def profile(self, name: Key, level: float = 0.95, points: int = 15) -> Profile:
+        """Return the lowest cost for given values of one unknown, the others fitted, and the interval it gives.
+
+        Parameters
+        ----------
+        name : symbol or str
+        level : float
+            Probability of the interval.
+        points : int
+            Fewest values at which the cost is computed.
+
+        Returns
+        -------
+        Profile
+
+        Raises
+        ------
+        SceneError
+            If the name is none of the unknowns.
+        NotFound
+            If the cost goes below that of the fit, which therefore was no minimum.
+        """
+        k = self._index(name)
+        freedom = None if self._known else max(1, self.freedom)
+        found = profile_of(self._problem, self.vector, self.cost, k, level, freedom, self._jacobian, points)
+        if found.lowest.cost < self.cost * (1 - 1e-4) - 1e-300:
+            better = dict(zip(self.names, found.lowest.values.tolist(), strict=True))
+            shown = ", ".join(f"{n} = {v:.6g}" for n, v in better.items())
+            raise NotFound(f"the fit is no minimum: the cost is lower at {shown}; fit again with more starts")
+        return found.profile
+
+    def _index(self, name: Key) -> int:
+        wanted = name_of(name)
+        if wanted not in self.names:
+            raise SceneError(f"{wanted} was not fitted{nearest(wanted, self.names)}")
+        return self.names.index(wanted)
+
+    def plot(self, ax=None):
+        """Draw records and predictions against time, residuals below; return the Axes of the records."""
+        from symfric.identification.plotting import plot_fit
+
+        return plot_fit(self, ax)
+
+    def holding(self, name: Key, value: float) -> "Problem":
+        """Return the least-squares problem with one unknown held."""
+        return replace(self._problem, fixed={**self._problem.fixed, self._index(name): float(value)})
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain numbers and lists."""
+        return {
+            "values": dict(self.values),
+            "standard_errors": dict(self.standard_errors),
+            "covariance": self.covariance.tolist(),
+            "correlation": self.correlation.tolist(),
+            "cost": self.cost,
+            "samples": self.samples,
+            "sigma": dict(self.sigma),
+            "active": list(self.active),
+            "unidentifiable": [{"weights": dict(d), "error": d.error, "words": str(d)} for d in self.unidentifiable],
+            "diagnostics": {n: d._asdict() for n, d in self.diagnostics.items()},
+            "crossings": [c._asdict() for c in self.crossings],
+            "notes": list(self.notes),
+            "evaluations": self.evaluations,
+        }
+
+    def to_xarray(self):
+        """Return times, measured and predicted values and residuals of every record as an xarray.Dataset."""
+        import xarray as xr
+
+        data: Mapping[str, tuple] = {}
+        coordinates = {}
+        for name, (times, y) in self.records.items():
+            coordinates[f"time of {name}"] = times
+            parts = {name: y, f"{name} predicted": self.predictions[name], f"{name} residual": self.residuals[name]}
+            data = {**data, **{n: (f"time of {name}", v) for n, v in parts.items()}}
+        return xr.Dataset(data, coordinates)
+
+    def _repr_html_(self) -> str:
+        return html_table("Fit", self.to_dict())
+
+    def __str__(self) -> str:
+        wide = max(map(len, self.names))
+        lines = [f"{n:<{wide}} = {v:.6g} +- {self.standard_errors[n]:.2g}" for n, v in self.values.items()]
+        lines += [f"noise of {n}: {s:.3g}" for n, s in self.sigma.items()]
+        return "\n".join([*lines, *(f"note: {n}" for n in self.notes)])
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{n}={v:.6g}+-{self.standard_errors[n]:.2g}" for n, v in self.values.items())
+        return f"Fit({shown}; cost {self.cost:.6g}, {self.samples} samples)"

@@ -1,0 +1,274 @@
+"""`identify`: values of scenes from measured records by least squares on exact derivatives."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from symfric.errors import NotFound, SceneError
+from symfric.identification.crossings import crossings_near
+from symfric.identification.fit import Fit
+from symfric.identification.local_fit import Minimum, Problem, polished, stepped_over
+from symfric.identification.prediction import Predictor
+from symfric.identification.records import read_channels
+from symfric.identification.starts import best_of, chosen_starts
+from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key
+from symfric.solve.case_values import workers_of
+from symfric.solve.program import check_tolerance
+
+UNLIKE = 300.0  # ratio of a record to what the scene can do, beyond which the record is in another unit
+TRIALS = 64  # cases that such a comparison takes
+LARGE, EXACT = 0.9, 1e-6  # residuals over the variation of a record: no fit at all, and no noise at all
+REWEIGHTED, SAME = 10, 1e-3  # rounds of estimating the noise of several records, and the change that ends them
+
+
+def identify(
+    scene: Scene | Mapping[str, Scene],
+    records: Any,
+    parameters: Mapping[Key, tuple[float, float]],
+    observed: Mapping[Key, Any] | None = None,
+    sigma: Any = None,
+    starts: int = 8,
+    *,
+    seed: int = 0,
+    tolerance: float = 1e-10,
+    threads: int = 1,
+) -> Fit:
+    """Fit values of a scene to measured records by least squares.
+
+    Parameters
+    ----------
+    scene : Scene or mapping of str to Scene
+        Several scenes by label are fitted at once; their records are then given by label.
+    records : mapping of name to (t, y), xarray.Dataset, or path of a CSV file
+        Times in the scene's unit of time, from its start on, and values, each shape (n,); or an xarray.DataArray over
+        time. For several scenes a mapping of label to such records.
+    parameters : mapping of name to (low, high)
+        The unknowns with their bounds: values of the scene, states (their start values), and ``record.offset`` and
+        ``record.scale`` of a sensor that shows ``scale * expression + offset``. With several scenes a name holds for
+        all of them, ``label.name`` for one.
+    observed : mapping of record to Expr, optional
+        What a record measures; the state of its name unless given.
+    sigma : float, array or mapping of record to these, optional
+        Standard deviations of the noise; the weights are their inverse squares. Estimated from the residuals unless
+        given, for every record its own.
+    starts : int
+        How many starts; the scene's own values are the first if they lie between the bounds, the others are the best
+        ones of 32 times as many Sobol points, by the whole record and by its first part in turn.
+    seed : int
+        Of the Sobol points.
+    tolerance : float
+        Of the runs.
+    threads : int
+        For the runs without derivatives.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    SceneError
+        If an argument or a record is bad; one line that names it and the cure.
+    NotFound
+        If no run between the bounds reaches the end of the records.
+
+    Notes
+    -----
+    Gauss-Newton steps in a trust region with bounds (`scipy.optimize.least_squares`), on derivatives that hold through
+    stick and slip: variational equations with saltation (Leine and Nijmeijer 2004, section 7.5). Where a run has none,
+    because it grazes or two events coincide, they are differences. The cost has an edge or a jump where the sequence of
+    events changes; points behind such places are tried before a minimum is accepted. Unknowns between positive bounds
+    of a ratio of 100 or more are searched by their logarithm. ``covariance = s^2 (J' J)^-1``, with s^2 = 1 for given
+    noise; Seber and Wild, Nonlinear Regression (1989), section 5.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> fit = sf.identify(scene, {"x": (t, y)}, {"delta": (0.001, 0.05), "omega_n": (0.8, 1.3)}, starts=4)
+    >>> abs(fit.values["delta"] - 0.03) < 3 * fit.standard_errors["delta"]
+    True
+    """
+    scenes = _scenes(scene)
+    channels = read_channels(scenes, records, observed, sigma)
+    unknowns = read_unknowns(parameters, scenes, channels)
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise SceneError(f"starts is {starts!r}; give how many starts the fit makes, at least 1")
+    samples = sum(c.y.size for c in channels)
+    if samples < unknowns.size:
+        raise SceneError(
+            f"{samples} samples cannot fix {unknowns.size} unknowns; give longer records or fewer unknowns"
+        )
+    predictor = Predictor(scenes, channels, unknowns, check_tolerance(tolerance), workers_of(threads))
+    y = np.concatenate([c.y for c in channels])
+    known = channels[0].sigma is not None
+    weight = np.concatenate([1 / c.sigma if c.sigma is not None else _first_weight(c.y, channels) for c in channels])
+    problem = Problem(predictor, y, weight)
+    _check_units(problem)
+    found = best_of(problem, chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns)))
+    if not found or not np.isfinite(found[0].cost):
+        raise NotFound(
+            "no run between the bounds reaches the end of the records; simulate the scene with values between them to "
+            "see why, and narrow the bounds"
+        )
+    best = polished(problem, stepped_over(problem, found[0], seed))
+    if not known and len(channels) > 1:
+        problem, best = _reweighted(problem, best)
+    return made_fit(problem, best, found, known)
+
+
+def _scenes(scene: Any) -> dict[str, Scene]:
+    scenes = {"": scene} if isinstance(scene, Scene) else scene
+    if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
+        raise SceneError(f"{scene!r} is neither a sf.Scene nor a mapping of labels to scenes")
+    if any(not isinstance(n, str) or ("" == n and not isinstance(scene, Scene)) for n in scenes):
+        raise SceneError("the labels of the scenes must be strings that are not empty")
+    return dict(scenes)
+
+
+def _first_weight(y: np.ndarray, channels: tuple) -> np.ndarray:
+    """Return weights for unknown noise: 1 for a single record, else such that all records count alike."""
+    return np.full(y.size, 1.0 if len(channels) == 1 else 1 / np.std(y))
+
+
+def _own_values(scenes: Mapping[str, Scene], unknowns: Unknowns) -> np.ndarray | None:
+    """Return the scenes' own values of the unknowns, None if one is missing or outside its bounds."""
+    found = []
+    for targets in unknowns.targets:
+        target = targets[0]
+        if target.kind in (OFFSET, SCALE):
+            found.append(float(target.kind == SCALE))
+            continue
+        scene = scenes[target.label]
+        if None in scene.values.values() and (
+            target.kind == START or scene.values[scene.parameter(target.name)] is None
+        ):
+            return None
+        numbers = scene.numbers() if target.kind == START else scene.values
+        found.append(next(v for s, v in numbers.items() if s.name == target.name))
+    row = np.array(found, dtype=float)
+    return row if np.all((row >= unknowns.low) & (row <= unknowns.high)) else None
+
+
+def _check_units(problem: Problem) -> None:
+    """Raise on a record that is far larger or smaller than what the scene does anywhere between the bounds."""
+    predictor, unknowns = problem.predictor, problem.predictor.unknowns
+    scaled = {target.label for targets in unknowns.targets for target in targets if target.kind == SCALE}
+    found = predictor.many(unknowns.outer(qmc.Sobol(unknowns.size, seed=0).random(TRIALS)))
+    for channel, rows in zip(predictor.channels, predictor.rows, strict=True):
+        if channel.key in scaled:
+            continue
+        ranges = np.ptp(found[rows], axis=0)
+        ranges = ranges[np.isfinite(ranges)]
+        if not ranges.size:
+            continue
+        own, most, least = float(np.ptp(channel.y)), float(np.max(ranges)), float(np.min(ranges))
+        if own > UNLIKE * most or own * UNLIKE < least:
+            raise SceneError(
+                f"record {channel.key} varies by {own:.3g}, the scene between the bounds by {least:.3g} to {most:.3g}; "
+                f"convert the record to the scene's unit, or fit {channel.key}.scale"
+            )
+
+
+def _reweighted(problem: Problem, best: Minimum) -> tuple[Problem, Minimum]:
+    """Fit several records with the noise of each estimated from its residuals, until both agree.
+
+    The likelihood of records with unknown variances is largest where each record's variance is its mean square.
+    """
+    predictor = problem.predictor
+    for _ in range(REWEIGHTED):
+        rest = predictor.at(best.values).y - problem.y
+        share = problem.predictor.unknowns.size / predictor.size
+        weight = np.concatenate([np.full(c.y.size, 1 / _spread(rest[r], share, c.y)) for c, r in _rows(predictor)])
+        settled = np.max(np.abs(weight / problem.weight - 1)) < SAME
+        problem = replace(problem, weight=weight)
+        best = polished(problem, best)
+        if settled:
+            break
+    return problem, best
+
+
+def _rows(predictor: Predictor):
+    return zip(predictor.channels, predictor.rows, strict=True)
+
+
+def _spread(rest: np.ndarray, share: float, y: np.ndarray) -> float:
+    """Return the standard deviation of residuals, of exact ones no less than rounding."""
+    return max(float(np.sqrt(np.mean(rest**2) / max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))
+
+
+def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool) -> Fit:
+    """Return the fit at a minimum."""
+    predictor, unknowns = problem.predictor, problem.predictor.unknowns
+    at = predictor.at(best.values)
+    jacobian = problem.weight[:, None] * np.where(np.isfinite(at.slopes), at.slopes, 0.0)
+    values = dict(zip(unknowns.names, best.values.tolist(), strict=True))
+    on = (best.values == unknowns.low) | (best.values == unknowns.high)
+    active = tuple(n for n, a in zip(unknowns.names, on, strict=True) if a)
+    scenes = {label: predictor.filled(scene, label, best.values) for label, scene in predictor.scenes.items()}
+    rest = (problem.y - at.y) * problem.weight
+    freedom = max(1, int(np.count_nonzero(problem.weight)) - int(np.count_nonzero(~on)))
+    scale = 1.0 if known else float(np.sqrt(rest @ rest / freedom))
+    sigma = {c.key: scale * float(np.mean(1 / problem.weight[r])) for c, r in _rows(predictor)}
+    fit = Fit(
+        names=unknowns.names,
+        values=values,
+        scenes=scenes,
+        tries=tuple(tries),
+        crossings=crossings_near(problem, best, jacobian, 1.0 if known else scale**2, at.sequence),
+        notes=(),
+        active=active,
+        sigma=sigma,
+        evaluations=best.evaluations + sum(m.evaluations for m in tries[1:]),
+        _problem=problem,
+        _known=known,
+        _y=at.y,
+        _jacobian=jacobian,
+    )
+    return replace(fit, notes=tuple(_notes(fit, at.secants)))
+
+
+def _notes(fit: Fit, secants: int):
+    """Yield what a reader should know before using the numbers."""
+    for name in fit.active:
+        yield f"{name} is at its bound; widen it, or take the value as unknown beyond it"
+    for direction in fit.unidentifiable:
+        yield str(direction)
+    for crossing in fit.crossings:
+        shown = ", ".join(f"{n} = {v:.6g}" for n, v in crossing.values.items())
+        if not np.isfinite(crossing.jump):
+            yield f"within one standard error, beyond {shown}, no run reaches the end of the records; use profiles"
+            continue
+        kind = f"jumps by {100 * crossing.jump:.2g} %" if abs(crossing.jump) > 1e-3 else "has an edge"
+        yield (
+            f"within one standard error, at {shown}, the number of events goes from {crossing.events[0]} to "
+            f"{crossing.events[1]} and the cost {kind}; use profiles in place of standard errors"
+        )
+    if secants:
+        yield "the motion grazes or has simultaneous events here: parts of the derivatives are differences"
+    for name, found in fit.diagnostics.items():
+        size = float(np.std(fit.records[name][1]))
+        if found.rms > LARGE * size:
+            yield (
+                f"the fit explains hardly anything of {name}: its residuals are as large as its variation; check what "
+                f"it measures, the units of its values and times, and the bounds"
+            )
+        elif not found.is_white and found.rms > EXACT * size:
+            yield (
+                f"the residuals of {name} are not white noise (autocorrelation {found.autocorrelation:.2f}): the scene "
+                "or the sensor lacks something, and standard errors are too small"
+            )
+    if fit._known and fit.freedom > 0:
+        ratio = 2 * fit.cost / fit.freedom
+        spread = 4 * np.sqrt(2 / fit.freedom)
+        if abs(ratio - 1) > spread:
+            word = "larger" if ratio > 1 else "smaller"
+            yield f"the residuals are {np.sqrt(ratio):.3g} times as large as sigma says, {word} than chance explains"

@@ -1,0 +1,241 @@
+"""Least squares from one start, and steps over the edges at which the cost is not smooth."""
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from symfric.identification.prediction import Prediction, Predictor
+
+LOOSE, TIGHT = 1e-9, 1e-15  # relative changes of cost, values and gradient at which a fit ends
+EVALUATIONS = 60  # most of them from one start
+NEWTON, SETTLED = 12, 1e-13  # final Gauss-Newton steps, and the step (in units of the range) that ends them
+AT_BOUND = 1e-7  # distance from a bound, in units of the range, at which an unknown counts as being on it
+BETTER = 1e-6  # relative decrease of the cost that counts as another minimum
+REACHES = (0.3, 1.0, 3.0, 10.0, 30.0)  # how far points beyond a minimum are tried, in standard errors
+NEAR = 0.02  # the largest such distance, in units of the range
+ROUNDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A weighted least-squares problem.
+
+    Attributes
+    ----------
+    predictor : Predictor
+    y : ndarray, shape (n,)
+        Measured values.
+    weight : ndarray, shape (n,)
+        One over the standard deviations; zero for samples that are left out.
+    fixed : dict of int to float
+        Unknowns that are held, by index.
+    """
+
+    predictor: Predictor
+    y: np.ndarray
+    weight: np.ndarray
+    fixed: dict[int, float] = field(default_factory=dict)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Indices of the unknowns that are not held."""
+        return np.array([k for k in range(self.predictor.unknowns.size) if k not in self.fixed], dtype=int)
+
+    def values(self, inner: np.ndarray) -> np.ndarray:
+        """Return all values from the coordinates of the free ones."""
+        unknowns = self.predictor.unknowns
+        whole = np.zeros(unknowns.size)
+        whole[self.free] = inner
+        values = unknowns.outer(whole)
+        for k, value in self.fixed.items():
+            values[k] = value
+        return values
+
+    def costs(self, values: np.ndarray) -> np.ndarray:
+        """Return half the sums of squares at values of shape (n, n_p), shape (n,); infinite where a run failed."""
+        kept = self.weight > 0
+        found = self.predictor.many(values)[kept] - self.y[kept, None]
+        cost = 0.5 * np.sum((self.weight[kept, None] * found) ** 2, axis=0)
+        return np.where(np.isfinite(cost), cost, np.inf)
+
+    @property
+    def rounding(self) -> float:
+        """Cost of residuals as large as rounding, below which differences mean nothing."""
+        return 0.5e-24 * float(np.sum((self.weight * self.y) ** 2))
+
+    def prefix(self, part: float) -> "Problem":
+        """Return the problem of the samples of the first part of the time."""
+        weight = self.weight.copy()
+        for channel, rows in zip(self.predictor.channels, self.predictor.rows, strict=True):
+            late = channel.t > channel.t[0] + part * (channel.t[-1] - channel.t[0])
+            weight[rows] = np.where(late, 0.0, weight[rows])
+        return replace(self, weight=weight)
+
+
+class Minimum(NamedTuple):
+    """Where a local fit ended.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n_p,)
+    cost : float
+        Half the sum of squares; infinite if no run succeeded.
+    evaluations : int
+    changes : int
+        How often the sequence of events differed from one evaluation to the next.
+    """
+
+    values: np.ndarray
+    cost: float
+    evaluations: int
+    changes: int
+
+
+class Evaluator:
+    """Residuals and Jacobian of a problem in the coordinates of its free unknowns, evaluated together."""
+
+    def __init__(self, problem: Problem):
+        self.problem, self.kept = problem, problem.weight > 0
+        self.evaluations = self.changes = 0
+        self._at: np.ndarray | None = None
+        self._found: Prediction | None = None
+
+    def prediction(self, inner: np.ndarray) -> Prediction:
+        """Return the prediction at a point; that of the last one is kept."""
+        if self._found is None or self._at is None or not np.array_equal(inner, self._at):
+            before = self._found
+            self._at = np.array(inner)
+            self._found = self.problem.predictor.at(self.problem.values(inner))
+            self.evaluations += 1
+            self.changes += before is not None and before.sequence != self._found.sequence
+        return self._found
+
+    def residuals(self, inner: np.ndarray) -> np.ndarray:
+        """Return predicted minus measured values, weighted."""
+        kept = self.kept
+        return self.problem.weight[kept] * (self.prediction(inner).y[kept] - self.problem.y[kept])
+
+    def jacobian(self, inner: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the residuals by the coordinates; zero where none could be made."""
+        found, free = self.prediction(inner), self.problem.free
+        stretch = self.problem.predictor.unknowns.stretch(self.problem.values(inner))[free]
+        slopes = self.problem.weight[self.kept, None] * found.slopes[self.kept][:, free] * stretch
+        return np.where(np.isfinite(slopes), slopes, 0.0)
+
+    def cost(self, inner: np.ndarray) -> float:
+        """Return half the sum of squares, infinite if a run failed."""
+        found = 0.5 * float(np.sum(self.residuals(inner) ** 2))
+        return found if np.isfinite(found) else np.inf
+
+
+def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most: int = EVALUATIONS) -> Minimum:
+    """Minimise from one start by `scipy.optimize.least_squares` with bounds.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : ndarray, shape (n_p,)
+        Values.
+    tolerance : float
+    most : int
+        Evaluations.
+    """
+    free = problem.free
+    evaluate = Evaluator(problem)
+    inner = np.clip(problem.predictor.unknowns.inner(start)[free], 1e-9, 1 - 1e-9)
+    if not free.size:
+        return Minimum(problem.values(inner), evaluate.cost(inner), 1, 0)
+    if not np.isfinite(evaluate.cost(inner)):
+        return Minimum(problem.values(inner), np.inf, evaluate.evaluations, 0)
+    found = least_squares(
+        evaluate.residuals,
+        inner,
+        evaluate.jacobian,
+        (0.0, 1.0),
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
+        x_scale="jac",
+        max_nfev=most,
+    )
+    return Minimum(problem.values(found.x), float(found.cost), evaluate.evaluations, evaluate.changes)
+
+
+def polished(problem: Problem, at: Minimum) -> Minimum:
+    """Return the minimum after tight steps of Gauss and Newton; unknowns at a bound are put onto it and held."""
+    at = _best(at, minimise(problem, at.values, TIGHT))
+    unknowns = problem.predictor.unknowns
+    inner = unknowns.inner(at.values)
+    evaluate = Evaluator(problem)
+    gradient = np.zeros(unknowns.size)
+    gradient[problem.free] = _gradient(evaluate, inner[problem.free])
+    for k in problem.free:
+        low, high = inner[k] < AT_BOUND and gradient[k] > 0, inner[k] > 1 - AT_BOUND and gradient[k] < 0
+        if low or high:
+            problem = replace(
+                problem, fixed={**problem.fixed, int(k): float((unknowns.high if high else unknowns.low)[k])}
+            )
+    free = problem.free
+    evaluate = Evaluator(problem)
+    inner, cost = unknowns.inner(at.values)[free], evaluate.cost(unknowns.inner(at.values)[free])
+    for _ in range(NEWTON if free.size else 0):
+        step = np.linalg.lstsq(evaluate.jacobian(inner), -evaluate.residuals(inner), rcond=1e-10)[0]
+        trial = np.clip(inner + step, 0.0, 1.0)
+        reached = evaluate.cost(trial)
+        if not reached <= cost * (1 + 1e-12):
+            break
+        inner, cost = trial, reached
+        if np.max(np.abs(step)) < SETTLED:
+            break
+    moved = Minimum(problem.values(inner), cost, at.evaluations + evaluate.evaluations, at.changes)
+    return moved if cost <= at.cost * (1 + 1e-9) else at
+
+
+def _gradient(evaluate: Evaluator, inner: np.ndarray) -> np.ndarray:
+    return evaluate.jacobian(inner).T @ evaluate.residuals(inner)
+
+
+def _best(first: Minimum, second: Minimum) -> Minimum:
+    kept = second if second.cost <= first.cost else first
+    return Minimum(kept.values, kept.cost, first.evaluations + second.evaluations, first.changes + second.changes)
+
+
+def stepped_over(problem: Problem, at: Minimum, seed: int) -> Minimum:
+    """Return the best minimum found from points around one.
+
+    Where the sequence of events changes, the cost has an edge or a jump, at which a descent ends although lower values
+    lie behind it. Points along the principal axes of the Jacobian and scattered around the minimum are tried, all in
+    one batch, and a better one starts another descent.
+    """
+    free = problem.free
+    for turn in range(ROUNDS if free.size else 0):
+        unknowns = problem.predictor.unknowns
+        inner = unknowns.inner(at.values)[free]
+        points = np.clip(_around(Evaluator(problem), inner, seed + turn), 0.0, 1.0)
+        values = np.array([problem.values(p) for p in points])
+        costs = problem.costs(values)
+        k = int(np.argmin(costs))
+        if not costs[k] < at.cost * (1 - BETTER) - problem.rounding:
+            return at
+        found = minimise(problem, values[k])
+        at = _best(at, found if found.cost < costs[k] else Minimum(values[k], float(costs[k]), found.evaluations, 0))
+    return at
+
+
+def _around(evaluate: Evaluator, inner: np.ndarray, seed: int) -> np.ndarray:
+    """Return points around one: on the principal axes of the Jacobian, and scattered."""
+    jacobian = evaluate.jacobian(inner)
+    noise = np.sqrt(2 * evaluate.cost(inner) / max(1, len(jacobian)))
+    _, sizes, axes = np.linalg.svd(jacobian, full_matrices=False)
+    error = np.minimum(noise / np.maximum(sizes, 1e-12), NEAR)
+    points = [
+        inner + way * np.minimum(reach * e, NEAR) * axis
+        for e, axis in zip(error, axes, strict=True)
+        for reach in REACHES
+        for way in (1.0, -1.0)
+    ]
+    cloud = qmc.Sobol(inner.size, seed=seed).random(16) - 0.5
+    return np.concatenate([np.array(points), inner + 2 * NEAR * cloud, inner + 20 * NEAR * cloud])

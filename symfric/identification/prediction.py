@@ -1,0 +1,243 @@
+"""What the scenes predict for the records, with its derivatives by the unknowns."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from symfric.errors import SceneError
+from symfric.identification.records import Channel
+from symfric.identification.unknowns import OFFSET, SCALE, START, VALUE, Unknowns
+from symfric.model.outputs import Events, Samples
+from symfric.model.scene import Scene
+from symfric.solve.batch import reached
+from symfric.solve.routes import prepare
+from symfric.solve.run import Run
+from symfric.solve.status import Status
+
+SECANT = 1e-5  # half width of a difference where no derivative exists, in units of the range between the bounds
+TRIALS = 64  # values tried for a scene that has none of its own
+MOST = 4_000_000  # numbers that one batch of predictions holds
+
+
+class Prediction(NamedTuple):
+    """Predictions at one set of values.
+
+    Attributes
+    ----------
+    y : ndarray, shape (n,)
+        Of all channels, one behind the other; NaN where a run failed.
+    slopes : ndarray, shape (n, n_p)
+        Derivatives by the values.
+    sequence : tuple
+        The events of all scenes in their order: contact, mode before, mode after.
+    secants : int
+        How many entries of `slopes` are differences, because no derivative exists there.
+    """
+
+    y: np.ndarray
+    slopes: np.ndarray
+    sequence: tuple
+    secants: int
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """The scenes of a fit with the outputs that the records measure, compiled at first use.
+
+    Attributes
+    ----------
+    scenes : mapping of str to Scene
+    channels : tuple of Channel
+    unknowns : Unknowns
+    tolerance : float
+    threads : int
+        For runs without derivatives.
+    """
+
+    scenes: Mapping[str, Scene]
+    channels: tuple[Channel, ...]
+    unknowns: Unknowns
+    tolerance: float
+    threads: int = 1
+
+    @cached_property
+    def rows(self) -> tuple[slice, ...]:
+        """Place of each channel in the predictions."""
+        ends = np.cumsum([0, *(c.y.size for c in self.channels)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.rows[-1].stop
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the scenes that have records."""
+        return tuple(dict.fromkeys(c.scene for c in self.channels))
+
+    def scene_of(self, label: str, values: np.ndarray | None = None) -> Scene:
+        """Return a scene until its last sample, with the outputs that its records measure and the values of a fit."""
+        own = [c for c in self.channels if c.scene == label]
+        outputs = {c.name: Samples(c.expr, c.t.tolist()) for c in own}
+        scene = self.scenes[label].until(max(float(c.t[-1]) for c in own)).wanting(outputs)
+        if values is not None:
+            return self.filled(scene, label, values)
+        if all(scene.values[scene.parameter(n)] is not None for n in self._names(label, VALUE)):
+            return self.filled(scene, label, self.unknowns.outer(np.full(self.unknowns.size, 0.5)), starts_only=True)
+        refusal = None
+        for point in qmc.Sobol(self.unknowns.size, seed=0).random(TRIALS):  # the first that the scene accepts
+            try:
+                return self.filled(scene, label, self.unknowns.outer(point))
+            except SceneError as error:
+                refusal = error
+        raise SceneError(f"the scene refuses every value tried between the bounds: {refusal}")
+
+    def filled(self, scene: Scene, label: str, values: np.ndarray, starts_only: bool = False) -> Scene:
+        """Return a scene with the values and starts of a fit."""
+        changes, starts = ({n: float(v) for n, v in part.items()} for part in self._changes(label, values))
+        scene = scene.where(changes) if changes and not starts_only else scene
+        return scene.starting(starts) if starts else scene
+
+    @cached_property
+    def _plain(self) -> dict:
+        return {label: prepare(self.scene_of(label), self.tolerance) for label in self.labels}
+
+    @cached_property
+    def _sensitive(self) -> dict:
+        """Programs with derivatives; None for a scene that has no unknowns but those of its sensors."""
+        found = {}
+        for label in self.labels:
+            names = [target.name for _, target in self._own(label)]
+            scene = self.scene_of(label)
+            scene = scene.wanting({**scene.outputs, "events of the run": Events()})
+            found[label] = (
+                prepare(scene, self.tolerance, sensitivities=names) if names else prepare(scene, self.tolerance)
+            )
+        return found
+
+    def _own(self, label: str) -> list:
+        """Return index and target of the unknowns that set something of a scene itself."""
+        return [
+            (k, target)
+            for k, targets in enumerate(self.unknowns.targets)
+            for target in targets
+            if target.label == label and target.kind in (VALUE, START)
+        ]
+
+    def _names(self, label: str, kind: str) -> list[str]:
+        return [target.name for _, target in self._own(label) if target.kind == kind]
+
+    def _changes(self, label: str, values: np.ndarray) -> tuple[dict, dict]:
+        """Return the values and the starts of a scene, for one (n_p,) or many sets of values (n, n_p)."""
+        found: tuple[dict, dict] = {}, {}
+        for k, target in self._own(label):
+            found[target.kind == START][target.name] = values[..., k]
+        return found
+
+    def _sensors(self, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return scale and offset of every channel, for one or many sets of values."""
+        found = []
+        for channel in self.channels:
+            numbers = {SCALE: np.ones(values.shape[:-1]), OFFSET: np.zeros(values.shape[:-1])}
+            for k, targets in enumerate(self.unknowns.targets):
+                for target in targets:
+                    if target.label == channel.key and target.kind in numbers:
+                        numbers[target.kind] = values[..., k]
+            found.append((numbers[SCALE], numbers[OFFSET]))
+        return found
+
+    def many(self, values: np.ndarray) -> np.ndarray:
+        """Return the predictions for many sets of values, shape (n, n_p) to (samples, n); NaN where a run failed."""
+        count = max(1, MOST // self.size)
+        parts = [self._batch(values[k : k + count]) for k in range(0, len(values), count)]
+        return np.concatenate(parts, axis=1)
+
+    def _batch(self, values: np.ndarray) -> np.ndarray:
+        found = np.full((self.size, len(values)), np.nan)
+        sensors = self._sensors(values)
+        for label, program in self._plain.items():
+            changes, starts = self._changes(label, values)
+            batch = program.map(changes, starts, self.threads) if changes or starts else program.map()
+            for channel, rows, (scale, offset) in zip(self.channels, self.rows, sensors, strict=True):
+                if channel.scene == label:
+                    found[rows] = scale * np.where(reached(batch.status), batch[channel.name], np.nan) + offset
+        return found
+
+    def at(
+        self, values: np.ndarray, differences: bool = True, settings: Mapping[str, float] | None = None
+    ) -> Prediction:
+        """Return the predictions for one set of values with their derivatives.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n_p,)
+        differences : bool
+            Whether derivatives that do not exist are replaced by differences.
+        settings : mapping of str to float, optional
+            Other values of the scenes, which are not fitted; differences do not regard them.
+        """
+        y, slopes = np.full(self.size, np.nan), np.zeros((self.size, self.unknowns.size))
+        sequence: list = []
+        sensors = self._sensors(values)
+        for label in self.labels:
+            run = self._run(label, values, settings or {})
+            sequence.append(() if run is None else _sequence(run))
+            if run is None:
+                continue
+            for channel, rows, (scale, offset) in zip(self.channels, self.rows, sensors, strict=True):
+                if channel.scene == label:
+                    sensed = run[channel.name]
+                    y[rows] = scale * sensed + offset
+                    self._fill(slopes, rows, channel, run, float(scale), sensed)
+        void = ~np.isfinite(slopes) & np.isfinite(y)[:, None]
+        if differences and np.any(void):
+            slopes = np.where(void, self._differences(values, np.flatnonzero(np.any(void, axis=0))), slopes)
+        return Prediction(y, slopes, tuple(sequence), int(np.count_nonzero(void)))
+
+    def _run(self, label: str, values: np.ndarray, settings: Mapping[str, float]) -> Run | None:
+        """Return the run of a scene with derivatives, None if it failed."""
+        changes, starts = ({n: float(v) for n, v in part.items()} for part in self._changes(label, values))
+        try:
+            run = self._sensitive[label].run({**changes, **settings}, starts)
+        except SceneError:  # values that the scene refuses
+            return None
+        return run if run.status in (Status.OK, Status.NO_DERIVATIVE) else None
+
+    def _fill(
+        self, slopes: np.ndarray, rows: slice, channel: Channel, run: Run, scale: float, sensed: np.ndarray
+    ) -> None:
+        """Write the derivatives of one channel."""
+        for k, targets in enumerate(self.unknowns.targets):
+            for target in targets:
+                if target.label == channel.scene and target.kind in (VALUE, START):
+                    slopes[rows, k] += scale * run.output_sensitivities[channel.name][target.name]
+                elif target.label == channel.key and target.kind == SCALE:
+                    slopes[rows, k] += sensed
+                elif target.label == channel.key and target.kind == OFFSET:
+                    slopes[rows, k] += 1.0
+
+    def _differences(self, values: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return differences of the predictions across some of the values, one-sided at a bound."""
+        low, high = self.unknowns.low, self.unknowns.high
+        step = SECANT * (high - low)
+        points = []
+        for k in columns:
+            for way in (1.0, -1.0):
+                points.append(values.copy())
+                points[-1][k] = np.clip(values[k] + way * step[k], low[k], high[k])
+        found, slopes = self.many(np.array(points)), np.full((self.size, self.unknowns.size), math.nan)
+        for j, k in enumerate(columns):
+            slopes[:, k] = (found[:, 2 * j] - found[:, 2 * j + 1]) / (points[2 * j][k] - points[2 * j + 1][k])
+        return slopes
+
+
+def _sequence(run: Run) -> tuple:
+    """Return the events of a run in their order: contact, mode before, mode after."""
+    return () if run.raw.events is None else tuple(map(tuple, run.raw.events[1].tolist()))

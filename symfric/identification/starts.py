@@ -1,0 +1,68 @@
+"""Where a fit begins: points spread between the bounds, tried in one batch, the best ones taken."""
+
+import math
+
+import numpy as np
+from scipy.stats import qmc
+
+from symfric.identification.local_fit import LOOSE, Minimum, Problem, minimise
+
+TRIALS = 32  # points tried for each start
+MOST_TRIALS = 4096
+APART = 0.03  # least distance of two starts, in units of the ranges
+PREFIX = 0.15  # first part of the time, whose cost has fewer minima
+WINDOWS = (PREFIX, 0.4)  # parts of the time that are fitted before the whole
+AGREE, ENOUGH = 1e-6, 3  # starts that ended in the lowest minimum, relative, after which the others are left out
+BRIEF = 15  # evaluations for a part of the time
+
+
+def chosen_starts(problem: Problem, starts: int, seed: int, own: np.ndarray | None) -> list[tuple[np.ndarray, bool]]:
+    """Return starting values, and whether each shall be fitted to the first part of the time before the whole.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : int
+    seed : int
+        Of the Sobol points.
+    own : ndarray, shape (n_p,), or None
+        Values to begin with, those of the scene.
+    """
+    unknowns = problem.predictor.unknowns
+    first = [] if own is None else [(own, False)]
+    if starts <= len(first):
+        return first
+    count = 2 ** math.ceil(math.log2(min(TRIALS * starts, MOST_TRIALS)))
+    points = qmc.Sobol(problem.free.size, seed=seed).random(count)
+    values = np.array([problem.values(p) for p in points])
+    early, whole = problem.prefix(PREFIX).costs(values), problem.costs(values)
+    found = list(first)
+    orders = [iter(np.argsort(whole, kind="stable")), iter(np.argsort(early, kind="stable"))]
+    costs = [whole, early]
+    turn = 0
+    while len(found) < starts and orders:
+        turn = (turn + 1) % len(orders)
+        k = next(orders[turn], None)
+        if k is None or not np.isfinite(costs[turn][k]):
+            del orders[turn], costs[turn]
+            continue
+        place = unknowns.inner(values[k])
+        if all(np.max(np.abs(place - unknowns.inner(v))) > APART for v, _ in found):
+            found.append((values[k], costs[turn] is early))
+    return found
+
+
+def best_of(problem: Problem, starts: list[tuple[np.ndarray, bool]]) -> list[Minimum]:
+    """Return the minima found from the starts, the lowest first; some starts are left out once enough agree."""
+    found: list[Minimum] = []
+    for start, early in starts:
+        values = start
+        if early:
+            for part in WINDOWS:
+                brief = minimise(problem.prefix(part), values, LOOSE, BRIEF)
+                values = brief.values if np.isfinite(brief.cost) else values
+        found.append(minimise(problem, values))
+        lowest = min(m.cost for m in found)
+        if np.isfinite(lowest) and sum(m.cost <= lowest * (1 + AGREE) + problem.rounding for m in found) >= ENOUGH:
+            break
+    return sorted(found, key=lambda m: m.cost)
