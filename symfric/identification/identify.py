@@ -141,7 +141,7 @@ def _first_weight(y: np.ndarray, channels: tuple) -> np.ndarray:
 
 def _own_values(scenes: Mapping[str, Scene], unknowns: Unknowns) -> np.ndarray | None:
     """Return the scenes' own values of the unknowns, None if one is missing or outside its bounds."""
-    found = []
+    found: list[float | None] = []
     for targets in unknowns.targets:
         target = targets[0]
         if target.kind in (OFFSET, SCALE):
