@@ -57,6 +57,46 @@ def _(*claim):
     return [agree(sp.sqrt(2 * (onset - sp.Rational(n, 100) ** 2)), c) for n, c in zip((38, 42), claim, strict=True)]
 
 
+# --- 5.4 "keep a Omega slightly larger than v_b": a Omega = k v_b ----------------------------------------------------
+@PART.verified(
+    "5.4 following",
+    "square of the least k that leaves no unstable speed (55) from V on; the speed down to which k = 1 is enough",
+    2 * (v_1**2 / V**2 - 1),
+    sp.sqrt(sp.Rational(2, 3)) * v_1,
+)
+def _(square, speed):
+    k = sp.Symbol("k", positive=True)
+    unstable = v_1**2 - (k * V) ** 2 / 2 - V**2  # positive at an unstable speed above a Omega
+    return sp.expand(unstable.subs(k**2, square)), sp.expand(unstable.subs(k, 1).subs(V, speed)), crossing() - speed
+
+
+@PART.verified(
+    "5.4 following, numbers",
+    "share of the friction and mean power at v_b = .2 for a Omega = 1.05 v_b and for a Omega*, figure 3's values",
+    *(
+        sp.Float(e)
+        for q in (0.21, belt.quench_intensity(scenes.mass_on_belt(v_b=0.2)))
+        for shaken in [scenes.mass_on_belt(v_b=0.2, a=q / 50, Omega=50.0)]
+        for e in (belt.effective_friction(shaken)(0.2) / shaken.contacts[0].law(0.2), belt.mean_power(shaken))
+    ),
+    numbers="8 digits, by quadrature of (5) over the fast motion",
+)
+def _(*claim):
+    v, found = mp.mpf("0.2"), []
+
+    def force(w):
+        return mp.sign(w) * (mp.mpf("0.4") - mp.mpf("0.225") * (2 * abs(w) - 8 * abs(w) ** 3 / 3))
+
+    def mean(weight, intensity):
+        edges = [0, mp.acos(v / intensity), mp.pi]
+        return mp.quad(lambda angle: weight(angle) * force(v - intensity * mp.cos(angle)), edges) / mp.pi
+
+    for intensity in (mp.mpf("0.21"), mp.sqrt(mp.mpf(2) / 3 * (1 - mp.mpf("0.1") / mp.mpf("0.45"))) / 2):
+        found += [mean(lambda _: 1, intensity) / force(v)]
+        found += [intensity**2 / 20 - intensity * mean(mp.cos, intensity)]
+    return [agree(sp.Float(f, 20), c, digits=8) for f, c in zip(found, claim, strict=True)]
+
+
 # --- After (56): cycles that enter |v_r| < a Omega ------------------------------------------------------------------
 # There the effective friction is below the cubic of (47) line 2 by (2 mu_s/pi) acos(v_r/q), and 2 mu_s beyond -q.
 @PART.verified(

@@ -17,6 +17,7 @@ from symfric.model.symbols import TIME, name_of
 from symfric.theory.separation import separate
 
 SPEED_NAME, AMPLITUDE, FREQUENCY = "v_b", "a", "Omega"
+RATIO = "k"  # a Omega over v_b where the excitation follows the belt speed
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from symfric.design.quench.averaged_damping import average_belt
-from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, RATIO, SPEED_NAME, Belt, read_belt
+from symfric.design.quench.feedback import with_feedback
 from symfric.design.quench.finite_frequency import corrected
+from symfric.design.quench.followed_speeds import FollowedSpeeds
 from symfric.design.quench.full_model import beside, checked, decay_rate
 from symfric.design.quench.limits import missing, read_limits
 from symfric.design.quench.multipliers import MultiplierCheck, prepare_map, probe
 from symfric.design.quench.search import Optimum, QuenchProblem, search
-from symfric.design.quench.worst_speed import SHARES, SpeedRange
+from symfric.design.quench.worst_speed import SHARES, SpeedRange, evaluated
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
@@ -34,6 +36,8 @@ def quench(
     minimise: str = "intensity",
     margin: float = 0.0,
     limits: Mapping[str, float] | None = None,
+    follow: bool = False,
+    k: tuple[float, float] | None = None,
 ) -> Design:
     r"""Find the smallest excitation :math:`a\Omega^2\sin\Omega t` that keeps steady sliding stable.
 
@@ -57,11 +61,19 @@ def quench(
         every belt speed of the range (a brake must still brake); "acceleration": largest ``a Omega^2``, in the units
         of a times those of Omega squared; "power": largest mean power at any belt speed of the range, in the units of
         c times a squared times Omega squared, as `minimise` has it.
+    follow : bool
+        Let the intensity follow the measured belt speed, ``a Omega = k v_b`` with one k for all speeds; `a` then bounds
+        the amplitude at the highest speed, from 0.
+    k : (float, float), optional
+        Bounds of k where it follows, from 0 to infinity unless given; one above 1 is needed on slow belts, and how far
+        above, the error of the measured speed decides.
 
     Returns
     -------
     Design
-        With values "a" and "Omega". Where several reach the optimum, the one of least force: the lowest frequency.
+        With values "a" and "Omega"; "k" and "Omega" where the excitation follows the belt speed, then with a scene in
+        which it does and the objective at the highest speed. Where several reach the optimum, the one of least force:
+        the lowest frequency.
         Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
         does not. `corrected` holds the amplitude at which the forced motion of the full model is as stable as asked for
         at the belt speeds that decide, whatever the limits; None where it sticks or touches zero slip. With limits on
@@ -82,15 +94,26 @@ def quench(
     natural frequency: the lower bound of Omega is where the user says what far is, and the check what comes of it.
     The mean power is that of ``x' = q cos``, see `symfric.theory.belt.mean_power`; Thomsen (59) is the kinetic energy.
     The mean friction is (41) too; on a belt at rest fast vibration leaves none of it, so that a limit on the friction
-    asks for a lowest belt speed above 0.
+    asks for a lowest belt speed above 0, unless the excitation follows the speed: Thomsen, section 5.4, proposes a
+    Omega slightly larger than v_b, which leaves most of the friction. A k above 1 makes the slip reverse at every
+    speed, and there the damping jumps: hence "infimum" at k = 1. The check lets the belt run through its speeds,
+    measures them, and shakes with what is measured.
     The condition is local: large stick-slip cycles beside a stable sliding are not excluded, and no motion is started
     far out. Several masses are not taken, though `symfric.separate` gives their slow scene: there the fast slip of each
     contact has its own amplitude, and stability is no longer the sign of one damping but of eigenvalues.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> scene = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> found = sf.design.quench(scene, (0.05, 0.4), Omega=(50, 50), a=(0, 0.01), follow=True, k=(1.05, 2.0))
+    >>> {name: round(value, 4) for name, value in found.values.items()}
+    {'k': 1.05, 'Omega': 50.0}
     """
     belt = read_belt(scene)
-    problem = _problem(belt, speeds, Omega, a, minimise, margin, limits)
+    problem = _problem(belt, speeds, Omega, a, minimise, margin, limits, _ratios(follow, k))
     still = _unshaken(problem.speeds)
-    if problem.a[0] == 0 and still[0] >= problem.margin:
+    if problem.intensities[0] == 0 and still[0] >= problem.margin:
         return _idle(belt, problem, still)
     found = search(problem)
     if not isinstance(found, Optimum):
@@ -98,7 +121,23 @@ def quench(
     return _design(belt, problem, found)
 
 
-def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits) -> QuenchProblem:
+def _ratios(follow: bool, k) -> tuple[float, float] | None:
+    """Return the bounds of k, None if the excitation does not follow the belt speed."""
+    if not isinstance(follow, bool):
+        raise SceneError(f"follow is {follow!r}; give True or False")
+    if k is not None and not follow:
+        raise SceneError("k = a*Omega/v_b is given; it belongs to follow=True")
+    if not follow:
+        return None
+    if k is None:
+        return 0.0, np.inf
+    low, high = k if isinstance(k, tuple | list) and len(k) == 2 else (k, None)
+    if high == np.inf:
+        high = np.finfo(float).max
+    return _bounds((low, high), "k", "ratio")
+
+
+def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits, ratios) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
@@ -124,7 +163,19 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits)
         if not belt.law(least) > 0:
             raise SceneError(f"without excitation there is no friction at v_b = {least:.6g}, so no share of it to keep")
     averaged = average_belt(belt, (low, high), belt.gain * a[1] * Omega[1])
-    return QuenchProblem(SpeedRange(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
+    if ratios is None:
+        return QuenchProblem(SpeedRange(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
+    if a[0] > 0:
+        raise SceneError(f"the lower bound of a is {a[0]:g}; the amplitude follows the belt speed, so give 0")
+    ratios = tuple(belt.gain * e for e in ratios)
+    speeds = FollowedSpeeds(averaged, low, high)
+    problem = QuenchProblem(speeds, belt.gain, minimise, Omega, a, margin, limits, high, ratios)
+    if problem.intensities[0] > problem.intensities[1]:
+        raise SceneError(
+            f"k is at least {ratios[0] / belt.gain:g}, but a and Omega within their bounds and limits reach only "
+            f"{problem.intensities[1] / belt.gain:.6g} at v_b = {high:g}"
+        )
+    return problem
 
 
 def _bounds(pair, name: str, what: str) -> tuple[float, float]:
@@ -140,7 +191,7 @@ def _bounds(pair, name: str, what: str) -> tuple[float, float]:
     return low, high
 
 
-def _unshaken(speeds: SpeedRange) -> tuple[float, float]:
+def _unshaken(speeds: SpeedRange | FollowedSpeeds) -> tuple[float, float]:
     """Return the least damping without excitation and the belt speed of it."""
     edges = [speeds.low, *(b for b in speeds.averaged.levels if speeds.low < b < speeds.high), speeds.high]
     parts: list[np.ndarray] = []
@@ -163,34 +214,34 @@ def _idle(belt: Belt, problem: QuenchProblem, still: tuple[float, float]) -> Des
     damping = float(speeds.averaged.unshaken(at))
     program, duration = prepare_map(belt, (0.0, Omega), at)
     seen = probe(belt, program, duration, (0.0, Omega), at, rest, decay_rate(belt, damping))
-    values = {AMPLITUDE: 0.0, FREQUENCY: Omega}
-    found = _placed(belt.scene, values, at)
+    values = problem.values(0.0)
+    found = _placed(belt, problem, values, at)
     around = [Neighbour("any excitation", float(np.nextafter(0, 1)), 0.0)]
     check = MultiplierCheck(0.0, (seen,), ())
     return design(values, 0.0, (NONE_NEEDED,), found, check, curve, claim="optimal", neighbours=around)
 
 
 def _design(belt: Belt, problem: QuenchProblem, found: Optimum) -> Design:
-    a, Omega = problem.excitation(found.q)
+    excitation = problem.excitation(found.q)
     speeds = problem.speeds
     worst = speeds.worst(found.regime, found.q)
     near = problem.margin + ACTIVE * speeds.averaged.scale
     marks = [p.v for p in worst if p.value <= near]
-    limit = found.regime == "inside" and found.q == speeds.high and problem.slack("mixed", found.q) < 0
+    limit = _at_a_jump(problem, found)
     if limit:
-        marks = [*marks, speeds.high]
+        marks += [p.v for p in speeds.worst("outside", 1.0)[:1]] if problem.followed else [speeds.high]
     marks = sorted(set(marks))
     active = [f"damping at v_b = {v:.6g}" for v in marks]
     if problem.minimise == "power" and speeds.low < speeds.high:
         active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, 'power')[0].v:.6g}")
     active += _on_limits(problem, found)
-    active += _on_bounds((AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega))
+    active += _on_bounds(*_bounded(problem, found))
     check = checked(belt, problem, found)
-    values = {AMPLITUDE: a, FREQUENCY: Omega}
-    scene = _placed(belt.scene, values, marks[0] if marks else worst[0].v)
+    values = problem.values(found.q)
+    scene = _placed(belt, problem, values, marks[0] if marks else worst[0].v)
     claim = "infimum" if limit else "optimal"
     curve = _along(problem, found.q, tuple(marks))
-    better = _corrected(belt, problem, (a, Omega), marks)
+    better = None if problem.followed else _corrected(belt, problem, excitation, marks)
     around = beside(belt, problem, found, check)
     return design(
         values, found.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
@@ -228,24 +279,42 @@ def _on_bounds(*variables) -> list[str]:
         f"{name} at its {word} bound"
         for name, value, bounds in variables
         for k, word in sides
-        if abs(value - bounds[k]) <= 1e-9 * bounds[1]
+        if abs(value - bounds[k]) <= 1e-9 * min(bounds[1], max(value, bounds[0]))
     ]
 
 
-def _placed(scene: Scene, values: dict[str, float], v_b: float) -> Scene:
+def _bounded(problem: QuenchProblem, found: Optimum) -> list[tuple[str, float, tuple[float, float]]]:
+    """Return name, value and bounds of the design parameters, and of the amplitude at the highest speed."""
+    a, Omega = problem.excitation(found.q)
+    both = [(AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega)]
+    return [*both, (RATIO, found.q, problem.ratios)] if problem.followed else both
+
+
+def _at_a_jump(problem: QuenchProblem, found: Optimum) -> bool:
+    """Whether the damping jumps at an optimum, so that only a larger excitation satisfies the condition."""
+    edge, before = (1.0, "outside") if problem.followed else (problem.speeds.high, "mixed")
+    return found.regime == "inside" and found.q == edge and problem.slack(before, found.q) < 0
+
+
+def _placed(belt: Belt, problem: QuenchProblem, values: dict[str, float], v_b: float) -> Scene:
     """Return the scene with the designed values, and with v_b if it has no belt speed yet."""
+    scene = with_feedback(belt.scene) if problem.followed else belt.scene
     missing = scene.values[scene.parameter(SPEED_NAME)] is None
     return scene.where({**values, SPEED_NAME: v_b} if missing else values)
 
 
 def _along(problem: QuenchProblem, q: float, marks: tuple[float, ...]) -> Curve:
     """Return the curve of the damping over the belt speeds, slightly beyond their range."""
+    averaged = problem.speeds.averaged
+    if problem.followed:
+        speeds = np.linspace(0.0, 1.3 * problem.speeds.high, 401)[1:]
+        return _curve(problem, speeds, evaluated(averaged, q > 1, speeds, q * speeds)["damping"], marks)
     v, y, gap = [], [], np.array([np.nan])
     for inside, low, high in ((True, 0.0, q), (False, q, 1.3 * max(q, problem.speeds.high))):
         part = np.unique(np.concatenate([low + (high - low) * SHARES, np.linspace(low, high, 101)]))
         part = part[part < q] if inside else part
         v += [part, gap]
-        y += [problem.speeds.on(inside, part, np.full(part.shape, q))["damping"], gap]
+        y += [evaluated(averaged, inside, part, np.full(part.shape, q))["damping"], gap]
     return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
 
 

@@ -1,14 +1,16 @@
 """Verification of an averaged optimum: runs of the full model with slightly more and less excitation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 
 from symfric.design.comparison import Compared
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
+from symfric.design.quench.feedback import averaging_error, measured
 from symfric.design.quench.multipliers import MultiplierCheck, forced, prepare_map, probe
 from symfric.design.quench.search import Optimum, QuenchProblem
+from symfric.design.quench.worst_speed import SpeedPoint
 from symfric.design.verification import Neighbour
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, Output, friction_force
@@ -35,7 +37,8 @@ def checked(belt: Belt, problem: QuenchProblem, found: Optimum) -> MultiplierChe
     a, Omega = problem.excitation(found.q)
     step = 0.01 + 4 * (belt.frequency / Omega) ** 2
     worst = (c.slack(problem.speeds.worst(found.regime, found.q, c.kind)[0].value) for c in problem.conditions[1:])
-    limited = min(worst, default=1.0) < AT  # a limit is active: no instability is required below
+    bound = problem.followed and found.q <= problem.intensities[0] * (1 + AT)
+    limited = min(worst, default=1.0) < AT or bound  # a limit is active: no instability is required below
     for _ in range(4):
         below = _side(belt, problem, ((1 - step) * a, Omega))
         if below.damping < 0 or problem.margin > 0 or limited or step > 0.2:
@@ -51,24 +54,27 @@ def checked(belt: Belt, problem: QuenchProblem, found: Optimum) -> MultiplierChe
         rate = decay_rate(belt, side.damping)
         probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
     first, *more, less = probes
-    limits = _limited(belt, problem, found, program, duration, tuple(meters))
+    at = replace(found, q=(1 + step) * found.q) if problem.followed and found.q == 1 else found  # 1 is a limit
+    limits = _limited(belt, problem, at, program, duration, tuple(meters))
+    if problem.followed:
+        limits += measured(belt, problem, problem.values(at.q))
     return MultiplierCheck(step, (first,), (less,), limits, tuple(more))
 
 
 def beside(belt: Belt, problem: QuenchProblem, found: Optimum, check: MultiplierCheck) -> list[Neighbour]:
     """Return the neighbours of an optimum within the bounds: one on the full model, the others on the averaged one."""
-    q, (low, high) = found.q, problem.intensities
+    q, (low, high), name = found.q, problem.intensities, problem.symbol.partition(" ")[0]
     neighbours = []
     for share in (1 - 1e-2, 1 - 1e-3, 1 - 1e-5, 1 + 1e-5, 1 + 1e-3):
         if low <= share * q <= high:
             regime = problem.speeds.regime_of(share * q)
-            change = f"a*Omega {'larger' if share > 1 else 'smaller'} by {100 * abs(share - 1):.2g} %"
+            change = f"{name} {'larger' if share > 1 else 'smaller'} by {100 * abs(share - 1):.2g} %"
             miss = -problem.slack(regime, share * q)
             neighbours.append(Neighbour(change, problem.objective(regime, share * q), miss))
     least = (1 - check.step) * q
     (p,) = check.below
     if low <= least and problem.margin == 0 and p.status == "OK":
-        change = f"a*Omega smaller by {100 * check.step:.3g} %, on the full model at v_b = {p.v_b:.6g}"
+        change = f"{name} smaller by {100 * check.step:.3g} %, on the full model at v_b = {p.v_b:.6g}"
         cost = problem.objective(problem.speeds.regime_of(least), least)
         limited = max((-c.slack(_worst(problem, least, c.kind)) for c in problem.conditions[1:]), default=-1.0)
         neighbours.append(Neighbour(change, cost, max(-p.decay_rate / belt.frequency, limited)))
@@ -94,12 +100,12 @@ def _limited(
     belt: Belt, problem: QuenchProblem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
 ) -> tuple[Compared, ...]:
     """Compare limited friction and power with the full model under the excitation at its finite frequency."""
-    a, Omega = problem.excitation(found.q)
     rows = []
     for kind in kinds:
         worst = problem.speeds.worst(found.regime, found.q, kind)[0]
         averaged = problem.speeds.averaged.inside if worst.inside else problem.speeds.averaged.outside
-        rest = belt.normal * float(averaged(worst.v, found.q)[2]) / belt.stiffness
+        rest = belt.normal * float(averaged(worst.v, problem.speeds.fast(found.q, worst.v))[2]) / belt.stiffness
+        a, Omega = problem.at_speed(problem.excitation(found.q), worst.v)
         start = forced(belt, program, (a, Omega), worst.v, rest)
         mean = np.nan
         if np.all(np.isfinite(list(start.values()))):
@@ -107,9 +113,13 @@ def _limited(
             run = program.run(values=values, initial=start)
             mean = float(run[kind]) / duration if run.status == 0 else np.nan
         unit = belt.normal * belt.law(worst.v) if kind == "friction" else 1.0
-        tolerance = NEAR * (belt.frequency / Omega) ** 2
+        tolerance, size = NEAR * (belt.frequency / Omega) ** 2, 0.0
+        if problem.followed:  # on slow belts, too
+            fast = problem.speeds.fast(found.q, worst.v)
+            tolerance = float(averaging_error(belt, Omega, fast))
+            size = belt.normal * belt.law(worst.v) * fast if kind == "power" else 1.0
         words = {"friction": "share of the friction", "power": "mean power"}[kind]
-        rows.append(Compared(f"{words} at v_b = {worst.v:.6g}", worst.value, mean / unit, tolerance))
+        rows.append(Compared(f"{words} at v_b = {worst.v:.6g}", worst.value, mean / unit, tolerance, size))
     return tuple(rows)
 
 
@@ -121,28 +131,34 @@ def _fast(belt: Belt, excitation: tuple[float, float]) -> float:
 
 def _others(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float]) -> list[_Side]:
     """Return further belt speeds: the next local minima of the averaged damping, away from kinks."""
-    speeds, q = problem.speeds, _fast(belt, excitation)
+    speeds, q = problem.speeds, _fast(belt, excitation) / problem.top
     first, *rest = speeds.worst(speeds.regime_of(q), q)
-    kinks = [abs(level + side * q) for level in speeds.averaged.kinks for side in (-1, 1)]
-    rest = [p for p in rest if p.v > BESIDE * q and all(abs(p.v - e) > BESIDE * q for e in (first.v, *kinks))]
-    return [_at(problem, excitation, p.v, q) for p in rest[:OTHERS]]
+    away = [first.v, *speeds.kinks_of(q)]
+    if problem.followed:  # the damping may have one minimum only
+        rest = [*rest, *(SpeedPoint(np.nan, v, q > 1) for v in np.linspace(speeds.low, speeds.high, 4)[1:])]
+
+    def apart(p: SpeedPoint) -> bool:
+        least = BESIDE * speeds.fast(q, p.v)
+        return p.v > BESIDE * speeds.fast(q, speeds.high) and all(abs(p.v - e) > least for e in away)
+
+    return [_at(problem, excitation, p.v, q) for p in list(filter(apart, rest))[:OTHERS]]
 
 
 def _at(problem: QuenchProblem, excitation: tuple[float, float], v: float, q: float) -> _Side:
-    averaged = problem.speeds.averaged
-    damping, _, friction, _ = (averaged.inside if v < q else averaged.outside)(v, q)
-    return _Side(excitation, float(v), float(damping), float(friction))
+    averaged, fast = problem.speeds.averaged, problem.speeds.fast(q, v)
+    damping, _, friction, _ = (averaged.inside if v < fast else averaged.outside)(v, fast)
+    return _Side(problem.at_speed(excitation, v), float(v), float(damping), float(friction))
 
 
 def _side(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float]) -> _Side:
     """Return the worst belt speed under an excitation, away from kinks, where the full model would graze."""
     speeds = problem.speeds
-    q = _fast(belt, excitation)
-    worst = speeds.worst(speeds.regime_of(q), q)[0].v
-    beside = [worst]
-    for kink in (abs(level + side * q) for level in speeds.averaged.kinks for side in (-1, 1)):
-        if abs(worst - kink) < BESIDE * q:
-            beside = [min(max(kink + side * BESIDE * q, speeds.low), speeds.high) for side in (-1, 1)]
+    q = _fast(belt, excitation) / problem.top
+    worst = max(speeds.worst(speeds.regime_of(q), q)[0].v, BESIDE * speeds.high if problem.followed else 0.0)
+    beside, step = [worst], BESIDE * speeds.fast(q, worst)
+    for kink in speeds.kinks_of(q):
+        if abs(worst - kink) < step:
+            beside = [min(max(kink + side * step, speeds.low), speeds.high) for side in (-1, 1)]
     return min((_at(problem, excitation, v, q) for v in beside), key=lambda s: s.damping)
 
 

@@ -62,11 +62,11 @@ def _unstable(problem: QuenchProblem, closest: tuple[float, str], still: tuple[f
     if problem.a[0] == 0 and still[0] >= damping:
         q, (damping, v) = 0.0, still
     low, high = (e / problem.gain for e in problem.intensities)
-    short = problem.margin - damping
+    short, symbol = problem.margin - damping, problem.symbol
     return (
-        f"no excitation with a*Omega from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
-        f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, a*Omega = "
-        f"{q / problem.gain:.6g}, leaves the damping at v_b = {v:.6g} short by "
+        f"no excitation with {symbol} from {low:.6g} to {high:.6g} keeps sliding stable at every belt speed from "
+        f"{problem.speeds.low:g} to {problem.speeds.high:g}: the one that comes closest, "
+        f"{symbol.partition(' ')[0]} = {q / problem.gain:.6g}, leaves the damping at v_b = {v:.6g} short by "
         + (f"{short:.6g}" if np.isfinite(short) else "any amount, because the friction falls there with infinite slope")
     )
 
@@ -83,9 +83,10 @@ def _beyond_limits(problem: QuenchProblem, stable: QuenchProblem) -> str:
             words.append(f"it leaves {value:.9g} of the friction{at}, short of {limit:g} by {over:.9g}")
         if kind != "friction" and value > limit:
             words.append(f"its {QUANTITY[kind]} {value:.9g}{at} is above the limit {limit:g} by {over:.9g}")
+    words_of = " and ".join(f"{name} = {value:.6g}" for name, value in problem.values(q).items())
     return (
         f"no excitation within the bounds and limits keeps sliding stable at every belt speed from "
-        f"{problem.speeds.low:g} to {problem.speeds.high:g}: of those that do, a = {a:.6g} and Omega = {Omega:.6g} "
+        f"{problem.speeds.low:g} to {problem.speeds.high:g}: of those that do, {words_of} "
         f"comes closest; {', and '.join(words)}"
     )
 

@@ -11,6 +11,8 @@ from math import sqrt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, RATIO
+from symfric.design.quench.followed_speeds import FollowedSpeeds
 from symfric.design.quench.worst_speed import SpeedRange
 
 FAR = 0.02  # deficit of a peak in the scan, relative to the condition's size, above which it is not polished
@@ -51,15 +53,41 @@ class QuenchProblem:
         Least damping.
     limits : dict of str to float
         Least fraction of the "friction", largest "acceleration" ``a Omega^2`` and "power", as far as given.
+    top : float
+        Fast slip over q: 1, or, where the excitation follows the belt speed and q is their ratio, the highest one.
+    ratios : (float, float)
+        Bounds of q as such.
     """
 
-    speeds: SpeedRange
+    speeds: SpeedRange | FollowedSpeeds
     gain: float
     minimise: str
     Omega: tuple[float, float]
     a: tuple[float, float]
     margin: float
     limits: dict[str, float] = field(default_factory=dict)
+    top: float = 1.0
+    ratios: tuple[float, float] = (0.0, np.inf)
+
+    @property
+    def followed(self) -> bool:
+        """Whether the excitation follows the belt speed, ``a Omega = k v_b`` with k = q/gain."""
+        return isinstance(self.speeds, FollowedSpeeds)
+
+    @property
+    def symbol(self) -> str:
+        """What ``q/gain`` is called in words."""
+        return "k = a*Omega/v_b" if self.followed else "a*Omega"
+
+    def values(self, q: float) -> dict[str, float]:
+        """Return the design parameters of the excitation q."""
+        a, Omega = self.excitation(q)
+        return {RATIO: q / self.gain, FREQUENCY: Omega} if self.followed else {AMPLITUDE: a, FREQUENCY: Omega}
+
+    def at_speed(self, excitation: tuple[float, float], v: float) -> tuple[float, float]:
+        """Return a and Omega at a belt speed, for those at the highest one."""
+        a, Omega = excitation
+        return (a * v / self.top, Omega) if self.followed else excitation
 
     @property
     def intensities(self) -> tuple[float, float]:
@@ -68,7 +96,8 @@ class QuenchProblem:
         if "acceleration" in self.limits:  # grows with q, at the lowest frequency that reaches it
             highest = self.limits["acceleration"]
             largest = min(largest, highest / self.Omega[0], sqrt(highest * self.a[1]))
-        return self.gain * self.a[0] * self.Omega[0], self.gain * largest
+        unit = self.gain / self.top
+        return max(unit * self.a[0] * self.Omega[0], self.ratios[0]), min(unit * largest, self.ratios[1])
 
     @property
     def conditions(self) -> tuple[QuenchCondition, ...]:
@@ -82,8 +111,8 @@ class QuenchProblem:
         return tuple({c.kind for c in self.conditions} | ({"power"} if self.minimise == "power" else set()))
 
     def excitation(self, q: float) -> tuple[float, float]:
-        """Return the a and Omega of least force among those with the fast slip q: the lowest frequency."""
-        intensity = q / self.gain
+        """Return the a and Omega of least force among those with q, the lowest frequency; a at the highest speed."""
+        intensity = q * self.top / self.gain
         Omega = max(self.Omega[0], intensity / self.a[1])
         return intensity / Omega, Omega
 

@@ -11,7 +11,7 @@ So the intensities fall into three regimes, in each of which the damping over th
 """
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +77,14 @@ class SpeedRange:
         """Return the regime of an intensity."""
         return "outside" if q <= self.low else "mixed" if q <= self.high else "inside"
 
+    def fast(self, q: float, _v: float) -> float:
+        """Return the amplitude of the fast slip at a belt speed."""
+        return q
+
+    def kinks_of(self, q: float) -> list[float]:
+        """Return the belt speeds at which the averaged damping has a kink."""
+        return [abs(level + side * q) for level in self.averaged.kinks for side in (-1, 1)]
+
     def interval(self, regime: str, inside: bool) -> tuple[Edge, Edge]:
         """Return the ends of the inside or outside interval of belt speeds."""
         low, high, split = Edge(self.low, 0.0), Edge(self.high, 0.0), Edge(0.0, 1.0)
@@ -90,15 +98,7 @@ class SpeedRange:
 
     def on(self, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
         """Evaluate the quantities of `ROWS`, or some of them, on arrays of equal shape."""
-        place = v.reshape(1, -1), q.reshape(1, -1)
-        if set(kinds) == {"damping"}:
-            found = {"damping": np.array(self.averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
-        else:
-            outputs = (self.averaged.inside if inside else self.averaged.outside)(*place)
-            found = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
-        if not inside and self.averaged.falls_steeply and "damping" in found:
-            found["damping"] = np.where(v <= q, -np.inf, found["damping"])
-        return found
+        return evaluated(self.averaged, inside, v, q, kinds)
 
     def scan(self, regime: str, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict[str, np.ndarray]:
         """Return the worst value of each kind over a grid of the belt speeds, shapes (n,)."""
@@ -118,38 +118,12 @@ class SpeedRange:
         The worst comes first. Every interval between kinks is searched on a grid, and the low points that may
         contain the worst are polished.
         """
-        sign, found = -1.0 if kind == "power" else 1.0, []
+        groups = []
         for inside in self.sides(regime):
             edges = self._edges(regime, inside, q, kind)
             cells = [_cell(low, high, q) for low, high in itertools.pairwise(edges)]
-            v = np.concatenate(cells)
-            y = sign * self.on(inside, v, np.full(v.shape, q), (kind,))[kind]
-            size = np.max(np.abs(y[np.isfinite(y)]), initial=self.averaged.scale if kind == "damping" else 0.0)
-            split = np.cumsum([c.size for c in cells])[:-1]
-            for speeds, values in zip(cells, np.split(y, split), strict=True):
-                found += [_Low(inside, *e) for e in _lows(speeds, values, 1e-13 * float(size))]
-        least = min((e.value for e in found), default=np.inf)
-        points = []
-        for e in found:
-            at, value = e.v, e.value
-            if e.reach <= least and e.ends[1] > e.ends[0]:
-                at, value = self._polished(e, q, kind, sign)
-            points.append(SpeedPoint(sign * value, at, e.inside))
-        return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
-
-    def _polished(self, low: "_Low", q: float, kind: str, sign: float) -> tuple[float, float]:
-        """Return the minimum between the neighbours of a low point, by successively finer grids."""
-        best, (a, b) = (low.v, low.value), low.ends
-        while b - a > _FINE * (low.ends[1] - low.ends[0]):
-            v = np.linspace(a, b, _ZOOM)
-            y = sign * self.on(low.inside, v, np.full(v.shape, q), (kind,))[kind]
-            k = int(np.argmin(y))
-            if y[k] < best[1] - low.rounding:  # strictly lower, so that an end of the interval is kept
-                best = float(v[k]), float(y[k])
-            if (a, b) == (v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]):
-                break
-            a, b = v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]
-        return best
+            groups.append((inside, cells, lambda v, i=inside: self.on(i, v, np.full(v.shape, q), (kind,))[kind]))
+        return worst_points(groups, kind, self.averaged.scale)
 
     def _edges(self, regime: str, inside: bool, q: float, kind: str) -> list[Edge]:
         """Return the ends of the interval and the kinks in it, in order."""
@@ -163,6 +137,63 @@ class SpeedRange:
                 if low(q) < kink(q) < high(q):
                     kinks[kink(q)] = kink
         return [low, *(kinks[v] for v in sorted(kinks)), high]
+
+
+def evaluated(averaged: Averaged, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict:
+    """Evaluate the quantities of `ROWS`, or some of them, at belt speeds and intensities of equal shape."""
+    place = v.reshape(1, -1), q.reshape(1, -1)
+    if set(kinds) == {"damping"}:
+        found = {"damping": np.array(averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
+    else:
+        outputs = (averaged.inside if inside else averaged.outside)(*place)
+        found = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
+    if not inside and averaged.falls_steeply and "damping" in found:
+        found["damping"] = np.where(v <= q, -np.inf, found["damping"])
+    return found
+
+
+def worst_points(groups: list[tuple[bool, list[np.ndarray], Callable]], kind: str, scale: float) -> list[SpeedPoint]:
+    """Return the local minima of the damping or the friction, maxima of the power, the worst first.
+
+    Parameters
+    ----------
+    groups : list of (bool, list of ndarray, callable)
+        Whether the fast motion reverses the slip there; a grid for every interval between kinks; values at speeds.
+    kind : str
+        Of `ROWS`.
+    scale : float
+        Size of a damping.
+    """
+    sign, found = -1.0 if kind == "power" else 1.0, []
+    for inside, cells, values_at in groups:
+        y = sign * values_at(np.concatenate(cells))
+        size = np.max(np.abs(y[np.isfinite(y)]), initial=scale if kind == "damping" else 0.0)
+        split = np.cumsum([c.size for c in cells])[:-1]
+        for speeds, values in zip(cells, np.split(y, split), strict=True):
+            found += [(_Low(inside, *e), values_at) for e in _lows(speeds, values, 1e-13 * float(size))]
+    least = min((low.value for low, _ in found), default=np.inf)
+    points = []
+    for low, values_at in found:
+        at, value = low.v, low.value
+        if low.reach <= least and low.ends[1] > low.ends[0]:
+            at, value = _polished(low, values_at, sign)
+        points.append(SpeedPoint(sign * value, at, low.inside))
+    return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
+
+
+def _polished(low: "_Low", values_at: Callable, sign: float) -> tuple[float, float]:
+    """Return the minimum between the neighbours of a low point, by successively finer grids."""
+    best, (a, b) = (low.v, low.value), low.ends
+    while b - a > _FINE * (low.ends[1] - low.ends[0]):
+        v = np.linspace(a, b, _ZOOM)
+        y = sign * values_at(v)
+        k = int(np.argmin(y))
+        if y[k] < best[1] - low.rounding:  # strictly lower, so that an end of the interval is kept
+            best = float(v[k]), float(y[k])
+        if (a, b) == (v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]):
+            break
+        a, b = v[max(k - 1, 0)], v[min(k + 1, _ZOOM - 1)]
+    return best
 
 
 @dataclass(frozen=True)
