@@ -7,6 +7,8 @@ from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagra
 from .ensemble.sweep import sweep
 from .errors import NoRoute, NotFound, RunFailed, SceneError
 from .identification.comparison import Comparison, compare_laws
+from .identification.curves import fit_curve
+from .identification.decay import fit_decay
 from .identification.experiments import TestDesign, test_design
 from .identification.fit import Fit
 from .identification.identify import identify
@@ -116,6 +118,8 @@ __all__ = [
     "design",
     "equilibrium",
     "explain",
+    "fit_curve",
+    "fit_decay",
     "frequency_response",
     "friction_force",
     "hopf",

@@ -94,7 +94,7 @@ def test_design(
     makes the volume of the confidence ellipsoid smallest (Atkinson, Donev and Tobias, Optimum Experimental Designs,
     2007, chapter 10), here greedily. Unknowns are counted in units of the distance of their bounds.
     """
-    predictor, unknowns = fit._problem.predictor, fit._problem.predictor.unknowns
+    predictor, unknowns = fit.predictor, fit.predictor.unknowns
     scene_label = _label(fit, label)
     names, rows = _grid(fit, settings, scene_label)
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
@@ -135,7 +135,7 @@ def _log_det(matrix: np.ndarray) -> float:
 
 
 def _label(fit: Fit, label: str | None) -> str:
-    labels = fit._problem.predictor.labels
+    labels = fit.predictor.labels
     if label is None and len(labels) == 1:
         return labels[0]
     if label not in labels:
@@ -147,7 +147,7 @@ def _grid(fit: Fit, settings: Any, label: str) -> tuple[list[str], list[tuple[fl
     """Return names and all combinations of the settings."""
     if not isinstance(settings, Mapping) or not settings:
         raise SceneError("settings must name what can be set, such as {'v_b': [0.1, 0.2, 0.5]}")
-    scene = fit._problem.predictor.scenes[label]
+    scene = fit.predictor.scenes[label]
     names, axes = [], []
     for key, values in settings.items():
         name = name_of(key)

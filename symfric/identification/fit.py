@@ -11,8 +11,10 @@ from scipy.stats import norm, t
 from symfric.errors import NotFound, SceneError
 from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
+from symfric.identification.prediction import Predictor
 from symfric.identification.profile import Profile, profile_of
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
+from symfric.model.laws import Law
 from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
@@ -62,6 +64,8 @@ class Fit:
         Standard deviation of the noise of each record, given or estimated; the mean if it varies over the record.
     evaluations : int
         Runs with derivatives that the fit took.
+    law : Law or None
+        With the fitted values, if a law was fitted and no scene.
     """
 
     names: tuple[str, ...]
@@ -73,6 +77,7 @@ class Fit:
     active: tuple[str, ...]
     sigma: dict[str, float]
     evaluations: int
+    law: Law | None
     _problem: Problem = field(repr=False)
     _known: bool = field(repr=False)  # whether the noise was given
     _y: np.ndarray = field(repr=False)  # predictions
@@ -81,6 +86,8 @@ class Fit:
     @property
     def scene(self) -> Scene:
         """The scene with the fitted values; raises `SceneError` if there are several."""
+        if not self.scenes:
+            raise SceneError("a law was fitted and no scene; use fit.law")
         if len(self.scenes) > 1:
             raise SceneError(f"the fit has several scenes; use fit.scenes with {', '.join(self.scenes)}")
         return next(iter(self.scenes.values()))
@@ -165,10 +172,17 @@ class Fit:
         """Statistics of the residuals of each record."""
         return {c.key: diagnose(self.residuals[c.key], len(self.names)) for c, _ in self._rows()}
 
+    @property
+    def predictor(self) -> Predictor:
+        """The scenes with what the records measure; raises `SceneError` if a law was fitted and no scene."""
+        if not isinstance(self._problem.predictor, Predictor):
+            raise SceneError("a law was fitted and no scene; use fit.law")
+        return self._problem.predictor
+
     @cached_property
     def runs(self) -> tuple[Run, ...]:
         """The motion of each scene with the fitted values, with its trajectory and what the sensors show."""
-        predictor = self._problem.predictor
+        predictor = self.predictor
         found = []
         for label in predictor.labels:
             scene = predictor.scene_of(label, self.vector)

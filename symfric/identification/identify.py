@@ -11,7 +11,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.crossings import crossings_near
 from symfric.identification.fit import Fit
 from symfric.identification.local_fit import Minimum, Problem, polished, stepped_over
-from symfric.identification.prediction import Predictor
+from symfric.identification.prediction import PredictionModel, Predictor
 from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
@@ -196,7 +196,7 @@ def _reweighted(problem: Problem, best: Minimum) -> tuple[Problem, Minimum]:
     return problem, best
 
 
-def _rows(predictor: Predictor):
+def _rows(predictor: PredictionModel):
     return zip(predictor.channels, predictor.rows, strict=True)
 
 
@@ -213,7 +213,7 @@ def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool)
     values = dict(zip(unknowns.names, best.values.tolist(), strict=True))
     on = (best.values == unknowns.low) | (best.values == unknowns.high)
     active = tuple(n for n, a in zip(unknowns.names, on, strict=True) if a)
-    scenes = {label: predictor.filled(scene, label, best.values) for label, scene in predictor.scenes.items()}
+    scenes = predictor.scenes_at(best.values)
     rest = (problem.y - at.y) * problem.weight
     freedom = max(1, int(np.count_nonzero(problem.weight)) - int(np.count_nonzero(~on)))
     scale = 1.0 if known else float(np.sqrt(rest @ rest / freedom))
@@ -227,6 +227,7 @@ def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool)
         notes=(),
         active=active,
         sigma=sigma,
+        law=None,
         evaluations=best.evaluations + sum(m.evaluations for m in tries[1:]),
         _problem=problem,
         _known=known,
@@ -256,7 +257,7 @@ def _notes(fit: Fit, secants: int):
         yield "the motion grazes or has simultaneous events here: parts of the derivatives are differences"
     for name, found in fit.diagnostics.items():
         size = float(np.std(fit.records[name][1]))
-        if found.rms > LARGE * size:
+        if found.rms > LARGE * size and np.isfinite(found.white):
             yield (
                 f"the fit explains hardly anything of {name}: its residuals are as large as its variation; check what "
                 f"it measures, the units of its values and times, and the bounds"

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from symfric.identification.prediction import Prediction, Predictor
+from symfric.identification.prediction import Prediction, PredictionModel
 
 LOOSE, TIGHT = 1e-9, 1e-15  # relative changes of cost, values and gradient at which a fit ends
 EVALUATIONS = 60  # most of them from one start
@@ -25,7 +25,7 @@ class Problem:
 
     Attributes
     ----------
-    predictor : Predictor
+    predictor : PredictionModel
     y : ndarray, shape (n,)
         Measured values.
     weight : ndarray, shape (n,)
@@ -34,7 +34,7 @@ class Problem:
         Unknowns that are held, by index.
     """
 
-    predictor: Predictor
+    predictor: PredictionModel
     y: np.ndarray
     weight: np.ndarray
     fixed: dict[int, float] = field(default_factory=dict)

@@ -4,14 +4,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.stats import qmc
 
 from symfric.errors import SceneError
-from symfric.identification.records import Channel
+from symfric.identification.records import Channel, places
 from symfric.identification.unknowns import OFFSET, SCALE, START, VALUE, Unknowns
 from symfric.model.outputs import Events, Samples
 from symfric.model.scene import Scene
@@ -46,6 +45,35 @@ class Prediction(NamedTuple):
     secants: int
 
 
+class PredictionModel(Protocol):
+    """What a fit needs: scenes with records (`Predictor`), or a formula with points."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What was measured."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What is fitted."""
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Place of each channel in the predictions."""
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+
+    def at(self, values: np.ndarray, differences: bool = True) -> Prediction:
+        """Return the predictions for one set of values with their derivatives."""
+
+    def many(self, values: np.ndarray) -> np.ndarray:
+        """Return the predictions for many sets of values, shape (n, n_p) to (samples, n)."""
+
+    def scenes_at(self, values: np.ndarray) -> dict[str, Scene]:
+        """Return the scenes with the values of a fit, by label."""
+
+
 @dataclass(frozen=True, eq=False)
 class Predictor:
     """The scenes of a fit with the outputs that the records measure, compiled at first use.
@@ -69,8 +97,7 @@ class Predictor:
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Place of each channel in the predictions."""
-        ends = np.cumsum([0, *(c.y.size for c in self.channels)])
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+        return places(self.channels)
 
     @property
     def size(self) -> int:
@@ -104,6 +131,10 @@ class Predictor:
         changes, starts = ({n: float(v) for n, v in part.items()} for part in self._changes(label, values))
         scene = scene.where(changes) if changes and not starts_only else scene
         return scene.starting(starts) if starts else scene
+
+    def scenes_at(self, values: np.ndarray) -> dict[str, Scene]:
+        """Return the scenes of the user with the values of a fit."""
+        return {label: self.filled(scene, label, values) for label, scene in self.scenes.items()}
 
     @cached_property
     def _plain(self) -> dict:

@@ -3,8 +3,9 @@
 import csv
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ class Channel:
         Times, increasing, and values.
     sigma : ndarray, shape (n,), or None
         Standard deviations of the noise; None if not known.
+    over : str
+        What `t` is, if not time.
     """
 
     scene: str
@@ -45,11 +48,18 @@ class Channel:
     t: np.ndarray
     y: np.ndarray
     sigma: np.ndarray | None = None
+    over: str = "t"
 
     @property
     def key(self) -> str:
         """The name, behind the label of the scene if there are several."""
         return f"{self.scene}.{self.name}" if self.scene else self.name
+
+
+def places(channels: Sequence[Channel]) -> tuple[slice, ...]:
+    """Return the place of each channel where all stand one behind the other."""
+    ends = np.cumsum([0, *(c.y.size for c in channels)]).tolist()
+    return tuple(slice(a, b) for a, b in pairwise(ends))
 
 
 def read_csv(path: str | Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -199,7 +209,7 @@ def _row(record: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
         t, y = record
     except (TypeError, ValueError):
         raise SceneError(f"record {name} is {type(record).__name__}; give times and values, (t, y)") from None
-    return _numbers(t, f"the times of record {name}"), _numbers(y, f"the values of record {name}")
+    return numbers(t, f"the times of record {name}"), numbers(y, f"the values of record {name}")
 
 
 def _is_xarray(value: Any, kind: str) -> bool:
@@ -219,10 +229,10 @@ def _of_xarray(record: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
         t = t / np.timedelta64(1, "ns") * 1e-9
     elif str(time.attrs.get("units", "")).strip() not in SECONDS:
         raise SceneError(f"the time of record {name} is in {time.attrs['units']!r}; convert it to seconds")
-    return _numbers(t, f"the times of record {name}"), _numbers(record.values, f"the values of record {name}")
+    return numbers(t, f"the times of record {name}"), numbers(record.values, f"the values of record {name}")
 
 
-def _numbers(values: Any, what: str) -> np.ndarray:
+def numbers(values: Any, what: str) -> np.ndarray:
     """Return a row of real numbers."""
     try:
         row = np.asarray(values)

@@ -1,7 +1,7 @@
 """The unknowns of a fit: values of scenes, start values, offsets and scales of sensors, each between two bounds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,25 +96,38 @@ def read_unknowns(parameters: Any, scenes: Mapping[str, Scene], channels: Sequen
     SceneError
         If a name is unknown or given twice, or the bounds are none.
     """
-    if not isinstance(parameters, Mapping) or not parameters:
-        raise SceneError("parameters must name at least one unknown with its bounds, such as {'mu_s': (0.1, 0.8)}")
-    names, bounds, targets = [], [], []
+    found = read_bounds(parameters)
+    targets = []
     taken: dict[Target, str] = {}
-    for key, limits in parameters.items():
-        name = name_of(key)
-        if name in names:
-            raise SceneError(f"{name} is given twice in parameters, as a symbol and by name")
+    for name in found.names:
         own = _targets(name, scenes, channels)
         for target in own:
             if target in taken:
                 raise SceneError(f"{taken[target]} and {name} in parameters set the same {target.kind}; keep one")
             taken[target] = name
-        names.append(name)
         targets.append(own)
-        bounds.append(_bounds(limits, name))
-    low, high = np.array(bounds).T
+    return replace(found, targets=tuple(targets))
+
+
+def read_bounds(parameters: Any) -> Unknowns:
+    """Read names and bounds of unknowns that set nothing in scenes.
+
+    Raises
+    ------
+    SceneError
+        If a name is given twice, or the bounds are none.
+    """
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise SceneError("parameters must name at least one unknown with its bounds, such as {'mu_s': (0.1, 0.8)}")
+    bounds: dict[str, tuple[float, float]] = {}
+    for key, limits in parameters.items():
+        name = name_of(key)
+        if name in bounds:
+            raise SceneError(f"{name} is given twice in parameters, as a symbol and by name")
+        bounds[name] = _bounds(limits, name)
+    low, high = np.array(list(bounds.values())).T
     wide = (low > 0) & (high >= WIDE * np.where(low > 0, low, 1.0))
-    return Unknowns(tuple(names), low, high, tuple(targets), wide)
+    return Unknowns(tuple(bounds), low, high, ((),) * len(bounds), wide)
 
 
 def _bounds(limits: Any, name: str) -> tuple[float, float]:

@@ -1,7 +1,4 @@
-"""Laws compared on one record, experiments chosen, and the examples in docstrings."""
-
-import doctest
-import importlib
+"""Laws compared on one record, and experiments chosen."""
 
 import numpy as np
 import pytest
@@ -89,11 +86,3 @@ def test_the_chosen_speed_is_that_which_fixes_most():
     for settings, message in (({}, "settings"), ({"mu_s": [0.3]}, "unknown of the fit"), ({"q": [1]}, "no parameter")):
         with pytest.raises(sf.SceneError, match=message):
             sf.test_design(fit, settings)
-
-
-@pytest.mark.parametrize("name", ["identify"])
-def test_examples_in_docstrings(name):
-    module = importlib.import_module(f"symfric.identification.{name}")
-    found = doctest.testmod(module)
-    assert found.attempted > 0
-    assert found.failed == 0

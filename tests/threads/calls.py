@@ -199,7 +199,8 @@ ORBITS = {
     "poincare": lambda k: sf.poincare(belt(k), "u").states,
     "Orbit.plot": lambda k: drawn(cycle(k).plot()),
 }
-T = np.linspace(0.2, 18.0, 60)
+T, LONG = np.linspace(0.2, 18.0, 60), np.linspace(0.0, 60.0, 2000)
+C, D = sp.symbols("c d", positive=True)
 
 
 def record_of(k):
@@ -221,6 +222,10 @@ ENSEMBLE = {
     ),
     "identify": lambda k: fitted(k).to_dict(),
     "compare_laws": compared,
+    "fit_curve": lambda k: sf.fit_curve(
+        sf.laws.coulomb(C, D), [0.1, 0.2, 0.3], [0.3, 0.31, 0.3 + 0.01 * k], {"c": (0, 1), "d": (0, 1)}, static=0.4
+    ).to_dict(),
+    "fit_decay": lambda k: sf.fit_decay(LONG, np.exp(-0.02 * LONG) * np.cos(LONG + 0.1 * k), ["viscous"]).to_dict(),
     "test_design": lambda k: sf.test_design(fitted(k), {"v_b": [0.1, 0.3]}).to_dict(),
     "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),
     "bifurcation_diagram": lambda k: sf.bifurcation_diagram(belt(k), "v_b", [0.2, 0.3 + 0.01 * k], "u", jobs=2).states,
