@@ -10,6 +10,7 @@ from symfric.bench.needs import Need
 from symfric.bench.scaling import CostGrowth
 
 if TYPE_CHECKING:
+    from symfric.bench.ensembles import CaseCost
     from symfric.bench.result import Benchmark
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
@@ -94,12 +95,12 @@ def _row(curve) -> tuple[str, ...]:
     if curve.events is not None:
         wrong = sum(p.events != curve.events for p in curve.points)
         found = f"{curve.events}" if not wrong else f"{curve.events}, wrong in {wrong} of {len(curve.points)}"
-    times = (_milliseconds(curve.time_to(error)) for error in (1e-6, 1e-10))
+    times = (_milliseconds(curve.time_to(error), curve.stopped) for error in (1e-6, 1e-10))
     return (curve.solver, *times, f"{best:.1e}", found, f"{curve.prepared:.3f}")
 
 
-def _milliseconds(seconds: float) -> str:
-    return "not reached" if math.isnan(seconds) else f"{1e3 * seconds:.3g}"
+def _milliseconds(seconds: float, stopped: bool) -> str:
+    return f"{1e3 * seconds:.3g}" if not math.isnan(seconds) else "not tried" if stopped else "not reached"
 
 
 def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
@@ -111,6 +112,18 @@ def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
         result.add_column(name, justify="right")
     for need in needs:
         result.add_row(need.wanted, f"{scale * need.seconds:.3g}", f"{need.kilobytes:.4g}")
+    return result
+
+
+def cases_table(costs: "Sequence[CaseCost]"):
+    """Return a rich Table of the time of a case, a column for each number of cases."""
+    from rich.table import Table
+
+    result = Table("cases together", title="One belt of P5 among many, us")
+    for size in costs[0].sizes if costs else ():
+        result.add_column(f"{size}", justify="right")
+    for cost in costs:
+        result.add_row(cost.name, *(f"{1e6 * s:.3g}" for s in cost.seconds))
     return result
 
 

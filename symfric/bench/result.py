@@ -51,6 +51,8 @@ class ErrorCurve:
         True number of events.
     failure : str
         Why there are no points, or fewer.
+    stopped : bool
+        Finer tolerances were not tried, as a quick benchmark does with slow solvers.
     """
 
     problem: str
@@ -59,6 +61,7 @@ class ErrorCurve:
     prepared: float
     events: int | None
     failure: str = ""
+    stopped: bool = False
 
     def time_to(self, error: float) -> float:
         """Return the CPU time in s for an error, by log-log interpolation; NaN if it was not reached.

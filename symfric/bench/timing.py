@@ -17,7 +17,8 @@ from symfric.errors import SceneError
 
 _SAMPLE = 0.02  # least CPU time of a sample, s, so that the clock's resolution is negligible
 _SLOW, _SLOWEST = 0.5, 5.0  # s; runs that take longer are measured in three rounds, and in one
-_QUICK, _MORE = 0.01, 3  # s; shorter runs are measured in three times as many rounds, as a sample of them is short
+_SHORT, _MORE = 0.01, 3  # s; shorter runs are measured in three times as many rounds, as a sample of them is short
+_QUICK_ROUNDS, _ENOUGH = 3, 0.3  # of a quick benchmark; s, a solver that is slower is run at its first tolerance only
 
 
 @dataclass
@@ -28,7 +29,7 @@ class _Entry:
     tolerance: float
     run: Callable[[], BenchAnswer]
     answer: BenchAnswer
-    repeats: int
+    once: float
     rounds: int
     samples: list[float] = field(default_factory=list)
 
@@ -38,6 +39,7 @@ def measure(
     *,
     with_peers: bool = False,
     rounds: int = 7,
+    quick: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Benchmark:
     """Measure the package's routes, and the peers that are installed, on the problems.
@@ -51,6 +53,8 @@ def measure(
     rounds : int
         Samples of each solver and tolerance, three times as many of runs below 10 ms; all solvers are sampled once
         before any is sampled again, so that a disturbance of the machine meets them alike.
+    quick : bool
+        Whether three rounds of every second tolerance will do, and of a solver that takes .3 s or more one tolerance.
     progress : callable, optional
         Called with a line of text before each piece of work.
 
@@ -67,11 +71,12 @@ def measure(
     if unknown is not None:
         raise SceneError(f"no problem {unknown!r} in the benchmark; there are {', '.join(NAMES)}")
     chosen = [p for p in peers().values() if p.own or with_peers]
+    rounds = min(rounds, _QUICK_ROUNDS) if quick else rounds
     tell = progress or (lambda _: None)
     curves = []
     asked = [named(name) for name in (names or NAMES)]
     for each in asked:
-        curves += _measure_problem(each, [p for p in chosen if not p.missing], rounds, tell)
+        curves += _measure_problem(each, [p for p in chosen if not p.missing], rounds, quick, tell)
     return Benchmark(
         curves=tuple(curves),
         rounds=rounds,
@@ -101,14 +106,15 @@ def _processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) -> list[ErrorCurve]:
+def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, quick: bool, tell) -> list[ErrorCurve]:
     entries: list[_Entry] = []
     failures: dict[str, str] = {}
     prepared: dict[str, float] = {}
+    stopped: set[str] = set()
     takers = [p for p in chosen if problem.name in p.problems]
     for peer in takers:
         tell(f"{problem.name}: preparing {peer.name}")
-        for tolerance in peer.tolerances:
+        for tolerance in peer.tolerances[quick :: 1 + quick]:
             start = time.perf_counter()  # elapsed time, since CPU time does not include a compiler process
             try:
                 entry = _prepare(problem, peer, tolerance, rounds, start, prepared)
@@ -116,12 +122,18 @@ def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, tell) ->
                 failures[peer.name] = f"{type(error).__name__} at {tolerance:g}: {_message(error)}"
                 break
             entries.append(entry)
+            if quick and entry.once > _ENOUGH:
+                stopped.add(peer.name)
+                break
     tell(f"{problem.name}: measuring")
     for k in range(max((entry.rounds for entry in entries), default=0)):
         for entry in entries:
             if k < entry.rounds:
                 entry.samples.append(_sample(entry))
-    return [_curve(problem, p, entries, prepared.get(p.name, 0.0), failures.get(p.name, "")) for p in takers]
+    return [
+        _curve(problem, p, entries, prepared.get(p.name, 0.0), failures.get(p.name, ""), p.name in stopped)
+        for p in takers
+    ]
 
 
 def _prepare(problem, peer, tolerance, rounds, start, prepared) -> _Entry:
@@ -133,8 +145,8 @@ def _prepare(problem, peer, tolerance, rounds, start, prepared) -> _Entry:
     run()
     once = max(time.process_time() - start, 1e-7)
     most = 1 if once > _SLOWEST else 3 if once > _SLOW else rounds
-    samples = _MORE * rounds if once < _QUICK else min(rounds, most)
-    return _Entry(peer, tolerance, run, answer, max(1, int(_SAMPLE / once)), samples)
+    samples = _MORE * rounds if once < _SHORT else min(rounds, most)
+    return _Entry(peer, tolerance, run, answer, once, samples)
 
 
 def _message(error: Exception) -> str:
@@ -145,20 +157,22 @@ def _message(error: Exception) -> str:
 
 def _sample(entry: _Entry) -> float:
     """CPU seconds of one run, averaged over the repeats; the collector is off, as in timeit."""
-    run = entry.run
+    run, repeats = entry.run, max(1, int(_SAMPLE / entry.once))
     enabled = gc.isenabled()
     gc.disable()
     try:
         start = time.process_time_ns()
-        for _ in range(entry.repeats):
+        for _ in range(repeats):
             run()
-        return (time.process_time_ns() - start) / (1e9 * entry.repeats) * entry.answer.every
+        return (time.process_time_ns() - start) / (1e9 * repeats) * entry.answer.every
     finally:
         if enabled:
             gc.enable()
 
 
-def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float, failure: str) -> ErrorCurve:
+def _curve(
+    problem: Problem, peer: Peer, entries: list[_Entry], prepared: float, failure: str, stopped: bool
+) -> ErrorCurve:
     points = []
     for entry in (e for e in entries if e.peer is peer):
         points.append(
@@ -170,7 +184,7 @@ def _curve(problem: Problem, peer: Peer, entries: list[_Entry], prepared: float,
                 events=entry.answer.events,
             )
         )
-    return ErrorCurve(problem.name, peer.name, tuple(points), prepared, problem.events, failure)
+    return ErrorCurve(problem.name, peer.name, tuple(points), prepared, problem.events, failure, stopped)
 
 
 def achieved_error(answer: BenchAnswer, problem: Problem) -> float:

@@ -16,6 +16,7 @@ from symfric.model.symbols import nearest
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
 @click.option("--growth", "with_growth", is_flag=True, help="Measure instead how run time grows with size and outputs.")
+@click.option("--quick", is_flag=True, help="Fewer rounds and tolerances: two minutes at most, peers included.")
 @click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Timings; 3 x if short.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
 @common_options
@@ -23,6 +24,7 @@ def bench(
     with_peers: bool,
     names: tuple[str, ...],
     with_growth: bool,
+    quick: bool,
     rounds: int,
     out: Path | None,
     as_json: bool,
@@ -53,7 +55,7 @@ def bench(
         if with_growth:
             _growth(folder, as_json, tell)
             return
-        benchmark = measure(names, with_peers=with_peers, rounds=rounds, progress=tell)
+        benchmark = measure(names, with_peers=with_peers, rounds=rounds, quick=quick, progress=tell)
     if folder is not None:
         _write(benchmark, folder)
     if as_json:
@@ -72,16 +74,18 @@ def bench(
 def _growth(folder: Path | None, as_json: bool, tell) -> None:
     from rich.console import Console
 
-    from symfric.bench import needs, scaling
-    from symfric.bench.picture import growth_table, needs_table
+    from symfric.bench import ensembles, needs, scaling
+    from symfric.bench.picture import cases_table, growth_table, needs_table
 
     tell("what is wanted")
     wanted = needs.needs()
     tell("new processes")
     processes = needs.starts()
     grown = scaling.growth(tell)
+    cases = ensembles.case_costs(tell)
     plain = {
         "growth": [g.to_dict() for g in grown],
+        "cases": [c.to_dict() for c in cases],
         "wanted": [asdict(n) for n in wanted],
         "processes": [asdict(n) for n in processes],
     }
@@ -91,7 +95,8 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
         print_json(plain)
         return
     Console().print(needs_table("One motion, P2, with more and more wanted", wanted, "ms", 1e3))
-    Console().print(needs_table("A new process, caches warm", processes, "s", 1.0))
+    Console().print(needs_table("A new process", processes, "s", 1.0))
+    Console().print(cases_table(cases))
     Console().print(growth_table(grown))
 
 

@@ -2,13 +2,14 @@
 
 import json
 import math
+import time
 from dataclasses import replace
 
 import mpmath as mp
 import pytest
 from click.testing import CliRunner
 
-from symfric.bench import needs, scaling, timing
+from symfric.bench import ensembles, needs, scaling, timing
 from symfric.bench.many_digits import many_digits
 from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named
@@ -25,7 +26,19 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(folder):
-    arguments = ["bench", "--peers", "--problem", "P1", "--rounds", "1", "--json", "--quiet", "-o", str(folder)]
+    arguments = [
+        "bench",
+        "--peers",
+        "--problem",
+        "P1",
+        "--quick",
+        "--rounds",
+        "1",
+        "--json",
+        "--quiet",
+        "-o",
+        str(folder),
+    ]
     outcome = CliRunner().invoke(main, arguments)
     assert outcome.exit_code == 0, outcome.output
     return json.loads(outcome.output)
@@ -40,7 +53,7 @@ def test_every_installed_solver_has_a_curve_and_every_other_is_named(result):
 def test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found(result):
     own = [c for c in result["curves"] if c["solver"] == "symfric"]
     points = [p for c in own for p in c["points"]]
-    assert len(points) >= 3
+    assert len(points) == 2
     for point in points:
         assert point["error"] <= 10 * point["tolerance"]
         assert point["events"] == EVENTS
@@ -91,6 +104,8 @@ def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypat
     assert square.exponent == pytest.approx(2)
     price = needs.Need("end state", 1e-4, 0.5)
     monkeypatch.setattr(scaling, "growth", lambda tell: (square,))
+    cost = ensembles.CaseCost("map", (1, 10), (1e-4, 2e-5))
+    monkeypatch.setattr(ensembles, "case_costs", lambda tell: (cost,))
     monkeypatch.setattr(needs, "needs", lambda: (price,))
     monkeypatch.setattr(needs, "starts", lambda: (price,))
     outcome = CliRunner().invoke(main, ["bench", "--growth", "-o", str(folder), "--quiet"])
@@ -99,6 +114,7 @@ def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypat
     assert "2.00" in outcome.output
     written = json.loads((folder / "scaling.json").read_text())
     assert written["growth"][0]["exponent"] == pytest.approx(2)
+    assert written["cases"] == [{"name": "map", "sizes": [1, 10], "seconds": [1e-4, 2e-5]}]
     assert written["wanted"] == written["processes"] == [{"wanted": "end state", "seconds": 1e-4, "kilobytes": 0.5}]
 
 
@@ -107,3 +123,34 @@ def test_what_a_new_process_takes_is_measured(monkeypatch):
     (start,) = needs.starts()
     assert start.seconds > 0
     assert start.kilobytes > 1000 or math.isnan(start.kilobytes)
+
+
+def test_cases_together_have_the_same_half_ranges_in_every_way():
+    problem = ensembles._some(named("P5"), 5)
+    names = [n for n in ("symfric", "symfric one by one", "heyoka", "heyoka batch") if not peers()[n].missing]
+    found = [peers()[name].prepare(problem, 1e-9)().values for name in names]
+    assert all(values == pytest.approx(found[0], abs=1e-8) for values in found)
+    assert found[0] == found[1]
+    costs = ensembles.case_costs(sizes=(1, 2))
+    assert {c.name for c in costs} >= {"map", "sweep"}
+    assert all(s > 0 for c in costs for s in c.seconds)
+
+
+def test_a_quick_benchmark_tries_a_slow_solver_once(monkeypatch):
+    """Once more is said than that a finer error was not reached."""
+    fast = peers()["symfric"]
+    slow = replace(
+        fast, name="slow", prepare=lambda problem, tolerance: lambda: _spent(fast.prepare(problem, tolerance))
+    )
+
+    def _spent(run):
+        start = time.process_time()
+        while time.process_time() - start < 1.5 * timing._ENOUGH:
+            pass
+        return run()
+
+    monkeypatch.setattr(timing, "peers", lambda: {"symfric": fast, "slow": slow})
+    one, other = timing.measure(["P2"], quick=True).curves
+    assert (len(one.points), one.stopped) == (2, False)
+    assert (len(other.points), other.stopped) == (1, True)
+    assert [p.tolerance for p in one.points] == [fast.tolerances[1], fast.tolerances[3]]

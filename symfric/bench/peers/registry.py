@@ -2,10 +2,21 @@
 
 import importlib.util
 import shutil
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symfric.bench.peers import casadi_peer, diffrax_peer, heyoka_by_hand, heyoka_peer, scipy_peer, sundae_peer
+import numpy as np
+
+from symfric.bench.peers import (
+    casadi_peer,
+    diffrax_peer,
+    heyoka_batch,
+    heyoka_by_hand,
+    heyoka_peer,
+    scipy_peer,
+    sundae_peer,
+)
 from symfric.bench.problems import Problem
 from symfric.bench.result import BenchAnswer
 from symfric.model.outputs import End, HalfRange
@@ -53,7 +64,7 @@ def _present(need: str) -> bool:
 
 def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Prepare the automatically selected route."""
-    return (_through_sweep if problem.speeds else _through_program)(problem, tolerance, None)
+    return (_together if problem.speeds else _through_program)(problem, tolerance, None)
 
 
 def _prepare_series(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
@@ -77,12 +88,29 @@ def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], 
     return run
 
 
-def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
-    """Run every speed in two parts, the second for the half range alone."""
+def _parts(problem: Problem, tolerance: float, route):
+    """Return both parts of a sweep, the second for the half range alone, and the state between them."""
     begin, end = problem.window
     (x,), (u,) = problem.scene.system.q, problem.scene.system.u
     first = prepare(problem.scene.until(begin).wanting({"end": End()}), tolerance, route)
-    second = prepare(problem.scene.until(end - begin).wanting({"half": HalfRange(x)}), tolerance, route)
+    return first, prepare(problem.scene.until(end - begin).wanting({"half": HalfRange(x)}), tolerance, route), x, u
+
+
+def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
+    """Run all speeds of a sweep together."""
+    first, second, x, u = _parts(problem, tolerance, route)
+    speeds = {"v_b": np.array(problem.speeds)}
+
+    def run() -> BenchAnswer:
+        state = first.map(speeds).final
+        return BenchAnswer(tuple(second.map(speeds, {x: state[0], u: state[1]}).outputs["half"].tolist()), 0)
+
+    return run
+
+
+def _one_by_one(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
+    """Run every speed of a sweep by itself."""
+    first, second, x, u = _parts(problem, tolerance, None)
 
     def half_range(v_b: float) -> float:
         speed = {"v_b": v_b}
@@ -90,6 +118,22 @@ def _through_sweep(problem: Problem, tolerance: float, route) -> Callable[[], Be
         return second.run(speed, {x: state[0], u: state[1]}).outputs["half"]
 
     return lambda: BenchAnswer(tuple(half_range(v) for v in problem.speeds), 0)
+
+
+def _heyoka_together(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
+    """Take the number of belts side by side that is fastest on this machine."""
+    return fastest([heyoka_batch.prepare_sweep(problem, tolerance, size) for size in heyoka_batch.SIZES])
+
+
+def fastest(runs: Sequence[Callable]) -> Callable:
+    """Return the function that takes the least CPU time."""
+
+    def seconds(run: Callable) -> float:
+        start = time.process_time()
+        run()
+        return time.process_time() - start
+
+    return min(runs, key=lambda run: min(seconds(run) for _ in range(2)))
 
 
 def _heyoka(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
@@ -114,8 +158,10 @@ def peers() -> dict[str, Peer]:
     every = [
         Peer("symfric", _prepare_default, _ALL, _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
+        Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
         Peer("heyoka", _heyoka, _ALL, _FINE, heyoka_by_hand.WORKAROUNDS, ("heyoka",)),
+        Peer("heyoka batch", _heyoka_together, ("P5",), _FINE, heyoka_batch.WORKAROUNDS, ("heyoka",)),
         Peer("scipy DOP853", scipy_peer.prepare_events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
         Peer("scipy LSODA", scipy_peer.prepare_stiff, _CONTINUOUS, _SLOW),
         Peer("casadi erk", casadi_peer.prepare_interpreted, (*_STICKING, "P9"), _SLOW, casadi),
