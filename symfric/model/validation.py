@@ -38,6 +38,7 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
 
 def _check_spring(system: System, contact: Contact, moving: set[sp.Symbol]) -> None:
     """Raise unless the limit of the force of a contact behind a spring has a rate without accelerations."""
+    assert contact.stiffness is not None
     if contact.normal.free_symbols & {*moving, *system.z}:
         raise SceneError(
             f"normal of contact {contact.name!r} is {contact.normal}; behind a spring it may depend on q and time only"
