@@ -26,8 +26,10 @@ from .model.outputs import (
     Samples,
     StopTime,
     Trajectory,
+    dissipated_power,
     friction_force,
     slip,
+    stored_energy,
 )
 from .model.scene import Scene
 from .model.scenes.isolator import patched_floor
@@ -116,6 +118,7 @@ __all__ = [
     "continue_cycle",
     "continue_special",
     "design",
+    "dissipated_power",
     "equilibrium",
     "explain",
     "fit_curve",
@@ -137,6 +140,7 @@ __all__ = [
     "simulate",
     "slip",
     "stability",
+    "stored_energy",
     "structures",
     "sweep",
     "test_design",

@@ -12,8 +12,9 @@ import sympy as sp
 
 from symfric.bench.event_reference.equations import KinkRegister
 from symfric.errors import NotFound
+from symfric.model.contact_states import opposing, rates_by_side
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, TIME
+from symfric.model.symbols import TIME
 
 _COLUMNS = 12  # columns of the extrapolation: order 24
 _LONGEST = 0.4  # step
@@ -108,9 +109,12 @@ class _Equations:
         slopes = [w.diff(v) for w in slips for v in system.u]
         turning = [w.diff(TIME) + sum(w.diff(a) * b for a, b in zip(system.q, system.u, strict=True)) for w in slips]
         loads = [read(c.normal * c.profile) for c in contacts]
-        laws = [read(c.law.kinetic.subs(SPEED, m * c.slip)) for c, m in zip(contacts, modes, strict=True)]
+        laws = [read(opposing(c, m)) for c, m in zip(contacts, modes, strict=True)]
         bounds = [read(c.law.stick) for c in contacts]
-        parts = [[read(e) for e in system.force], [read(e) for e in system.z_rate], slips, turning, loads, laws, bounds]
+        force, rates = (
+            [read(e) for e in several] for several in (system.force, rates_by_side(system, contacts, modes))
+        )
+        parts = [force, rates, slips, turning, loads, laws, bounds]
         matrices = [[read(e) for e in system.mass], slopes]
         self.constant = not set().union(*(e.free_symbols for e in itertools.chain(*matrices))) - set(known)
         head = [TIME, *system.states, *itertools.chain(*lines.values())]

@@ -28,7 +28,7 @@ from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
 from symfric.lower.spring_sliders import transition_of
 from symfric.model.constant_parameters import constants
-from symfric.model.outputs import friction_force, slip
+from symfric.model.outputs import dissipated_power, friction_force, slip, stored_energy
 from symfric.model.scene import Scene
 
 
@@ -144,6 +144,9 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
     for i, c in enumerate(contacts):
         model.define(friction_force(c.name), friction[i])
         model.define(slip(c.name), w[i])
+        stored, gained = model.energy(i)
+        model.define(stored_energy(c.name), load[i] * stored)
+        model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
     wanted = model.vector(list(rows))
     loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
     out = [ca.vertcat(model.u, rate, model.z_rate), ca.SX(0, 1), wanted]

@@ -5,7 +5,8 @@ With the velocities u = q', the slips w = w(q, u, t), which are affine in u, and
     M(q) u' = f + J^T lambda,   J = dw/du,   w' = J u' + c,   c = dw/dq u + dw/dt,
 
 where contact i carries the load N_i >= 0, bears up to ``N_i mu_s`` while it sticks, and slips against
-``lambda_i = -d_i N_i mu(d_i w_i)`` in the direction d_i = +-1. Everything is smooth: kinks are switches, signs held as
+``lambda_i = -d_i N_i mu(d_i w_i)`` in the direction d_i = +-1, or, with a law with memory, always against
+``lambda_i = -N_i mu(z, w_i, d_i)``, z its own states. Everything is smooth: kinks are switches, signs held as
 data; see `symfric.lower.printer`.
 """
 
@@ -25,7 +26,8 @@ from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.spring_sliders import Spring, with_forces
-from symfric.model.outputs import friction_force, slip
+from symfric.model.laws.memory import SIDE, SLIP
+from symfric.model.outputs import dissipated_power, friction_force, slip, stored_energy
 from symfric.model.scene import Scene
 from symfric.model.springs import spring_of
 from symfric.model.symbols import SPEED, TIME
@@ -107,7 +109,10 @@ class ContactDynamics:
         for i, c in enumerate(self.contacts):
             slips.append(self.read(c.slip))
             loads.append(self.read(c.normal * c.profile))
-            frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
+            if c.law.memory:
+                frictions.append(-loads[i] * self._remembered(i, slips[i], c.law.memory.force))
+            else:
+                frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
         self.springs = [self._spring(c) for c in behind]
 
@@ -121,6 +126,10 @@ class ContactDynamics:
         )
         self.define(friction_force(contact.name), spring.force)
         self.define(slip(contact.name), spring.w)
+        self.define(stored_energy(contact.name), spring.stiffness * spring.z**2 / 2)
+        self.define(
+            dissipated_power(contact.name), -spring.force * spring.w - spring.stiffness * spring.z * spring.rate
+        )
         return spring
 
     @classmethod
@@ -185,11 +194,27 @@ class ContactDynamics:
 
     @cached_property
     def z_rate(self) -> ca.SX:
-        """The rates of the first-order states, shape (n_z,)."""
-        rates = self.vector(self.system.z_rate)
+        """The rates of the first-order states, shape (n_z,); those of contacts with memory come last."""
+        own = self.vector(self.system.z_rate[: len(self.system.z) - self.system.made])
+        rates = ca.vertcat(own, *(e for rates in self.rates_within for e in rates))
         for spring in self.springs:
             rates[spring.place - 2 * len(self.system.q)] = spring.rate
         return rates
+
+    @cached_property
+    def rates_within(self) -> list[list[ca.SX]]:
+        """The rates of the states of every contact."""
+        rates = [c.law.memory.rates if c.law.memory else () for c in self.contacts]
+        return [[self._remembered(i, self.slip[i], e) for e in own] for i, own in enumerate(rates)]
+
+    def energy(self, i: int) -> tuple[ca.SX, ca.SX]:
+        """Return the energy stored in contact i per normal load, and its rate."""
+        law = self.contacts[i].law
+        if law.memory is None:
+            return ca.SX(0), ca.SX(0)
+        stored = self._remembered(i, self.slip[i], law.memory.stored)
+        slopes = (self._remembered(i, self.slip[i], law.memory.stored.diff(z)) for z in law.memory.symbols)
+        return stored, sum(slope * rate for slope, rate in zip(slopes, self.rates_within[i], strict=True))
 
     @cached_property
     def slopes(self) -> ca.SX:
@@ -222,6 +247,16 @@ class ContactDynamics:
         inside = {**self._print.symbols, SPEED: speed}
         show = Printer(inside, {*self.moving, SPEED}, self.switches, scope=contact.name)
         return show(bridged(contact.law.where(self.constants)))
+
+    def _remembered(self, i: int, slip: ca.SX, expr: sp.Expr) -> ca.SX:
+        """Return the graph of an expression of the law with memory of contact i."""
+        contact = self.contacts[i]
+        assert contact.law.memory is not None
+        inside = {**self._print.symbols, SLIP: slip, SPEED: self.d[i] * slip, SIDE: self.d[i]}
+        states = dict(zip(contact.law.memory.symbols, contact.states, strict=True))
+        inside |= {own: inside[state] for own, state in states.items()}
+        show = Printer(inside, {*self.moving, *contact.law.memory.reserved}, self.switches, scope=contact.name)
+        return show(expr.xreplace(self.constants))
 
     def solve(self, forces: ca.SX) -> ca.SX:
         """Return the accelerations by some forces, M^-1 forces."""

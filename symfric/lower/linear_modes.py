@@ -122,6 +122,8 @@ def refuse_if_moving(model: ContactDynamics, e: ca.SX, what: str) -> None:
 
 def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     """Return for every branch of a law the speed where it ends, and the two numbers of ``mu_0 + mu_1 v``."""
+    if law.memory:
+        raise NoRoute("a friction law has memory")
     kinetic = law.kinetic
     if kinetic.has(sp.Integral):
         raise NoRoute("the friction law is a mean over fast vibration, not straight lines")

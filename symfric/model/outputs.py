@@ -207,7 +207,7 @@ class Samples(OutputOfExpression):
     >>> (x,) = scene.system.q
     >>> run = sf.simulate(scene.wanting({"x": sf.Samples(x, [0.0, 1.5, 3.0])}))
     >>> run["x"].round(6)
-    array([ 1.      ,  0.163664, -0.790992])
+    array([ 1.      ,  0.163663, -0.790993])
     """
 
     word: ClassVar[str] = "samples"
@@ -300,3 +300,50 @@ def friction_force(contact: str) -> sp.Symbol:
 def slip(contact: str) -> sp.Symbol:
     """Return the slip velocity of a contact for use inside output expressions."""
     return sp.Symbol(f"slip({contact})", real=True)
+
+
+def stored_energy(contact: str) -> sp.Symbol:
+    """Return the energy stored in a contact, for use inside output expressions; zero unless its law has memory.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+
+    Returns
+    -------
+    Symbol
+        Normal load times ``law.memory.stored``: force times length.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.stored_energy("belt")
+    stored_energy(belt)
+    """
+    return sp.Symbol(f"stored_energy({contact})", real=True)
+
+
+def dissipated_power(contact: str) -> sp.Symbol:
+    """Return the power that becomes heat in a contact, for use inside output expressions.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+
+    Returns
+    -------
+    Symbol
+        Power of the slip against friction less what the contact stores at the present load: force times velocity.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.Integral(sf.dissipated_power("belt"))
+    Integral(expr=dissipated_power(belt))
+    """
+    return sp.Symbol(f"dissipated_power({contact})", real=True)
+
+
+OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, stored_energy, dissipated_power)}

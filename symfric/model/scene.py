@@ -9,8 +9,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.outputs import Output, OutputOfExpression, Trajectory, friction_force, slip
-from symfric.model.springs import spring_of, stop_rate, with_springs
+from symfric.model.contact_states import coefficient, with_states
+from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
+from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
@@ -32,7 +33,7 @@ class Scene:
     values : mapping of parameter (symbol or name) to number
         Every parameter of every expression, and no others. None marks a value to be given later with `where`.
     initial : mapping of state to number or expression of parameters
-        Every state in ``x = [q; u; z]``.
+        Every state in ``x = [q; u; z]``; those of contacts with memory are zero unless given.
     horizon : float
         Length of the run, in units of time; it starts at t = 0.
     outputs : mapping of name to Output, optional
@@ -44,7 +45,7 @@ class Scene:
     ----------
     system, contacts, values, initial, horizon, outputs, inputs
         The arguments, normalised: contacts as a tuple, numbers as floats, and values, initial and inputs keyed by the
-        symbols of the expressions.
+        symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``.
 
     Raises
     ------
@@ -79,7 +80,7 @@ class Scene:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(system, self.contacts)
-        self._set("system", with_springs(system, self.contacts))
+        self._set("system", with_states(system, self.contacts))
         length = finite(horizon, "horizon")
         if length <= 0:
             raise SceneError(f"horizon is {length}; it must be positive")
@@ -133,13 +134,12 @@ class Scene:
         return {s.name: s for s in self.system.states}
 
     def _contact_symbols(self) -> dict[str, sp.Symbol]:
-        symbols = [make(c.name) for c in self.contacts for make in (friction_force, slip)]
+        symbols = [make(c.name) for c in self.contacts for make in OF_CONTACTS.values()]
         return {s.name: s for s in symbols}
 
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
-        springs = {spring_of(c.name).name: 0.0 for c in self.contacts_behind_springs}
-        given = springs | _by_name(initial)
+        given = {s.name: 0.0 for c in self.contacts for s in c.states} | _by_name(initial)
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -160,7 +160,7 @@ class Scene:
         for name, output in self.outputs.items():
             if isinstance(output, OutputOfExpression):
                 for s in output.expr.free_symbols:
-                    if s.name.startswith(("friction_force(", "slip(")) and s.name not in known:
+                    if s.name.startswith(tuple(f"{name}(" for name in OF_CONTACTS)) and s.name not in known:
                         contacts = [c.name for c in self.contacts]
                         bare = s.name.split("(", 1)[1][:-1]
                         raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
@@ -179,7 +179,7 @@ class Scene:
     def _named_expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         for i, e in enumerate(self.system.force):
             yield f"force[{i}]", e
-        for i, e in enumerate(self.system.z_rate):
+        for i, e in enumerate(self.system.z_rate[: len(self.system.z) - self.system.made]):
             yield f"z_rate[{i}]", e
         for i, e in enumerate(self.system.linear.expressions if self.system.linear else ()):
             yield f"load[{i}]", e
@@ -275,15 +275,18 @@ class Scene:
         """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
         written = self.written_out()
         t, system = TIME, written.system
-        moving = {s: sp.Function(s.name, real=True)(t) for s in system.states}
+        moving = {s: sp.Function(_shown(s), real=True)(t) for s in system.states}
         pull = sp.zeros(len(system.q), 1)
         for c in written.contacts:
-            mu = c.law.kinetic.xreplace(
-                {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
-            )
-            force = -sp.sign(c.slip) * c.normal * c.profile * mu
-            if c.stiffness is not None:
+            if c.law.memory:
+                force = -c.normal * c.profile * coefficient(c)
+            elif c.stiffness is not None:
                 force = -c.stiffness * spring_of(c.name)
+            else:
+                mu = c.law.kinetic.xreplace(
+                    {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
+                )
+                force = -sp.sign(c.slip) * c.normal * c.profile * mu
             pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
         rates = sp.Matrix([moving[u].diff(t) for u in system.u])
         left = (system.mass * rates).subs(moving)
@@ -303,6 +306,12 @@ class Scene:
         names = ", ".join(c.name for c in self.contacts) or "none"
         values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
         return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
+
+
+def _shown(state: sp.Symbol) -> str:
+    """Return the name of a state in equations, with the contact to which it belongs as an index."""
+    contact, dot, own = state.name.rpartition(".")
+    return f"{own}_{contact}" if dot else state.name
 
 
 def _by_name(entries: Mapping[Key, _Value]) -> dict[str, _Value]:

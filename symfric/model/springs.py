@@ -67,7 +67,7 @@ def read_stiffness(stiffness, law: "Law", name: str) -> sp.Expr:
         raise SceneError(f"{what} contains sf.SPEED, which is reserved for laws")
     if found.is_number and not found > 0:
         raise SceneError(f"{what} is {found}; it must be positive, or None for a contact without a spring")
-    if SPEED in law.kinetic.free_symbols or (law.kinetic - law.stick).expand() != 0:
+    if law.memory or SPEED in law.kinetic.free_symbols or (law.kinetic - law.stick).expand() != 0:
         raise SceneError(
             f"the law of contact {name!r} is {law.kinetic}, with the static coefficient {law.stick}; the slider behind "
             "a spring has no mass, and only Coulomb's law with one coefficient determines its motion: use "

@@ -11,7 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
-from symfric.model.springs import read_stiffness
+from symfric.model.springs import read_stiffness, spring_of
 from symfric.model.symbols import SPEED, TIME, expression, finite
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
@@ -56,6 +56,8 @@ class System:
     linear : LinearPart, optional
         Matrices that are added; then `mass` and `force` are what expressions add to them, and may be None. See
         `symfric.structures`.
+    made : int
+        How many of the last z are states of contacts with memory, which a scene adds itself.
     """
 
     q: Sequence[sp.Symbol]
@@ -65,6 +67,7 @@ class System:
     z: Sequence[sp.Symbol] = ()
     z_rate: Sequence[sp.Expr] = ()
     linear: LinearPart | None = None
+    made: int = 0
 
     @alone(SYMBOLIC)
     def __post_init__(self):
@@ -109,7 +112,8 @@ class System:
             raise SceneError("a state is called t, which is reserved for time; rename it")
         mass = () if self.mass is None else tuple(self.mass)
         loads = () if self.linear is None else self.linear.expressions
-        for what, entries in (("force", self.force), ("z_rate", self.z_rate), ("mass", mass), ("load", loads)):
+        own_rates = self.z_rate[: len(self.z_rate) - self.made]
+        for what, entries in (("force", self.force), ("z_rate", own_rates), ("mass", mass), ("load", loads)):
             for i, e in enumerate(entries):
                 refuse_jumps(e, f"{what}[{i}]")
         if self.mass is None:
@@ -176,6 +180,7 @@ class System:
             [e.xreplace(rows) for e in force],
             self.z,
             [e.xreplace(rows) for e in self.z_rate],
+            made=self.made,
         )
 
     def row_values(self) -> dict[sp.Symbol, sp.Expr]:
@@ -193,6 +198,8 @@ class System:
 @dataclass(frozen=True)
 class Contact:
     """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.
+
+    A law with memory brings states of its own, see `states`.
 
     Attributes
     ----------
@@ -230,10 +237,22 @@ class Contact:
         if not isinstance(self.law, Law):
             raise SceneError(f"the law of contact {self.name!r} is {self.law!r}; use one of sf.laws")
         refuse_jumps(self.law.kinetic, f"law of contact {self.name!r}")
+        for e in self.law.memory.expressions if self.law.memory else ():
+            refuse_jumps(e, f"law of contact {self.name!r}")
         if self.normal.is_number and self.normal < 0:
             raise SceneError(f"normal of contact {self.name!r} is {self.normal}; a normal load is not negative")
         if self.stiffness is not None:
             object.__setattr__(self, "stiffness", read_stiffness(self.stiffness, self.law, self.name))
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the states of the contact: ``<name>.z`` of a spring or a law with memory, ``<name>.z1``, ... of
+        several."""
+        if self.stiffness is not None:
+            return (spring_of(self.name),)
+        count = 0 if self.law.memory is None else len(self.law.memory.rates)
+        ends = [""] if count == 1 else [str(k + 1) for k in range(count)]
+        return tuple(sp.Symbol(f"{self.name}.z{end}", real=True) for end in ends)
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:

@@ -14,7 +14,7 @@ from typing import NoReturn
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.outputs import friction_force, slip
+from symfric.model.outputs import OF_CONTACTS
 from symfric.model.symbols import nearest
 
 _NUMBER_BEFORE_WORD = re.compile(
@@ -46,7 +46,6 @@ FUNCTIONS: dict[str, tuple[Callable, Callable[[float], float]]] = {  # SymPy's f
     "atan": (sp.atan, math.atan),
 }
 EXTREMES: dict[str, tuple[Callable, Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
-OF_CONTACTS = {"friction_force": friction_force, "slip": slip}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 # the boundary of a condition is solved for, which SymPy can do for simple functions
 IN_COMPARISONS = ("abs", "sin", "cos")
@@ -198,6 +197,8 @@ class _Reader:
                 self.refuse("^ is not a power; write **")
             case ast.Call():
                 return self.call(node, depth)
+            case ast.Attribute(value=ast.Name()) if f"{node.value.id}.{node.attr}" in self.names:
+                return self.name(f"{node.value.id}.{node.attr}")  # a state of a contact, as belt.z
         what = REFUSED.get(type(node), "this is not allowed here")
         cure = "" if ";" in what or "piecewise" in what else "; use numbers, names, + - * / ** and known functions"
         return self.refuse(f"{what}{cure} (at character {getattr(node, 'col_offset', 0) + 1})")

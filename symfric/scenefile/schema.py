@@ -113,9 +113,21 @@ def read_document(raw: dict) -> Document:
         known = [*Document.model_fields, "contact"]
         close = next((nearest(k, ["scene"]) for k in data if k not in known and "mean" in nearest(k, ["scene"])), "")
         raise SceneError("there is no [scene] section" + (close or "; add one with a model, or with own equations"))
-    scene = _checked(ReadyScene if "model" in _table(data["scene"], "scene") else OwnScene, data.pop("scene"), "scene")
+    table = _with_states_of_contacts(_table(data.pop("scene"), "scene"))
+    scene = _checked(ReadyScene if "model" in table else OwnScene, table, "scene")
     friction = [_checked(FrictionTable, c, p) for c, p in zip(contacts, places, strict=True)]
     return _checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
+
+
+def _with_states_of_contacts(scene: dict) -> dict:
+    """Return the table with ``initial.belt.z = 1``, which TOML reads as a table inside another, as the key belt.z."""
+    initial = scene.get("initial")
+    if not isinstance(initial, dict):
+        return scene
+    flat = {}
+    for name, value in initial.items():
+        flat |= {f"{name}.{own}": v for own, v in value.items()} if isinstance(value, dict) else {name: value}
+    return {**scene, "initial": flat}
 
 
 def _table(value, place: str) -> dict:

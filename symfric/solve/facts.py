@@ -21,6 +21,8 @@ class Facts:
     ----------
     contacts, kinks, states : int
         Number of contacts that can stick, of kinks in the forces and laws, of states.
+    reversals : int
+        Number of contacts that cannot stick, whose slip turns.
     smooth : bool
         No contact can stick.
     autonomous, sampled : bool
@@ -39,6 +41,7 @@ class Facts:
     contacts: int
     kinks: int
     states: int
+    reversals: int
     smooth: bool
     autonomous: bool
     sampled: bool
@@ -59,6 +62,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
         kinks=automaton.layout.switches,
         states=len(automaton.states),
         smooth=not (any(automaton.sticks) or automaton.layout.others),
+        reversals=sum(not s for s in automaton.sticks),
         autonomous=automaton.autonomous,
         sampled=bool(automaton.inputs),
         dropped=tuple(sorted(s.name for s in vanishing(scene))),

@@ -11,7 +11,6 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.linear_part import LinearPart, Row
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
-from symfric.model.springs import spring_of
 from symfric.model.symbols import Key, expression, finite, name_of, nearest
 from symfric.model.system import Contact, System
 from symfric.structures.contacts import RowContact, RowLoad
@@ -72,8 +71,8 @@ def scene_of(
     scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
-    springs = [spring_of(c.name).name for c in found if c.stiffness is not None]
-    return Scene(system, found, values, _start(structure, initial, springs), horizon, outputs)
+    own = [s.name for c in found for s in c.states]
+    return Scene(system, found, values, _start(structure, initial, own), horizon, outputs)
 
 
 def _friction_of(structure: "Structure"):

@@ -1,6 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import absorber, belt, drive, foundation, scaling, transient
+from symfric.theory import absorber, belt, drive, foundation, presliding, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
@@ -26,6 +26,7 @@ __all__ = [
     "falling_speeds",
     "foundation",
     "hopf",
+    "presliding",
     "root_locus",
     "scaling",
     "separate",

@@ -51,7 +51,9 @@ def separate(scene: Scene) -> Scene:
     system = scene.system
     velocity_sine, velocity_cosine = fast.velocity
     force = [_mean(e, f"force[{i}]", fast, system) for i, e in enumerate(fast.steady)]
-    rates = [_mean(e, f"z_rate[{i}]", fast, system) for i, e in enumerate(system.z_rate)]
+    own = len(system.z) - system.made  # the scene takes the other rates from its contacts
+    rates = [_mean(e, f"z_rate[{i}]", fast, system) for i, e in enumerate(system.z_rate[:own])]
+    rates += system.z_rate[own:]
     contacts = tuple(_effective(c, fast, scene) for c in scene.contacts)
     start = dict(scene.initial)
     for i, (q, u) in enumerate(zip(system.q, system.u, strict=True)):

@@ -22,6 +22,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import vanishing
+from symfric.model.contact_states import coefficient, rates_by_side
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
@@ -105,7 +106,8 @@ class Field:
     @cached_property
     def parts(self) -> tuple[sp.Expr, ...]:
         """G and Z as expressions of the states, `parameters` and `signs`, length n + n_z."""
-        parts = [branches(e, self.states) for e in (*self.system.force, *self.system.z_rate)]
+        rates = rates_by_side(self.system, self.contacts, self.signs)
+        parts = [branches(e, self.states) for e in (*self.system.force, *rates)]
         for contact, sign in zip(self.contacts, self.signs, strict=True):
             friction = -friction_of(contact, sign, self.states)
             for i, u in enumerate(self.system.u):
@@ -205,6 +207,8 @@ _field = lru_cache(maxsize=32)(Field)
 
 def friction_of(contact: Contact, sign: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
     """Return ``sign * N * profile * mu(sign * w)``, the friction opposing a slip of the given sign."""
+    if contact.law.memory:
+        return branches(contact.normal * contact.profile * coefficient(contact, sign), states)
     kinetic = branches(contact.law.kinetic, (SPEED,)).subs(SPEED, sign * branches(contact.slip, states))
     return sign * branches(contact.normal * contact.profile, states) * kinetic
 

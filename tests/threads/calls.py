@@ -80,6 +80,8 @@ def collocation(k):
 
 MODEL = {
     "friction_force": lambda k: sf.friction_force("belt"),
+    "stored_energy": lambda k: sf.stored_energy("belt"),
+    "dissipated_power": lambda k: sf.dissipated_power("belt"),
     "slip": lambda k: sf.slip("belt"),
     "mechanics.lagrange": lagrange,
     "patched_floor": lambda k: sf.patched_floor(4.0, 9, 0.01, 0.002, seed=k),
@@ -92,6 +94,9 @@ MODEL = {
     "laws.exponential": lambda k: sf.laws.exponential(0.3)(0.1 * k),
     "laws.piecewise_linear": lambda k: sf.laws.piecewise_linear(0.4, [0, 0.5], [0.3, 0.2 - 0.01 * k])(0.6),
     "laws.thomsen_regularised": lambda k: sf.laws.thomsen_regularised(0.4, 0.25, 0.5, 0.01 * (k + 1))(0.2),
+    "laws.dahl": lambda k: sf.laws.dahl(0.3, 100.0 + k).memory.rates,
+    "laws.lugre": lambda k: sf.simulate(belt(k, law=sf.laws.lugre(0.4, 0.3, 0.1, 100.0 + k), horizon=5.0)),
+    "laws.elasto_plastic": lambda k: sf.laws.elasto_plastic(0.4, 0.3, 0.1, 10.0, z_ba=0.01 + 0.001 * k).stiffness,
     "laws.custom": lambda k: sf.laws.custom(0.3 - 0.01 * k * sf.SPEED, 0.4)(0.6),
     "scenes.absorber": lambda k: sf.scenes.absorber(mass_ratio=0.05, tuning=0.9, damping=0.1 + 0.01 * k).numbers(),
     "scenes.contact_damper": lambda k: sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k).numbers(),
@@ -132,6 +137,11 @@ THEORY = {
     "theory.symbolic_hurwitz_of_matrices": lambda k: sf.theory.symbolic_hurwitz_of_matrices(
         sp.eye(2), sp.diag(*sp.symbols("a b")), sp.eye(2)
     ),
+    "theory.presliding.dahl_reversal": lambda k: sf.theory.presliding.dahl_reversal(1.0 + k, 10.0, 0.1),
+    "theory.presliding.dahl_loop": lambda k: sf.theory.presliding.dahl_loop(1.0 + k, 10.0, 0.1),
+    "theory.presliding.lugre_drift": lambda k: sf.theory.presliding.lugre_drift(100.0 + k, 0.2, 0.8),
+    "theory.presliding.iwan_backbone": lambda k: sf.theory.presliding.iwan_backbone(1.0 + k, -0.5, 1.0, 0.7),
+    "theory.presliding.iwan_dissipation": lambda k: sf.theory.presliding.iwan_dissipation(1.0 + k, -0.5, 0.7),
     "theory.scaling.factors": lambda k: sf.theory.scaling.factors(4.0 + k),
     "theory.scaling.returned_ratio": lambda k: sf.theory.scaling.returned_ratio(1.0 + k, 2.0, 3.0),
     "theory.transient.amplitude_rate": lambda k: sf.theory.transient.amplitude_rate(),

@@ -7,6 +7,7 @@ import numpy as np
 import sympy as sp
 from scipy import special
 
+from symfric.model.contact_states import coefficient, rates_by_side
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 
@@ -139,9 +140,12 @@ class Equations:
         steep = [bool(c.law.steep) or c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in contacts]
         speeds = [smooth(sp.Max(v, 0)) if s else v for v, s in zip(speeds, steep, strict=True)]
         load = [smooth(c.normal * c.profile) for c in contacts]
-        kinetic = [smooth(c.law.kinetic.subs(SPEED, v)) for c, v in zip(contacts, speeds, strict=True)]
+        kinetic = [
+            smooth(m * coefficient(c, m) if c.law.memory else c.law.kinetic.subs(SPEED, v))
+            for c, v, m in zip(contacts, speeds, modes, strict=True)
+        ]
         force = [smooth(e) for e in system.force]
-        rates = [smooth(e) for e in system.z_rate]
+        rates = [smooth(e) for e in rates_by_side(system, contacts, modes)]
         mass = [smooth(e) for e in system.mass]
         rows = [w.diff(v) for w in slips for v in u]
         q_dot = dict(zip(q, u, strict=True))

@@ -119,6 +119,8 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
     line: tuple[sp.Symbol, ...] = sp.symbols("line0 line1", real=True) if scene.inputs else ()
     if len(scene.inputs) > 1:
         raise NotImplementedError("several inputs")
+    if any(c.law.memory for c in scene.contacts):
+        raise NotImplementedError("a friction law with memory")
     contacts = [c for c in scene.contacts if not (through and c.law.smooth and len(c.law.breaks) < 2)]
     if any(c.law.smooth or c.law.breaks for c in contacts):
         raise NotImplementedError("a smooth friction law, or one with branches")

@@ -19,6 +19,7 @@ from symfric.errors import SceneError
 from symfric.locks import OPTIMISER, SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.excitation import is_excited
+from symfric.model.laws.law import refuse_memory
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
@@ -162,6 +163,7 @@ def dimensionless(model: Dynamics, sizes: TranscriptionSizes) -> Dynamics:
 
 def _check_law(contact: Contact, numbers) -> None:
     law = contact.law
+    refuse_memory(law, "optimal control")
     rest = law.kinetic.subs(SPEED, 0).subs(numbers)
     if law.breaks or abs(float(rest) - float(sp.sympify(law.stick).subs(numbers))) > 1e-12 * abs(float(rest)):
         raise SceneError(

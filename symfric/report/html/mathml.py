@@ -3,12 +3,14 @@
 import inspect
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 
 import sympy as sp
 from markupsafe import Markup, escape
 from sympy.printing.mathml import MathMLPresentationPrinter
 
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.contact_states import coefficient
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
@@ -25,6 +27,7 @@ SHOWN = {  # functions as SymPy prints them, and their replacements
     "&ExponentialE;": "e",
 }
 ENTITY = re.compile(r"&(#x?)?\w+;")
+_W = sp.Symbol("w", real=True)
 W, MU, BAR, EQUALS = Markup("<mi>w</mi>"), Markup("<mi>μ</mi>"), Markup("<mo>|</mo>"), Markup("<mo>=</mo>")
 OPEN, CLOSE, DOT = Markup("<mo>(</mo>"), Markup("<mo>)</mo>"), Markup("<mo>·</mo>")
 COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
@@ -160,7 +163,7 @@ def _dotted(symbol: sp.Symbol) -> Markup:
 @alone(SYMBOLIC)
 def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
     """Return the law of a contact in symbols if the file names it, else with its numbers."""
-    if spec is None or spec.law in ("custom", "piecewise_linear"):
+    if spec is None or spec.law in ("custom", "piecewise_linear", "maxwell_slip"):
         return contact.law
     function = friction_laws()[spec.law]
     given = {n: sp.Symbol(n, positive=True) for n in inspect.signature(function).parameters if n in spec.coefficients}
@@ -169,10 +172,17 @@ def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
 
 @alone(SYMBOLIC)
 def friction_of_contact(contact: Contact, law: Law) -> list[Markup]:
-    """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient."""
+    """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient.
+
+    Of a law with memory, its friction; the rates of its states are among the equations of motion.
+    """
     load = contact.normal * contact.profile
     size = [] if load == 1 else [_in_brackets(load), DOT]
     name = _force_name(contact)
+    if law.memory:
+        shown = coefficient(replace(contact, law=law, slip=_W))
+        line = [name, EQUALS, operator("−"), *size, _in_brackets(shown), _words("with"), W, EQUALS]
+        return [block([*line, to_mathml(contact.slip)], f"friction of contact {contact.name}")]
     slipping = [name, EQUALS, operator("−"), *size, MU, OPEN, BAR, W, BAR, CLOSE, DOT, Markup("<mi>sgn</mi>"), OPEN, W]
     slipping += [CLOSE, _words("while"), W, EQUALS, to_mathml(contact.slip)]
     slipping += [operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]

@@ -1,4 +1,4 @@
-"""Friction laws: the coefficient of friction of a dry contact as a function of its sliding speed."""
+"""A friction law: the coefficient of friction of a contact in terms of its sliding speed, and of what it remembers."""
 
 import itertools
 from collections.abc import Mapping
@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.averaged_law import effective_coefficient
+from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
 from symfric.model.symbols import SPEED, expression, finite
 
@@ -21,17 +22,27 @@ _REGULARISATIONS = {  # by shape, what is done to a law
 SHAPES = tuple(_REGULARISATIONS)
 
 
+def refuse_memory(law: "Law", what: str) -> None:
+    """Raise if a law has memory, for calculations that take the coefficient as a function of the speed alone."""
+    if law.memory is not None:
+        raise SceneError(
+            f"{what} takes laws of the sliding speed alone, and this one has memory ({law.source}); "
+            "simulate, stability, hopf and limit_cycle take it"
+        )
+
+
 @dataclass(frozen=True)
 class Law:
     """Coefficient of friction of one dry contact.
 
     The friction on the body is ``-sign(slip) * normal * kinetic(|slip|)`` while it slips, and anything up to
-    ``normal * stick`` while it sticks.
+    ``normal * stick`` while it sticks. A law with memory instead has states of its own, and is never said to stick:
+    its friction on the body is ``-normal * memory.force``.
 
     Attributes
     ----------
     kinetic : Expr
-        mu(v) for sliding speed ``SPEED`` > 0, dimensionless.
+        mu(v) for sliding speed ``SPEED`` > 0, dimensionless; of a law with memory, in steady sliding.
     stick : Expr
         Largest |friction / normal force| that sticking can carry, dimensionless. Zero together with
         ``kinetic(0) = 0`` makes a smooth law, which never sticks.
@@ -42,6 +53,8 @@ class Law:
     steep : tuple of Expr
         Those of the `breaks` where the law has no Taylor series, an infinite slope for example; solvers bridge them by
         a straight line over the nearest part in 1e9 of the speed.
+    memory : Memory, optional
+        States of a law with memory, their rates and the coefficient; see `symfric.model.laws.memory`.
     """
 
     kinetic: sp.Expr
@@ -49,6 +62,7 @@ class Law:
     breaks: tuple[sp.Expr, ...] = ()
     source: str = ""
     steep: tuple[sp.Expr, ...] = ()
+    memory: Memory | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self):
@@ -65,13 +79,29 @@ class Law:
     @property
     def free_symbols(self) -> set[sp.Symbol]:
         """Parameters of the law, without the speed itself."""
-        found = self.kinetic.free_symbols | self.stick.free_symbols
-        return set().union(found, *(b.free_symbols for b in self.breaks)) - {SPEED}
+        found = set().union(*(e.free_symbols for e in self.expressions)) - {SPEED}
+        return found if self.memory is None else found - self.memory.reserved
+
+    @property
+    def expressions(self) -> tuple[sp.Expr, ...]:
+        """Every expression of the law."""
+        own = (self.kinetic, self.stick, *self.breaks)
+        return own if self.memory is None else (*own, *self.memory.expressions)
+
+    @property
+    def steady(self) -> sp.Expr:
+        """Coefficient in steady sliding at the speed ``SPEED``, dimensionless."""
+        return self.kinetic
+
+    @property
+    def stiffness(self) -> sp.Expr:
+        """Slope of the coefficient over a small displacement from rest, 1/length; infinite without memory."""
+        return sp.oo if self.memory is None else self.memory.stiffness
 
     @property
     def smooth(self) -> bool:
         """Whether friction passes through zero without a jump, so that the contact never sticks."""
-        return bool(self.stick.is_zero) and bool(self.at_rest.is_zero)
+        return self.memory is not None or (bool(self.stick.is_zero) and bool(self.at_rest.is_zero))
 
     @property
     def at_rest(self) -> sp.Expr:
@@ -119,11 +149,13 @@ class Law:
     def _mapped(self, change) -> "Law":
         breaks = tuple(change(b) for b in self.breaks)
         steep = tuple(change(b) for b in self.steep)
-        return replace(self, kinetic=change(self.kinetic), stick=change(self.stick), breaks=breaks, steep=steep)
+        kept = None if self.memory is None else self.memory.mapped(change)
+        parts = {"kinetic": change(self.kinetic), "stick": change(self.stick), "breaks": breaks, "steep": steep}
+        return replace(self, **parts, memory=kept)
 
     @alone(SYMBOLIC)
     def regularised(self, v_s, shape: str = "linear") -> "Law":
-        """Return a continuous law that replaces the jump at rest by a steep slope.
+        """Return a continuous law that replaces the jump at rest by a steep slope; a law with memory has no jump.
 
         Parameters
         ----------
@@ -140,6 +172,8 @@ class Law:
         the minimum of the cubic law moves to v_m + v_s; Thomsen (6) keeps it at v_m and is another law,
         `sf.laws.thomsen_regularised`. The factor with the arctangent is the one proposed after (6).
         """
+        if self.memory is not None:
+            return self
         v_s = expression(v_s, "the speed v_s of a regularisation")
         if v_s.is_number and v_s <= 0:
             raise SceneError(f"the speed v_s of a regularisation is {v_s}; it must be positive")
@@ -179,8 +213,9 @@ class Law:
         Raises
         ------
         SceneError
-            If q is negative, or if the law is such an integral itself.
+            If q is negative, or if the law has memory or is such an integral itself.
         """
+        refuse_memory(self, "the effective law under fast vibration")
         q = expression(q, "the intensity q of the fast vibration")
         if q.is_number:
             if finite(q, "the intensity q of the fast vibration") < 0:
@@ -194,130 +229,3 @@ class Law:
             )
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
         return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
-
-
-@alone(SYMBOLIC)
-def coulomb(mu_s, mu_k=None) -> Law:
-    """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given)."""
-    return Law(mu_s if mu_k is None else mu_k, mu_s, source="handbook (19.104)")
-
-
-@alone(SYMBOLIC)
-def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
-    kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
-    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
-
-
-@alone(SYMBOLIC)
-def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
-    kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
-    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
-
-
-@alone(SYMBOLIC)
-def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0."""
-    kinetic = mu_d + alpha * sp.sqrt(SPEED) + b * SPEED
-    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.108)")
-
-
-@alone(SYMBOLIC)
-def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
-    r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s."""
-    return Law(mu_k + (mu_s - mu_k) * sp.exp(-SPEED / v_s) + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
-
-
-@alone(SYMBOLIC)
-def cubic(mu_s, mu_m, v_m) -> Law:
-    r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m."""
-    s = SPEED / v_m
-    kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
-    return Law(kinetic, mu_s, source="Thomsen (5)")
-
-
-@alone(SYMBOLIC)
-def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
-    r"""Cubic law without a jump at rest: straight up to mu_s at the speed v_s, smallest coefficient mu_m at v_m.
-
-    Parameters
-    ----------
-    mu_s, mu_m : float or Expr
-        Static and smallest coefficient, dimensionless.
-    v_m, v_s : float or Expr
-        Speed of the smallest coefficient, and speed below which the contact counts as sticking, 0 < v_s < v_m, in the
-        unit of the slip velocity.
-
-    Returns
-    -------
-    Law
-        Smooth at rest: the contact never sticks.
-
-    Raises
-    ------
-    SceneError
-        If v_s is not between 0 and v_m.
-
-    Notes
-    -----
-    :math:`\mu_s v/v_s` for :math:`v < v_s`, beyond it :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)` with
-    :math:`s = (v - v_s)/(v_m - v_s)`: Thomsen (6), printed there with u_s for mu_s. ``cubic(...).regularised(v_s)``
-    does not compress the speed and has its minimum at v_m + v_s; at v_s = .01 their periods differ by 7e-4.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> law = sf.laws.thomsen_regularised(0.4, 0.25, 0.5, 0.01)
-    >>> round(law(0.01), 12), round(law(0.5), 12)
-    (0.4, 0.25)
-    """
-    mu_s, mu_m, v_m, v_s = (expression(e, "a parameter of the law") for e in (mu_s, mu_m, v_m, v_s))
-    if v_s.is_number and (v_s <= 0 or (v_m.is_number and v_s >= v_m)):
-        raise SceneError(f"the speed v_s is {v_s}; it must be above 0 and below v_m = {v_m}")
-    s = (SPEED - v_s) / (v_m - v_s)
-    sliding = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
-    return Law(sp.Piecewise((mu_s * SPEED / v_s, v_s > SPEED), (sliding, True)), sp.Integer(0), (v_s,), "Thomsen (6)")
-
-
-@alone(SYMBOLIC)
-def exponential(mu_m, v_c=1.0) -> Law:
-    r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source."""
-    return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)")
-
-
-@alone(SYMBOLIC)
-def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
-    """Straight lines through (speeds, values), continued beyond the last one.
-
-    Parameters
-    ----------
-    mu_s : float or Expr
-        Static coefficient.
-    speeds, values : sequences of the same length
-        Speeds, starting with 0 and increasing, and the kinetic coefficient at each.
-    last_slope : float or Expr, optional
-        Slope beyond the last speed; the slope of the last segment unless given.
-    """
-    speeds, values = list(speeds), list(values)
-    if len(speeds) != len(values):
-        raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
-    if not speeds or not sp.sympify(speeds[0]).is_zero:
-        raise SceneError("the first speed of a piecewise-linear law must be 0")
-    slopes = [(values[i + 1] - values[i]) / (speeds[i + 1] - speeds[i]) for i in range(len(speeds) - 1)]
-    if last_slope is None and not slopes:
-        raise SceneError("a piecewise-linear law with one speed needs last_slope")
-    if last_slope is not None:
-        slopes.append(last_slope)
-        breaks = tuple(speeds[1:])
-    else:
-        breaks = tuple(speeds[1:-1])
-    lines = [values[i] + slope * (SPEED - speeds[i]) for i, slope in enumerate(slopes)]
-    pieces = [(line, b > SPEED) for line, b in zip(lines, breaks, strict=False)] + [(lines[-1], True)]
-    return Law(sp.Piecewise(*pieces) if breaks else lines[0], mu_s, breaks, source="Guida (2)")
-
-
-@alone(SYMBOLIC)
-def custom(kinetic, mu_s, breaks=()) -> Law:
-    """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`."""
-    return Law(kinetic, mu_s, tuple(breaks), source="user")

@@ -1,0 +1,70 @@
+"""States that contacts with memory bring into a system: ``<contact>.z``, or ``<contact>.z1``, ... if there are several.
+
+They are the last first-order states of the system of a scene, in the order of its contacts. Their rates in
+``System.z_rate`` are for reading; solvers take them from the law itself, in which the direction of slip is data.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from symfric.model.laws.memory import SIDE, SLIP
+from symfric.model.springs import with_springs
+from symfric.model.symbols import SPEED
+from symfric.model.system import Contact, System
+
+
+def in_contact(contact: Contact, side: sp.Expr | None = None) -> dict[sp.Symbol, sp.Expr]:
+    """Return what the symbols inside a law with memory stand for in a contact; `side` is the direction of slip."""
+    w = contact.slip
+    symbols = contact.law.memory.symbols if contact.law.memory else ()
+    known = dict(zip(symbols, contact.states, strict=True))
+    if side is None:
+        return {**known, SLIP: w, SPEED: sp.Abs(w), SIDE: sp.sign(w)}
+    return {**known, SLIP: w, SPEED: side * w, SIDE: side}
+
+
+def coefficient(contact: Contact, side: sp.Expr | None = None) -> sp.Expr:
+    """Return friction over normal load as an expression of the states, against the slip if positive."""
+    assert contact.law.memory is not None
+    return contact.law.memory.force.xreplace(in_contact(contact, side))
+
+
+def opposing(contact: Contact, side: sp.Expr) -> sp.Expr:
+    """Return friction over normal load, positive against a slip in the given direction, with any law."""
+    if contact.law.memory is None:
+        return contact.law.kinetic.subs(SPEED, side * contact.slip)
+    return side * coefficient(contact, side)
+
+
+def rates(contact: Contact, side: sp.Expr | None = None) -> list[sp.Expr]:
+    """Return the rates of the states of a contact."""
+    if contact.law.memory is None:
+        return []
+    known = in_contact(contact, side)
+    return [e.xreplace(known) for e in contact.law.memory.rates]
+
+
+def with_states(system: System, contacts: Sequence[Contact]) -> System:
+    """Return the system with the states of its contacts, in place of those that it had from laws with memory."""
+    system = with_springs(without_states(system), contacts)
+    own = [s for c in contacts if c.law.memory for s in c.states]
+    if not own:
+        return system
+    found = [e for c in contacts for e in rates(c)]
+    return replace(system, z=(*system.z, *own), z_rate=(*system.z_rate, *found), made=len(own))
+
+
+def without_states(system: System) -> System:
+    """Return the system without the states of contacts."""
+    if not system.made:
+        return system
+    kept = len(system.z) - system.made
+    return replace(system, z=system.z[:kept], z_rate=system.z_rate[:kept], made=0)
+
+
+def rates_by_side(system: System, contacts: Sequence[Contact], sides: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """Return the rates of all first-order states, those of contacts with the directions of slip given."""
+    own = [e for c, side in zip(contacts, sides, strict=True) for e in rates(c, side)]
+    return [*system.z_rate[: len(system.z) - system.made], *own]

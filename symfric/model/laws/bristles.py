@@ -1,0 +1,190 @@
+"""Laws of presliding by bristles: Dahl, LuGre, elasto-plastic. Their state z is the mean deflection of the bristles."""
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.law import Law
+from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
+from symfric.model.symbols import SPEED, expression
+
+(Z,) = state_symbols(1)
+
+
+def parameters_of(law: str, positive: dict, others: dict | None = None) -> list[sp.Expr]:
+    """Return the parameters of a law as expressions; those in `positive` must be above zero, the others not below."""
+    found = []
+    for group, least in ((positive, "be positive"), (others or {}, "not be negative")):
+        for name, value in group.items():
+            e = expression(value, f"{name} of {law}")
+            if e.is_number and (e < 0 or (group is positive and e.is_zero)):
+                raise SceneError(f"{name} of {law} is {e}; it must {least}")
+            found.append(e)
+    return found
+
+
+def whole(exponent: sp.Expr) -> sp.Expr:
+    """Return an exponent, as an integer if it is a float with the value of one: its powers are products then."""
+    return sp.Integer(int(exponent)) if exponent.is_Float and float(exponent).is_integer() else exponent
+
+
+@alone(SYMBOLIC)
+def dahl(mu_c, sigma, exponent=1) -> Law:
+    r"""Dahl's law: the friction of a spring that yields, and remembers where it turned.
+
+    Parameters
+    ----------
+    mu_c : float or Expr
+        Coefficient in steady sliding, > 0, dimensionless.
+    sigma : float or Expr
+        Slope of the coefficient over displacement from rest, > 0, 1/length.
+    exponent : float or Expr
+        Shape of the curve, at least 1, dimensionless; 1 is an exponential approach of the limit.
+
+    Returns
+    -------
+    Law
+        With one state, the deflection z in units of length, between ``-mu_c/sigma`` and ``mu_c/sigma``.
+
+    Raises
+    ------
+    SceneError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    :math:`\mu = \sigma z`, :math:`z' = w\,(1 - \sigma z\,\mathrm{sgn}(w)/\mu_c)^{n}`: P. R. Dahl, A solid friction
+    model, Aerospace Corporation TOR-0158(3107-18)-1 (1968). With an exponent below 1 the limit is reached within a
+    finite displacement and with a corner that has no series; for 0, a spring with a slider, there is `maxwell_slip`.
+    After a reversal in steady sliding the coefficient is :math:`\mu_c(1 - 2e^{-\sigma x/\mu_c})` a distance x later,
+    for n = 1. For large sigma motions through reversals tend to those of Coulomb's law with an error like
+    :math:`\sigma^{-1/2}`: friction needs the distance :math:`\mu_c/\sigma` to turn. Stored energy
+    :math:`\sigma z^2/2` per normal load; it dissipates whatever the motion.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.dahl(0.3, 1000.0)
+    >>> law.steady, law.stiffness
+    (0.300000000000000, 1000.00000000000)
+    """
+    mu_c, sigma = parameters_of("dahl", {"mu_c": mu_c, "sigma": sigma})
+    n = whole(expression(exponent, "exponent of dahl"))
+    if n.is_number and n < 1:
+        raise SceneError(
+            f"exponent of dahl is {n}; it must be at least 1 (for 0, a spring with a slider in series, use "
+            "sf.laws.maxwell_slip([sigma], [mu_c]))"
+        )
+    rate = SLIP - sigma * SPEED * Z / mu_c if n == 1 else SLIP * (1 - sigma * SIDE * Z / mu_c) ** n
+    memory = Memory((rate,), sigma * Z, sigma, sigma * Z**2 / 2)
+    return Law(mu_c, mu_c, source="Dahl (1968)", memory=memory)
+
+
+@alone(SYMBOLIC)
+def lugre(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0) -> Law:
+    r"""LuGre law: bristles that bend like springs and slip at the Stribeck curve.
+
+    Parameters
+    ----------
+    mu_s, mu_c : float or Expr
+        Static and Coulomb coefficient, mu_s >= mu_c > 0, dimensionless.
+    v_s : float or Expr
+        Stribeck speed, > 0, in the unit of the slip velocity.
+    sigma0 : float or Expr
+        Stiffness of the bristles, > 0, 1/length.
+    sigma1, sigma2 : float or Expr
+        Their damping, and the viscous friction, >= 0, time/length.
+
+    Returns
+    -------
+    Law
+        With one state, the deflection z in units of length. ``law.memory.passive``, :math:`\sigma_2 -
+        \sigma_1(\mu_s - \mu_c)/\mu_c`, tells whether the law dissipates whatever the motion: it must not be negative.
+
+    Raises
+    ------
+    SceneError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    :math:`\mu = \sigma_0 z + \sigma_1 z' + \sigma_2 w`, :math:`z' = w - \sigma_0|w|z/g(w)`,
+    :math:`g = \mu_c + (\mu_s - \mu_c)e^{-(w/v_s)^2}`: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Transactions
+    on Automatic Control 40 (1995) 419. Steady sliding: :math:`g(v) + \sigma_2 v`. Under a load that cycles below the
+    limit the bristles drift; `elasto_plastic` does not. The condition of passivity follows from the power that becomes
+    heat, :math:`w^2(\sigma_1(1 - y) + \sigma_2) + g|w|y^2` with :math:`y = \sigma_0 z\,\mathrm{sgn}(w)/g \leq
+    \mu_s/\mu_c`, of which the first term prevails at high speed; it is that of Barabanov and Ortega, IEEE Transactions
+    on Automatic Control 45 (2000) 675.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.lugre(1.5, 1.0, 0.001, 1e5, 300.0, 0.4)
+    >>> round(law(0.001), 12), law.stiffness, law.memory.passive
+    (1.184339720586, 100000.000000000, -149.600000000000)
+    """
+    g, s0, s1, s2, mu_s, mu_c = _stribeck("lugre", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
+    rate = SLIP - s0 * SPEED * Z / g
+    source = "Canudas de Wit, Olsson, Astrom and Lischinsky (1995)"
+    return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
+
+
+@alone(SYMBOLIC)
+def elasto_plastic(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0, *, z_ba) -> Law:
+    r"""Elasto-plastic law: LuGre bristles that are purely elastic up to a deflection, and do not drift below it.
+
+    Parameters
+    ----------
+    mu_s, mu_c, v_s, sigma0, sigma1, sigma2 : float or Expr
+        As in `lugre`.
+    z_ba : float or Expr
+        Deflection at which the bristles begin to slip, ``0 < z_ba < mu_c/sigma0``, length.
+
+    Returns
+    -------
+    Law
+        With one state, the deflection z in units of length; passive as `lugre`.
+
+    Raises
+    ------
+    SceneError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    :math:`z' = w(1 - \alpha\,\mathrm{sgn}(w)\,\sigma_0 z/g(w))`; :math:`\alpha` is 0 where the bristles unload or
+    :math:`|z| \leq z_{ba}`, 1 beyond :math:`z_m = g(w)/\sigma_0`, and
+    :math:`\tfrac12 + \tfrac12\sin\pi\frac{|z| - (z_m + z_{ba})/2}{z_m - z_{ba}}` between: Dupont, Hayward, Armstrong
+    and Altpeter, IEEE Transactions on Automatic Control 47 (2002) 787.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.elasto_plastic(1.2, 1.0, 0.01, 100.0, z_ba=0.008)
+    >>> law.stiffness
+    100.000000000000
+    """
+    g, s0, s1, s2, mu_s, mu_c = _stribeck("elasto_plastic", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
+    (z_ba,) = parameters_of("elasto_plastic", {"z_ba": z_ba})
+    if (mu_c / s0 - z_ba).is_number and z_ba >= mu_c / s0:
+        raise SceneError(f"z_ba of elasto_plastic is {z_ba}; it must be below mu_c/sigma0 = {mu_c / s0}")
+    bent, most = SIDE * Z, g / s0  # deflection in the direction of slip, and that of steady sliding
+    between = (1 + sp.sin(sp.pi * (bent - (most + z_ba) / 2) / (most - z_ba))) / 2
+    alpha = sp.Piecewise((0, bent <= z_ba), (between, bent < most), (1, True))
+    rate = SLIP - alpha * SPEED * Z / most
+    source = "Dupont, Hayward, Armstrong and Altpeter (2002)"
+    return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
+
+
+def _stribeck(law: str, mu_s, mu_c, v_s, sigma0, sigma1, sigma2) -> tuple[sp.Expr, ...]:
+    """Return the Stribeck curve, the stiffness, the two kinds of damping, and the two coefficients."""
+    positive = {"mu_s": mu_s, "mu_c": mu_c, "v_s": v_s, "sigma0": sigma0}
+    mu_s, mu_c, v_s, s0, s1, s2 = parameters_of(law, positive, {"sigma1": sigma1, "sigma2": sigma2})
+    if (mu_s - mu_c).is_number and mu_s < mu_c:
+        raise SceneError(f"mu_s of {law} is {mu_s}; it must not be below mu_c = {mu_c}")
+    return mu_c + (mu_s - mu_c) * sp.exp(-((SPEED / v_s) ** 2)), s0, s1, s2, mu_s, mu_c
+
+
+def _bristles(rate: sp.Expr, s0: sp.Expr, s1: sp.Expr, s2: sp.Expr, mu_s: sp.Expr, mu_c: sp.Expr) -> Memory:
+    force = s0 * Z + s1 * rate + s2 * SLIP
+    return Memory((rate,), force, s0, s0 * Z**2 / 2, s2 - s1 * (mu_s - mu_c) / mu_c)

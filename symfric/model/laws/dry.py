@@ -1,0 +1,135 @@
+"""Dry friction laws without memory: the coefficient of friction depends on the sliding speed alone."""
+
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.law import Law
+from symfric.model.symbols import SPEED, expression
+
+
+@alone(SYMBOLIC)
+def coulomb(mu_s, mu_k=None) -> Law:
+    """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given)."""
+    return Law(mu_s if mu_k is None else mu_k, mu_s, source="handbook (19.104)")
+
+
+@alone(SYMBOLIC)
+def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
+    r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
+    kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
+    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
+
+
+@alone(SYMBOLIC)
+def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
+    r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
+    kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
+    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
+
+
+@alone(SYMBOLIC)
+def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
+    r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0."""
+    kinetic = mu_d + alpha * sp.sqrt(SPEED) + b * SPEED
+    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.108)")
+
+
+@alone(SYMBOLIC)
+def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
+    r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s."""
+    return Law(mu_k + (mu_s - mu_k) * sp.exp(-SPEED / v_s) + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
+
+
+@alone(SYMBOLIC)
+def cubic(mu_s, mu_m, v_m) -> Law:
+    r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m."""
+    s = SPEED / v_m
+    kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
+    return Law(kinetic, mu_s, source="Thomsen (5)")
+
+
+@alone(SYMBOLIC)
+def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
+    r"""Cubic law without a jump at rest: straight up to mu_s at the speed v_s, smallest coefficient mu_m at v_m.
+
+    Parameters
+    ----------
+    mu_s, mu_m : float or Expr
+        Static and smallest coefficient, dimensionless.
+    v_m, v_s : float or Expr
+        Speed of the smallest coefficient, and speed below which the contact counts as sticking, 0 < v_s < v_m, in the
+        unit of the slip velocity.
+
+    Returns
+    -------
+    Law
+        Smooth at rest: the contact never sticks.
+
+    Raises
+    ------
+    SceneError
+        If v_s is not between 0 and v_m.
+
+    Notes
+    -----
+    :math:`\mu_s v/v_s` for :math:`v < v_s`, beyond it :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)` with
+    :math:`s = (v - v_s)/(v_m - v_s)`: Thomsen (6), printed there with u_s for mu_s. ``cubic(...).regularised(v_s)``
+    does not compress the speed and has its minimum at v_m + v_s; at v_s = .01 their periods differ by 7e-4.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.thomsen_regularised(0.4, 0.25, 0.5, 0.01)
+    >>> round(law(0.01), 12), round(law(0.5), 12)
+    (0.4, 0.25)
+    """
+    mu_s, mu_m, v_m, v_s = (expression(e, "a parameter of the law") for e in (mu_s, mu_m, v_m, v_s))
+    if v_s.is_number and (v_s <= 0 or (v_m.is_number and v_s >= v_m)):
+        raise SceneError(f"the speed v_s is {v_s}; it must be above 0 and below v_m = {v_m}")
+    s = (SPEED - v_s) / (v_m - v_s)
+    sliding = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
+    return Law(sp.Piecewise((mu_s * SPEED / v_s, v_s > SPEED), (sliding, True)), sp.Integer(0), (v_s,), "Thomsen (6)")
+
+
+@alone(SYMBOLIC)
+def exponential(mu_m, v_c=1.0) -> Law:
+    r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source."""
+    return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)")
+
+
+@alone(SYMBOLIC)
+def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
+    """Straight lines through (speeds, values), continued beyond the last one.
+
+    Parameters
+    ----------
+    mu_s : float or Expr
+        Static coefficient.
+    speeds, values : sequences of the same length
+        Speeds, starting with 0 and increasing, and the kinetic coefficient at each.
+    last_slope : float or Expr, optional
+        Slope beyond the last speed; the slope of the last segment unless given.
+    """
+    speeds, values = list(speeds), list(values)
+    if len(speeds) != len(values):
+        raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
+    if not speeds or not sp.sympify(speeds[0]).is_zero:
+        raise SceneError("the first speed of a piecewise-linear law must be 0")
+    slopes = [(values[i + 1] - values[i]) / (speeds[i + 1] - speeds[i]) for i in range(len(speeds) - 1)]
+    if last_slope is None and not slopes:
+        raise SceneError("a piecewise-linear law with one speed needs last_slope")
+    if last_slope is not None:
+        slopes.append(last_slope)
+        breaks = tuple(speeds[1:])
+    else:
+        breaks = tuple(speeds[1:-1])
+    lines = [values[i] + slope * (SPEED - speeds[i]) for i, slope in enumerate(slopes)]
+    pieces = [(line, b > SPEED) for line, b in zip(lines, breaks, strict=False)] + [(lines[-1], True)]
+    return Law(sp.Piecewise(*pieces) if breaks else lines[0], mu_s, breaks, source="Guida (2)")
+
+
+@alone(SYMBOLIC)
+def custom(kinetic, mu_s, breaks=()) -> Law:
+    """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`."""
+    return Law(kinetic, mu_s, tuple(breaks), source="user")
