@@ -214,7 +214,8 @@ class ContactDynamics:
             return ca.SX(0), ca.SX(0)
         stored = self._remembered(i, self.slip[i], law.memory.stored)
         slopes = (self._remembered(i, self.slip[i], law.memory.stored.diff(z)) for z in law.memory.symbols)
-        return stored, sum(slope * rate for slope, rate in zip(slopes, self.rates_within[i], strict=True))
+        gained = [slope * rate for slope, rate in zip(slopes, self.rates_within[i], strict=True)]
+        return stored, ca.sum1(ca.vertcat(*gained))
 
     @cached_property
     def slopes(self) -> ca.SX:

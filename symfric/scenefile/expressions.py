@@ -197,8 +197,8 @@ class _Reader:
                 self.refuse("^ is not a power; write **")
             case ast.Call():
                 return self.call(node, depth)
-            case ast.Attribute(value=ast.Name()) if f"{node.value.id}.{node.attr}" in self.names:
-                return self.name(f"{node.value.id}.{node.attr}")  # a state of a contact, as belt.z
+            case ast.Attribute(value=ast.Name(id=contact), attr=own) if f"{contact}.{own}" in self.names:
+                return self.name(f"{contact}.{own}")  # a state of a contact, as belt.z
         what = REFUSED.get(type(node), "this is not allowed here")
         cure = "" if ";" in what or "piecewise" in what else "; use numbers, names, + - * / ** and known functions"
         return self.refuse(f"{what}{cure} (at character {getattr(node, 'col_offset', 0) + 1})")

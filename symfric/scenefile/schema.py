@@ -124,7 +124,7 @@ def _with_states_of_contacts(scene: dict) -> dict:
     initial = scene.get("initial")
     if not isinstance(initial, dict):
         return scene
-    flat = {}
+    flat: dict = {}
     for name, value in initial.items():
         flat |= {f"{name}.{own}": v for own, v in value.items()} if isinstance(value, dict) else {name: value}
     return {**scene, "initial": flat}

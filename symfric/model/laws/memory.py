@@ -75,7 +75,6 @@ class Memory:
 
     def mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Memory":
         """Return the memory with every expression changed."""
-        several = (tuple(map(change, e)) for e in (self.rates, self.limits))
-        rates, limits = several
-        single = (change(e) for e in (self.force, self.stiffness, self.stored, self.passive))
-        return Memory(rates, *single, limits)
+        rates, limits = (tuple(map(change, e)) for e in (self.rates, self.limits))
+        force, stiffness, stored, passive = map(change, (self.force, self.stiffness, self.stored, self.passive))
+        return Memory(rates, force, stiffness, stored, passive, limits)
