@@ -18,6 +18,7 @@ SCRIPTS = {
     "gear_two_slopes": r"stable there: True",
     "machine_slide_damping": r"damping ratio 0\.0570",
     "positioning_table": r"stops (\d+\.\d+) um beyond \(type a\)(.|\n)* says \1 um",
+    "stopping_ramp": r"stopped over 20\.\d ms: 6\.6 um",
     "violin_bow": r"0\.4 m/s: sticks and slips 35\d",
     "wiper_law": r"quiet above 0\.451 m/s",
 }

@@ -6,63 +6,22 @@ import numpy as np
 
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
+from symfric.design.slide import Slide
+from symfric.design.stopping_ramp import stopping_ramp
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model import scenes
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of
 from symfric.solve.routes import simulate
-from symfric.theory.drive import excess, positioning_error, threshold
 
 VARIED = ("sigma", "mu1", "mu2", "epsilon")
+RAMP = "ramp"  # time of the stop, which is no value of the drawn slide
 COARSE, FINE, VALUES = 13, 97, 65  # survey points of speeds (coarse, fine) and of parameter values
 BESIDE = 1e-3  # distance within the threshold at which the full model is run, relative to epsilon or the bounds
 SHARES = (1e-6, 1e-4, 1e-2)  # distances of the neighbouring designs, relative to the bounds
 CHECKED = 5  # speeds over the range at which the full model is run, besides the critical ones
 STRONG = 1e6  # friction difference that counts as unbounded
-
-
-@dataclass(frozen=True)
-class Slide:
-    """Parameters of `symfric.scenes.drive_slide`, forces over ``m omega_n v*``.
-
-    Attributes
-    ----------
-    mu1, mu2 : float
-        Half the slopes of the friction characteristic without the damper.
-    epsilon, sigma : float
-    damper : str
-    """
-
-    mu1: float
-    mu2: float
-    epsilon: float
-    sigma: float
-    damper: str
-
-    def threshold(self, V: float) -> float:
-        """Return the least friction difference with stick-slip at a speed V = v/v*."""
-        return threshold(self.mu1 + self.sigma, self.mu2 + self.sigma, 1 / V - 1)
-
-    def excess(self, V: float) -> float:
-        """Return lambda at a speed V."""
-        mu1, mu2 = self.mu1 + self.sigma, self.mu2 + self.sigma
-        return excess(mu1, mu2, V, damper=self.damper, sigma=self.sigma)
-
-    def error(self, V: float) -> float:
-        """Return the positioning error at a speed V, over v*/omega_n."""
-        mu1, mu2 = self.mu1 + self.sigma, self.mu2 + self.sigma
-        return positioning_error(mu1, mu2, self.excess(V), epsilon=self.epsilon).value
-
-    def slack(self, V: float) -> float:
-        """Return a test function of stick-slip at V, from -1 to 1, negative with stick-slip.
-
-        A threshold of zero means that the slide sticks again after every release, also without a static excess.
-        """
-        limit = self.threshold(V)
-        if not np.isfinite(limit):
-            return 1.0
-        return -1.0 if limit == 0 else (limit - self.epsilon) / (limit + self.epsilon)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +84,8 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
         `symfric.scenes.drive_slide`; its damper sits on the ground or on the support (to ground if it has none), and
         p_star is not used.
     parameter : Symbol or str
-        "sigma", the damper, or "mu1", "mu2", "epsilon". The value stored in the scene is ignored.
+        "sigma", the damper, or "mu1", "mu2", "epsilon". The value stored in the scene is ignored. Or "ramp", the time
+        in units of 1/omega_n in which the speed of the drive falls evenly to zero, see `symfric.scenes.drive_stop`.
     bounds : (float, float)
         Of the parameter.
     speeds : (float, float)
@@ -150,13 +110,29 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
     epsilon. Both worst speeds are found: that of the error is an end of the range or v*, that of stick-slip a polished
     minimum of the threshold. A damper to ground helps against stick-slip and adds to the push at the stop, so that the
     two conditions can be at odds; one on the support does not add to it.
+
+    With "ramp" the slide moves steadily when the drive begins to stop, since there is no stick-slip; the error is
+    counted from where it would rest with the spring's force of steady sliding, and negative errors, of a slide that
+    stops short, count by their size. It is that of the event-driven model, at many speeds and by a survey of the ramps.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slide = sf.scenes.drive_slide(mu1=0.1, mu2=0.1, p_star=1.0, epsilon=0.05)
+    >>> best = sf.design.positioning(slide, "ramp", (0.0, 10.0), speeds=(0.5, 0.5))
+    >>> f"{best.values['ramp']:.1f}: {best.objective:.4f}"
+    '6.4: 0.1361'
     """
     problem = _problem(scene, parameter, speeds)
     low, high = (finite(e, f"a bound of {problem.name}") for e in bounds)
     if low > high:
         raise SceneError(f"bounds is ({low:g}, {high:g}); the lower bound comes first")
-    if problem.name in ("sigma", "epsilon") and low < 0:
+    if problem.name in ("sigma", "epsilon", RAMP) and low < 0:
         raise SceneError(f"the lower bound of {problem.name} is {low:g}; it must not be negative")
+    if problem.name == RAMP:
+        fine = replace(problem, name="sigma", survey=FINE)
+        _refuse_stick_slip(fine)
+        return stopping_ramp(fine.at(fine.numbers["sigma"]), _read(scene)["fc"], (low, high), problem.speeds)
     value = _best(problem, low, high)
     fine = replace(problem, survey=FINE)
     if fine.slack(value) < problem.slack(value) - 1e-9:  # the coarse survey missed a speed
@@ -176,8 +152,9 @@ def _best(problem: PositioningProblem, low: float, high: float) -> float:
 
 def _problem(scene: Scene, parameter: Key, speeds) -> PositioningProblem:
     name = name_of(parameter)
-    if name not in VARIED:
-        raise SceneError(f"{name} is not a parameter that positioning can vary; give one of {', '.join(VARIED)}")
+    if name not in (*VARIED, RAMP):
+        known = ", ".join((*VARIED, RAMP))
+        raise SceneError(f"{name} is not a parameter that positioning can vary; give one of {known}")
     low, high = (finite(e, "a speed") for e in speeds)
     if not 0 < low <= high:
         raise SceneError(f"speeds is ({low:g}, {high:g}); give speeds over v*, the lower one first and positive")
@@ -252,6 +229,17 @@ def _least(problem: PositioningProblem, low: float, high: float) -> tuple[float,
         found = minimize_scalar(problem.error, bounds=(grid[k - 1], grid[k + 1]), method="bounded")
         best = min(best, (float(found.x), float(found.fun)), key=lambda f: f[1])
     return best
+
+
+def _refuse_stick_slip(problem: PositioningProblem) -> None:
+    """Raise if the slide sticks and slips at a speed of the range, whatever the ramp."""
+    V, slack = problem.nearest(problem.numbers["sigma"])
+    if slack < 0:
+        limit = problem.at(problem.numbers["sigma"]).threshold(V)
+        raise NotFound(
+            f"stick-slip before the stop, whatever the ramp: at V = {V:.6g} the slide's epsilon = "
+            f"{problem.numbers['epsilon']:.6g} exceeds the threshold {limit:.6g}"
+        )
 
 
 def _missing(problem: PositioningProblem, value: float) -> str:

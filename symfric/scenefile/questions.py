@@ -62,7 +62,7 @@ class DamperTable(Section):
 class Positioning(Section):
     """Keys of ``[design.positioning]``."""
 
-    parameter: Literal["sigma", "mu1", "mu2", "epsilon"]
+    parameter: Literal["sigma", "mu1", "mu2", "epsilon", "ramp"]
     bounds: Range
     speeds: Range
 

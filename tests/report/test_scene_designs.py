@@ -42,6 +42,8 @@ def test_a_table_is_the_call_of_its_function():
 def test_ready_scenes_are_designed_from_files():
     tables = {
         SLIDE + '[design.positioning]\nparameter = "sigma"\nbounds = [0, 1]\nspeeds = [1.25, 5]\n': {"sigma": 0.154719},
+        SLIDE.replace("-0.5", "0.1").replace("1.0", "0.05")
+        + '[design.positioning]\nparameter = "ramp"\nbounds = [0, 10]\nspeeds = [0.5, 0.5]\n': {"ramp": 6.3817},
         ABSORBER + "[design.absorber]\n": {"tuning": 0.909058, "damping": 0.185470},
         BELT + '[design.absorber]\nmass_ratio = 0.1\ncriterion = "h2"\n': {"tuning": 0.931541, "damping": 0.152540},
     }

@@ -7,7 +7,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.outputs import Max, StopTime, Trajectory
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite
+from symfric.model.symbols import TIME, finite
 from symfric.model.system import Contact, System
 
 _X, _U = sp.symbols("x u", real=True)
@@ -67,8 +67,10 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
 
 
 @alone(SYMBOLIC)
-def drive_stop(*, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, horizon=None) -> Scene:
-    r"""Slide after its drive has stopped, still loaded by the spring: :math:`x'' + f(x') + x = 0`.
+def drive_stop(
+    *, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, ramp=0.0, drive=None, sigma=0.0, horizon=None
+) -> Scene:
+    r"""Slide whose drive stops, still loaded by the spring: :math:`x'' + f(x') + x = s(t)`, with s = 0 once it stands.
 
     Parameters
     ----------
@@ -83,21 +85,54 @@ def drive_stop(*, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, horizon=None) 
         Kinetic friction at rest over ``m omega_n v*``; ``2 max(1, -mu1)`` unless given. It decides only whether the
         slide, once stopped, is pushed back.
     speed : float
-        Speed of the slide over v* when the drive stops; 0 is a slide at rest.
+        Speed of the slide over v* when the drive begins to stop; 0 is a slide at rest.
+    ramp : float
+        Time in units of 1/omega_n in which the speed of the drive falls to zero, evenly; 0 is an abrupt stop.
+    drive : float, optional
+        Speed of the drive over v* before; that of the slide unless given. Without effect on an abrupt stop.
+    sigma : float
+        Damping ratio of a damper on the support, >= 0, which mu1 and mu2 include. Without effect on an abrupt stop,
+        after which it acts like one to ground.
     horizon : float, optional
         Beyond the stop by default.
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If a number is missing or out of range.
+
     Notes
     -----
-    Guida (7), (8), (15), the v*-scaling: ``x = X omega_n/v*`` from the stopped support, ``u = X'/v*``, forces over
-    ``m omega_n v*``. Starts at ``x = -(fc + lam)``. The output "error" is the positioning error up to the first rest.
+    Guida (7), (8), (15), the v*-scaling: ``x = X omega_n/v*`` from the place where the support stands in the end, ``u =
+    X'/v*``, forces over ``m omega_n v*``. Meanwhile the support is at ``s = -drive (ramp - t)^2/(2 ramp)`` and a damper
+    on it pushes with ``2 sigma s'``. Starts at ``x = s - (fc + lam)``. The output "error" is the positioning error, the
+    largest ``x + fc + lam``: for an abrupt stop the way up to the first rest; negative where the slide stops short.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> numbers = {"mu1": 0.1, "mu2": 0.1, "lam": 0.1, "epsilon": 0.05, "speed": 0.5}
+    >>> for ramp in (0.0, 1e-3, 6.0):
+    ...     print(f"{sf.simulate(sf.scenes.drive_stop(**numbers, ramp=ramp))['error']:.4f}")
+    0.5227
+    0.5227
+    0.1428
     """
+    ramp, sigma = finite(ramp, "ramp"), finite(sigma, "sigma")
+    for name, value in {"ramp": ramp, "sigma": sigma}.items():
+        if value < 0:
+            raise SceneError(f"{name} is {value:g}; it must not be negative")
     mu1, lam = finite(mu1, "mu1"), finite(lam, "lam")
     lam_, epsilon_, fc_, speed_ = sp.symbols("lam epsilon fc speed", real=True)
     if horizon is None:
-        horizon = 60.0 + 4.0 * abs(lam)
+        horizon = 60.0 + 4.0 * abs(lam) + 2.0 * ramp
+    place, push, more = _stopping(ramp, speed if drive is None else drive, sigma)
     return Scene(
-        system=System(q=[_X], u=[_U], mass=[[1]], force=[-_X]),
+        system=System(q=[_X], u=[_U], mass=[[1]], force=[place - _X + push]),
         contacts=[Contact("way", slip=_U, normal=1, law=_one_corner(sp.Integer(1), epsilon_, fc_))],
         values={
             **dict(zip(_SLOPES, (mu1, mu2), strict=True)),
@@ -105,11 +140,28 @@ def drive_stop(*, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, horizon=None) 
             epsilon_: epsilon,
             fc_: _kinetic(fc, mu1),
             speed_: speed,
+            **more,
         },
-        initial={_X: -(fc_ + lam_), _U: speed_},
+        initial={_X: sp.sympify(place).subs(TIME, 0) - (fc_ + lam_), _U: speed_},
         horizon=horizon,
         outputs={"path": Trajectory(), "error": Max(_X + fc_ + lam_), "stop_time": StopTime()},
     )
+
+
+def _stopping(ramp: float, drive, sigma: float) -> tuple[sp.Expr, sp.Expr, dict]:
+    """Return the place of the support while it stops, the push of a damper on it, and the values of both."""
+    if ramp == 0:
+        return sp.Integer(0), sp.Integer(0), {}
+    if not finite(drive, "drive") > 0:
+        raise SceneError(
+            f"the drive's speed is {drive:g}; it is positive before a ramp, so give drive=, its speed over v*"
+        )
+    ramp_, drive_, sigma_ = sp.symbols("ramp drive sigma", real=True)
+    left = sp.Max(0, ramp_ - TIME)  # of the time of the ramp
+    values = {ramp_: ramp, drive_: drive}
+    if sigma == 0:
+        return -drive_ * left**2 / (2 * ramp_), sp.Integer(0), values
+    return -drive_ * left**2 / (2 * ramp_), 2 * sigma_ * drive_ * left / ramp_, {**values, sigma_: sigma}
 
 
 def _one_corner(corner: sp.Expr, epsilon: sp.Symbol, fc: sp.Symbol) -> laws.Law:
