@@ -6,6 +6,17 @@ designs and orbits.
 
 import lazy_loader
 
+from symfric.model.offering import guarded, offer
+
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str):
+    """Import a public name at its first use and keep it."""
+    globals()[name] = found = guarded(_load(name), __name__)
+    return found
+
+
+offer(__name__)

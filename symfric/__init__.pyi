@@ -41,6 +41,7 @@ from .orbits.cycle import Orbit, limit_cycle
 from .orbits.frequency_response import frequency_response
 from .orbits.lyapunov import Lyapunov, lyapunov
 from .orbits.poincare import PoincareSection, poincare
+from .scenefile.read import read
 from .solve.batch import Batch
 from .solve.casadi_function import as_function
 from .solve.exact.route import Exact
@@ -135,6 +136,7 @@ __all__ = [
     "patched_floor",
     "poincare",
     "prepare",
+    "read",
     "scenes",
     "separate",
     "simulate",

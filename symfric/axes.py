@@ -2,6 +2,31 @@
 
 import threading
 
+from symfric.errors import SceneError
+
+
+def axes_for(ax=None, **options):
+    """Return the Axes to draw on: those given, else those of a new figure.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+    **options
+        Of a new figure.
+
+    Raises
+    ------
+    SceneError
+        If something else is given.
+    """
+    if ax is None:
+        return new_axes(**options)
+    from matplotlib.axes import Axes
+
+    if not isinstance(ax, Axes):
+        raise SceneError(f"ax is {ax!r}; plot takes the matplotlib Axes to draw on, or nothing for a new figure")
+    return ax
+
 
 def new_axes(**options):
     """Return the Axes of a new figure.

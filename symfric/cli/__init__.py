@@ -12,6 +12,7 @@ from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.model.symbols import nearest
 
 COMMANDS = {  # name: module and attribute, imported at first use
+    "new": "symfric.cli.new:new",
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
     "sweep": "symfric.cli.sweep:sweep",

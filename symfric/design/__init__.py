@@ -9,6 +9,7 @@ from symfric.design.optimal_control.collocation import Profile, collocation
 from symfric.design.positioning import positioning
 from symfric.design.quench.design import quench
 from symfric.design.result import Curve, Design
+from symfric.model.offering import offer
 
 __all__ = [
     "Curve",
@@ -23,3 +24,5 @@ __all__ = [
     "quench",
     "sprung_foundation",
 ]
+
+offer(__name__)

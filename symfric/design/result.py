@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
@@ -117,8 +117,7 @@ class Design:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the limiting condition and return the Axes."""
-        if ax is None:
-            ax = new_axes()
+        ax = axes_for(ax)
         curve = self.curve
         ax.plot(curve.x, curve.y)
         ax.axhline(curve.level, color="0.4", linewidth=0.8, linestyle="--")

@@ -3,14 +3,14 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 
 
 @alone(DRAWING)
 def plot_diagram(diagram, ax=None):
     """Draw the first coordinate on the section against the parameter; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     ax.plot(diagram.values[diagram.case], diagram.states[0], ",", color="k")
     ax.set_xlabel(diagram.parameter)
     ax.set_ylabel(diagram.names[0])
@@ -21,7 +21,7 @@ def plot_diagram(diagram, ax=None):
 @alone(DRAWING)
 def plot_basins(basins, ax=None):
     """Draw every start in the colour of its attractor, starts without one in white; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     (name, row), *others = basins.axes.items()
     colours = plt.get_cmap("tab10")(np.arange(10))[:, :3]
     for k, attractor in enumerate(basins.attractors):

@@ -8,8 +8,11 @@ from sympy.physics.mechanics import LagrangesMethod
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
-from symfric.model.symbols import TIME, expression
+from symfric.model.offering import offer
+from symfric.model.symbols import TIME, expression, listed
 from symfric.model.system import System, refuse_jumps
+
+__all__ = ["lagrange"]
 
 
 @alone(SYMBOLIC)
@@ -45,7 +48,8 @@ def lagrange(
     Energies may have kinks (Abs, Max, Min, Piecewise) where the force that stems from them has none or a kink itself:
     ``k Abs(x)**3`` and ``k Max(0, x - g)**2`` are fine, ``c Abs(u)`` is dry friction and belongs in a Contact.
     """
-    loads = loads or {}
+    q, loads = listed(q, "q"), loads or {}
+    u = None if u is None else listed(u, "u")
     unknown = [c for c in loads if c not in list(q)]
     if unknown:
         raise SceneError(f"a load acts on {unknown[0]}, which is no coordinate in q")
@@ -99,3 +103,6 @@ def _inertia(kinetic: sp.Expr, q: list[sp.Symbol], u: list[sp.Symbol]) -> tuple[
     back = lambda e: e.doit().subs(dict(zip(rates, u, strict=True))).subs(dict(zip(moving, q, strict=True)))  # noqa: E731
     forces = [without_signs(back(e), "the force from the kinetic energy", CURES["kinetic"]) for e in method.forcing]
     return back(method.mass_matrix).xreplace(extremes), [e.xreplace(extremes) for e in forces]
+
+
+offer(__name__)

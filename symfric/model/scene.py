@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient, with_states
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
 from symfric.model.springs import spring_of, stop_rate
-from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
+from symfric.model.symbols import TIME, Key, expression, finite, listed, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
 
@@ -75,7 +75,7 @@ class Scene:
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
             raise SceneError(f"system is {system!r}; give a sf.System")
-        self._set("contacts", tuple(contacts))
+        self._set("contacts", listed(contacts, "contacts"))
         for c in self.contacts:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
@@ -96,10 +96,10 @@ class Scene:
         object.__setattr__(self, name, value)  # assignment in a frozen class
 
     def _read_values(self, values: Mapping[Key, float | None], initial: Mapping, inputs: Mapping[Key, Signal]) -> None:
-        given = _by_name(values)
+        given = _by_name(values, "values")
         if len(given) < len(values):
             raise SceneError("a parameter is given twice in Scene.values, as a symbol and by name")
-        signals = _by_name(inputs)
+        signals = _by_name(inputs, "inputs")
         for name, signal in signals.items():
             if not isinstance(signal, Signal):
                 raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
@@ -139,7 +139,7 @@ class Scene:
 
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
-        given = {s.name: 0.0 for c in self.contacts for s in c.states} | _by_name(initial)
+        given = {s.name: 0.0 for c in self.contacts for s in c.states} | _by_name(initial, "initial")
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -228,7 +228,7 @@ class Scene:
 
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
         """Return the scene with other initial values of some of its states."""
-        start = _by_name(self.initial) | _by_name(initial)
+        start = _by_name(self.initial, "initial") | _by_name(initial, "initial")
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
     def until(self, horizon: float) -> "Scene":
@@ -314,7 +314,9 @@ def _shown(state: sp.Symbol) -> str:
     return f"{own}_{contact}" if dot else state.name
 
 
-def _by_name(entries: Mapping[Key, _Value]) -> dict[str, _Value]:
+def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:
+    if not isinstance(entries, Mapping):
+        raise SceneError(f"{what} is {entries!r}; give a mapping of names to numbers, {what}={{...}}")
     return {name_of(k): v for k, v in entries.items()}
 
 

@@ -11,8 +11,12 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 
-TIME = sp.Symbol("t")  # time; equal to SymPy's own dynamicsymbols._t, so its time derivatives are with respect to it
-SPEED = sp.Symbol("v", positive=True)  # sliding speed |slip| > 0; reserved for friction laws
+#: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
+#: SymPy's own ``dynamicsymbols._t``, so that time derivatives of SymPy's mechanics are with respect to it.
+TIME = sp.Symbol("t")
+#: Sliding speed ``v`` = ``|slip|`` > 0, reserved for laws: ``sf.laws.custom(0.3 + 0.1 * sp.exp(-sf.SPEED), 0.4)``.
+#: Outside a law it is an error; a velocity of your own is another symbol.
+SPEED = sp.Symbol("v", positive=True)
 
 Key: TypeAlias = sp.Symbol | str
 
@@ -20,7 +24,7 @@ Key: TypeAlias = sp.Symbol | str
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the hint '; did you mean ...?' for a misspelled name, or the list of known names."""
     known = sorted(set(known))
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
     if close:
         return f"; did you mean {close[0]}?"
     if not known:
@@ -58,6 +62,16 @@ def finite(value, what: str, name: str = "") -> float:
     if not math.isfinite(result):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result
+
+
+def listed(value, what: str) -> tuple:
+    """Return a list or another sequence as a tuple; a single item is an error that shows the list."""
+    if isinstance(value, str | sp.Basic) and not isinstance(value, sp.Tuple):
+        raise SceneError(f"{what} is {value!r}; give a list, {what}=[{value!r}]")
+    try:
+        return tuple(value)
+    except TypeError:
+        raise SceneError(f"{what} is {value!r}; give a list, {what}=[{value!r}]") from None
 
 
 @alone(SYMBOLIC)

@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
-from symfric.model.symbols import SPEED, TIME, expression, finite
+from symfric.model.symbols import SPEED, TIME, expression, finite, listed
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -72,7 +72,7 @@ class System:
     @alone(SYMBOLIC)
     def __post_init__(self):
         for name in ("q", "u", "z"):
-            states = tuple(getattr(self, name))
+            states = listed(getattr(self, name), name)
             for s in states:
                 if not isinstance(s, sp.Symbol):
                     raise SceneError(f"{s!r} in {name} is not a symbol; states are SymPy symbols")
@@ -87,7 +87,7 @@ class System:
         if self.force is None and self.linear is not None:
             object.__setattr__(self, "force", (sp.S.Zero,) * n)
         for name, length in (("force", n), ("z_rate", len(self.z))):
-            entries = tuple(getattr(self, name))
+            entries = listed(getattr(self, name), name)
             if len(entries) != length:
                 raise SceneError(f"{name} has {len(entries)} entries; it needs {length}")
             entries = tuple(expression(e, f"{name}[{i}]") for i, e in enumerate(entries))
@@ -98,7 +98,9 @@ class System:
         try:
             mass = sp.ImmutableMatrix(self.mass)
         except (TypeError, ValueError) as error:
-            raise SceneError(f"the mass matrix cannot be read ({error}); give {n} rows of {n} expressions") from None
+            cure = "mass=[[m]]" if n == 1 else f"{n} rows of {n} expressions"
+            why = " ".join(str(error).split())
+            raise SceneError(f"the mass matrix cannot be read ({why}); it is {self.mass!r}, give {cure}") from None
         if mass.shape != (n, n):
             raise SceneError(f"the mass matrix has shape {mass.shape}; {n} coordinates need ({n}, {n})")
         object.__setattr__(self, "mass", mass)

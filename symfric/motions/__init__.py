@@ -6,6 +6,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.numeric import Floats
+from symfric.model.offering import offer
 from symfric.model.symbols import finite
 from symfric.motions.motion import Motion
 from symfric.motions.record_files import read_at2, read_text
@@ -79,3 +80,6 @@ def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:
     if isinstance(motions, Motion) or not all(isinstance(m, Motion) for m in motions) or not len(motions):
         raise SceneError("a set of motions is a list of sf.motions.Motion, at least one")
     return tuple(motions)
+
+
+offer(__name__)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
@@ -132,8 +132,7 @@ class Motion:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw acceleration against time; return the Axes."""
-        if ax is None:
-            ax = new_axes(layout="constrained")
+        ax = axes_for(ax, layout="constrained")
         ax.plot(self.t, self.samples, lw=0.8)
         ax.set_xlabel("time t [s]")
         ax.set_ylabel("acceleration [m/s²]")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.numeric import Floats
@@ -62,8 +62,7 @@ class Spectrum:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw pseudo-acceleration against period; return the Axes."""
-        if ax is None:
-            ax = new_axes(layout="constrained")
+        ax = axes_for(ax, layout="constrained")
         ax.plot(self.periods, self.pseudo_acceleration, label=f"{self.name}, {100 * self.damping:g} % damping")
         ax.set_xlabel("period T [s]")
         ax.set_ylabel("pseudo-acceleration [m/s²]")

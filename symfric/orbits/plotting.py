@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 
 _MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
@@ -12,7 +12,7 @@ _POINTS = 600  # points drawn of an orbit
 @alone(DRAWING)
 def plot_orbit(orbit, ax=None):
     """Draw coordinate against velocity over one period; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     x = orbit.run(np.linspace(0, orbit.period, _POINTS))
     n = len(orbit.base.system.q)
     ax.plot(x[0], x[n], linestyle="-" if orbit.stable else "--")
@@ -24,7 +24,7 @@ def plot_orbit(orbit, ax=None):
 @alone(DRAWING)
 def plot_branch(branch, ax=None):
     """Draw the half range of the first coordinate, stable parts full and unstable ones dashed; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     size = np.array([o.half_range[0] for o in branch.orbits])
     stable = np.array([o.stable for o in branch.orbits])
     for kind, style, label in ((True, "-", "stable"), (False, "--", "unstable")):
@@ -45,7 +45,7 @@ def plot_branch(branch, ax=None):
 @alone(DRAWING)
 def plot_curve(curve, ax=None):
     """Draw the second parameter against the first; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     ax.plot(*curve.values, label=curve.kind)
     ax.set_xlabel(curve.parameters[0])
     ax.set_ylabel(curve.parameters[1])
@@ -56,7 +56,7 @@ def plot_curve(curve, ax=None):
 @alone(DRAWING)
 def plot_section(section, ax=None):
     """Draw the first velocity against the first coordinate; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     x, u = section.drawn
     ax.plot(section[x], section[u], ".", markersize=2)
     ax.set_xlabel(x)
@@ -68,7 +68,7 @@ def plot_section(section, ax=None):
 @alone(DRAWING)
 def plot_lyapunov(found, ax=None):
     """Draw the estimate of the largest exponent against time, with a band of its spread; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     ax.plot(found.times, found.history)
     ax.axhspan(found.exponent - found.spread, found.exponent + found.spread, alpha=0.2)
     ax.axhline(0, color="k", linewidth=0.5)

@@ -101,6 +101,35 @@ def read_scene_file(path: str | Path) -> SceneFile:
     return _named(str(path), lambda: _text_of(Path(path)), Path(path).parent)
 
 
+def read(path: str | Path) -> Scene:
+    """Read the scene of a scene file, to go on with it in Python.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, see the keys of a scene file.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is not TOML, or does not describe a scene; one line, naming file, place and cure.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> from symfric.scenefile.starters import starter
+    >>> from pathlib import Path
+    >>> _ = Path("belt.toml").write_text(starter("mass_on_belt"))
+    >>> sf.read("belt.toml")
+    Scene(1 coordinates, contacts: belt; beta=0.05, gamma2=1, v_b=0.2, a=0, Omega=0; horizon 100)
+    """
+    return read_scene_file(path).scene
+
+
 def read_scene_text(text: str, name: str = "scene file") -> SceneFile:
     """Read a scene file given as text; `name` is used in messages. It cannot refer to records."""
     return _named(name, lambda: text, None)

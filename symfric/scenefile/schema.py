@@ -28,7 +28,17 @@ from symfric.scenefile.questions import Designs, Ground
 
 
 class ReadyScene(Section):
-    """The section ``[scene]`` of a ready model; its other keys are arguments of the model's function."""
+    """The section ``[scene]`` of a ready model; its other keys are arguments of the model's function.
+
+    Attributes
+    ----------
+    model
+        Name of a ready scene, see ``symfric scenes``.
+    motion
+        Ground motion, for the models that take one: path of a record, or a table with ``kind``.
+    initial
+        Start values that differ from those of the model.
+    """
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Option]
@@ -39,7 +49,27 @@ class ReadyScene(Section):
 
 
 class OwnScene(Section):
-    """The section ``[scene]`` with own equations."""
+    """The section ``[scene]`` with own equations.
+
+    Attributes
+    ----------
+    coordinates
+        Names of the coordinates q.
+    velocities
+        Names of the velocities u = q', one for each coordinate.
+    mass
+        Mass matrix: one entry, the diagonal, or all rows.
+    force
+        Right-hand side of M u' = force, one for each coordinate, without the friction.
+    z
+        Names of first-order states, for controllers and the like.
+    z_rate
+        Their rates, one for each.
+    initial
+        Start value of every state.
+    horizon
+        Length of the run.
+    """
 
     coordinates: Names
     velocities: Names
@@ -52,7 +82,21 @@ class OwnScene(Section):
 
 
 class FrictionTable(Section):
-    """One contact: the law with its coefficients and, for own equations, where it acts."""
+    """One contact: the law with its coefficients and, for own equations, where it acts.
+
+    Attributes
+    ----------
+    law
+        Name of a friction law, see ``symfric scenes``; its coefficients are further keys.
+    name
+        Name of the contact.
+    slip
+        Relative velocity, linear in the velocities; for own equations.
+    normal
+        Normal load; for own equations.
+    profile
+        Factor of the coefficient that depends on the coordinates; 1 unless given.
+    """
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Coefficient]
@@ -68,6 +112,25 @@ class Sweep(Section):
     """The section ``[sweep]``: equally spaced values of one parameter, and the measurement of the vibration.
 
     ``[sweep.grid]`` is for ``symfric sweep``: values, or start, stop and count, for each of several parameters.
+
+    Attributes
+    ----------
+    parameter
+        Value to vary; the belt speed unless given.
+    from_
+        First value.
+    to
+        Last value.
+    number
+        How many values.
+    coordinate
+        State whose half range is measured; the first unless given.
+    settle
+        Time after which the motion is measured; found by itself unless given.
+    window
+        Length of the measurement; found by itself unless given.
+    grid
+        Axes of ``symfric sweep``: a list of values, or start, stop and count, for each name.
     """
 
     parameter: Text | None = None
@@ -81,7 +144,29 @@ class Sweep(Section):
 
 
 class Document(Section):
-    """A whole scene file."""
+    """A whole scene file.
+
+    Attributes
+    ----------
+    title
+        Title of the page.
+    description
+        Words under the title.
+    scene
+        Ready model or own equations.
+    values
+        Number of every name that the equations use.
+    friction
+        The contacts.
+    outputs
+        What the study lists beside its own results, such as ``"max(x)"``.
+    sweep
+        Values of one parameter, and how the vibration is measured.
+    design
+        Designs to compute.
+    units
+        Unit of a state, a value or ``t``, for axes and tables.
+    """
 
     title: Text = ""
     description: Text = ""

@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 
 
 @alone(DRAWING)
 def plot_run(run, ax=None):
     """Draw every coordinate against time, with a bar along the bottom where a contact sticks; return the Axes."""
-    if ax is None:
-        ax = new_axes(layout="constrained")
+    ax = axes_for(ax, layout="constrained")
     t = np.union1d(np.linspace(0, run.t_final, 2000), run.t)
     x = run(t)
     for i, q in enumerate(run.scene.system.q):

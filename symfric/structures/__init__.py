@@ -1,5 +1,6 @@
 """Large structures: matrices in, modes, flutter, reduction, and scenes with contacts."""
 
+from symfric.model.offering import offer
 from symfric.structures.brake import Brake, disc_and_pad
 from symfric.structures.complex_modes import ComplexModes
 from symfric.structures.contacts import RowContact, RowLoad
@@ -31,3 +32,5 @@ __all__ = [
     "write",
     "ziegler",
 ]
+
+offer(__name__)

@@ -16,7 +16,7 @@ import scipy.linalg as sla
 import scipy.sparse as sps
 import scipy.sparse.linalg as spla
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import NotFound, SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
@@ -86,7 +86,7 @@ class ComplexModes:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the eigenvalues in the complex plane; return the Axes."""
-        ax = new_axes() if ax is None else ax
+        ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
         ax.set_xlabel("real part")

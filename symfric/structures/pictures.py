@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 
 
@@ -20,7 +20,7 @@ def plot_shapes(shapes: np.ndarray, frequency: np.ndarray, ax=None, modes=(0, 1,
     at : array_like, shape (n,), optional
         Places of the degrees of freedom; NaN leaves one out.
     """
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     places = np.arange(len(shapes)) if at is None else np.asarray(at, dtype=float)
     shown = np.flatnonzero(np.isfinite(places))
     shown = shown[np.argsort(places[shown], kind="stable")]
@@ -39,7 +39,7 @@ def plot_flutter(flutter, ax=None):
     """Draw imaginary parts against mu in the Axes, and real parts in a panel under it; return the Axes."""
     from mpl_toolkits.axes_grid1 import make_axes_locatable
 
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     below = make_axes_locatable(ax).append_axes("bottom", size="70%", pad=0.15, sharex=ax)
     for values in flutter.eigenvalues:
         (line,) = ax.plot(flutter.mu, values.imag, linewidth=1.2)
@@ -58,7 +58,7 @@ def plot_flutter(flutter, ax=None):
 @alone(DRAWING)
 def plot_map(found, ax=None):
     """Draw the lowest critical mu against the second parameter; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = axes_for(ax)
     ax.plot(found.values, found.mu, "o-", markersize=3)
     ax.set_xlabel(found.name)
     ax.set_ylabel("critical mu")

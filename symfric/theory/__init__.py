@@ -1,5 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
+from symfric.model.offering import offer
 from symfric.theory import absorber, belt, drive, foundation, presliding, scaling, transient
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
@@ -36,3 +37,5 @@ __all__ = [
     "symbolic_hurwitz_of_matrices",
     "transient",
 ]
+
+offer(__name__)

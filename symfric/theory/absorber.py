@@ -11,7 +11,24 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.offering import offer
 from symfric.model.symbols import finite
+
+__all__ = [
+    "SYMBOLS",
+    "AbsorberSymbols",
+    "Tuned",
+    "decay_rate",
+    "fastest_decay",
+    "fixed_points",
+    "least_peak",
+    "least_variance",
+    "peaks",
+    "response",
+    "state_matrix",
+    "variance",
+    "widest_stability",
+]
 
 
 class AbsorberSymbols(NamedTuple):
@@ -40,6 +57,7 @@ class Tuned(NamedTuple):
     value: float | sp.Expr
 
 
+#: Symbols of the tuned mass damper: mass ratio mu, tuning f, damping ratio zeta, frequency ratio g.
 SYMBOLS = AbsorberSymbols(*sp.symbols("mu f zeta g", positive=True))
 # relative imaginary part up to which a root counts as real, because rounding splits double roots
 _REAL = 1e-7
@@ -254,3 +272,6 @@ def _positive(value, name: str) -> float:
     if not number > 0:
         raise SceneError(f"{name} is {number:g}; it must be positive")
     return number
+
+
+offer(__name__)

@@ -12,7 +12,19 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.offering import offer
 from symfric.model.symbols import finite
+
+__all__ = [
+    "SYMBOLS",
+    "Mount",
+    "Symbols",
+    "at_stiffness",
+    "break_even",
+    "decay_rate",
+    "state_matrix",
+    "widest_stability",
+]
 
 
 class Symbols(NamedTuple):
@@ -41,6 +53,7 @@ class Mount(NamedTuple):
 
 
 IN_TUNE = 1e-12  # distance of d from 1 that is rounding
+#: Symbols of the formulas: ratio of the masses mu, stiffness kappa and damping gamma of the mount.
 SYMBOLS = Symbols(*sp.symbols("mu kappa gamma", positive=True))
 
 
@@ -258,3 +271,6 @@ def _positive(value, name: str) -> float:
     if not number > 0:
         raise SceneError(f"{name} is {number:g}; it must be positive")
     return number
+
+
+offer(__name__)

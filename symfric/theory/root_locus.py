@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model.scene import Scene
@@ -57,8 +57,7 @@ class RootLocus:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes."""
-        if ax is None:
-            ax = new_axes()
+        ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         for row in self.poles:
             (line,) = ax.plot(row.real, row.imag)

@@ -8,7 +8,17 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.offering import offer
 from symfric.model.symbols import finite
+
+__all__ = [
+    "FACTORS",
+    "SYMBOLS",
+    "Factors",
+    "ScalingSymbols",
+    "factors",
+    "returned_ratio",
+]
 
 
 class ScalingSymbols(NamedTuple):
@@ -18,6 +28,7 @@ class ScalingSymbols(NamedTuple):
     D: sp.Symbol
 
 
+#: Symbols of the scaling laws: scale of length L, scale of density D.
 SYMBOLS = ScalingSymbols(*sp.symbols("L D", positive=True))
 
 
@@ -62,6 +73,7 @@ class Factors:
 
 _L, _D = SYMBOLS
 _ONE = sp.Integer(1)
+#: The scaling laws as formulas in `SYMBOLS`.
 FACTORS = Factors(
     length=1 / _L,
     friction_increment=_L,
@@ -148,3 +160,6 @@ def _positive(value, what: str) -> float:
     if number <= 0:
         raise SceneError(f"{what} is {number:g}; it must be positive")
     return number
+
+
+offer(__name__)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
@@ -74,8 +74,7 @@ class SlowFlow:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the rate against the amplitude with the stationary amplitudes; return the Axes."""
-        if ax is None:
-            ax = new_axes()
+        ax = axes_for(ax)
         top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
         A = np.linspace(top / 400, top, 400)
         ax.axhline(0.0, color="0.6", linewidth=0.8)

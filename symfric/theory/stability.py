@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model.notebook import html_table
@@ -100,8 +100,7 @@ class Stability:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the eigenvalues in the complex plane and return the Axes."""
-        if ax is None:
-            ax = new_axes()
+        ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
         ax.set_xlabel("real part")

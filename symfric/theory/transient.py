@@ -14,13 +14,28 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.numeric import gauss_legendre
+from symfric.model.offering import offer
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
-from symfric.theory.decay import Decisions as Decisions
-from symfric.theory.decay import EnergyBalance as EnergyBalance
-from symfric.theory.decay import damper_numbers
-from symfric.theory.decay import decisions as decisions
-from symfric.theory.decay import energy_balance as energy_balance
+from symfric.theory.decay import Decisions, EnergyBalance, damper_numbers, decisions, energy_balance
+
+__all__ = [
+    "DAMPER",
+    "SYMBOLS",
+    "DamperSymbols",
+    "Decisions",
+    "EnergyBalance",
+    "TransientSymbols",
+    "amplitude_rate",
+    "averaged_decay_time",
+    "damper_numbers",
+    "decisions",
+    "energy_balance",
+    "half_cycles",
+    "mean_friction",
+    "stop_position",
+    "stop_time",
+]
 
 
 class TransientSymbols(NamedTuple):
@@ -46,12 +61,14 @@ class DamperSymbols(NamedTuple):
     v_c: sp.Symbol
 
 
+#: Symbols of the decay of an oscillator with Coulomb friction.
 SYMBOLS = TransientSymbols(
     delta=sp.Symbol("delta", positive=True),
     delta_s=sp.Symbol("delta_s", positive=True),
     x0=sp.Symbol("x0", real=True),
     omega_n=sp.Symbol("omega_n", positive=True),
 )
+#: Symbols of the decay of a rod that a contact brakes.
 DAMPER = DamperSymbols(
     A=sp.Symbol("A", positive=True),
     omega_n=sp.Symbol("omega_n", positive=True),
@@ -352,3 +369,6 @@ def _positive(value, what: str, zero: bool = False) -> float:
     if number < 0 or (number == 0 and not zero):
         raise SceneError(f"{what} is {number:g}; it must {'not be negative' if zero else 'be positive'}")
     return number
+
+
+offer(__name__)

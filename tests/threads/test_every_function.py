@@ -15,6 +15,7 @@ from tests.threads.together import THREADS, difference, together
 OTHERWISE = {  # public functions that are tried elsewhere or read files
     "motions.read_at2": "test_files_of_motions",
     "motions.read_text": "test_files_of_motions",
+    "read": "test_starting",
     "structures.read": "test_faults",
     "structures.write": "test_faults",
 }

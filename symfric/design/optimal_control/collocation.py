@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.axes import new_axes
+from symfric.axes import axes_for
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.optimal_control.transcription import (
     NonlinearProgram,
@@ -92,8 +92,7 @@ class Profile:
     @alone(DRAWING)
     def plot(self, ax=None):
         """Draw the controls against time; return the Axes."""
-        if ax is None:
-            ax = new_axes()
+        ax = axes_for(ax)
         for name, values in self.controls.items():
             t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
             ax.plot(t, np.column_stack([values[:, 0], values[:, -1]]).ravel(), label=name)

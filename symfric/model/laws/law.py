@@ -44,7 +44,7 @@ class Law:
     kinetic : Expr
         mu(v) for sliding speed ``SPEED`` > 0, dimensionless; of a law with memory, in steady sliding.
     stick : Expr
-        Largest |friction / normal force| that sticking can carry, dimensionless. Zero together with
+        Largest ``|friction / normal force|`` that sticking can carry, dimensionless. Zero together with
         ``kinetic(0) = 0`` makes a smooth law, which never sticks.
     breaks : tuple of Expr
         Speeds at which `kinetic` changes its branch, increasing.

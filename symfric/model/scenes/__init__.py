@@ -1,5 +1,6 @@
 """Ready scenes of the sources; symbols carry the argument's name, so ``scene.where({"v_b": .3})`` works."""
 
+from symfric.model.offering import offer
 from symfric.model.scenes.absorber import absorber
 from symfric.model.scenes.belt import mass_on_belt
 from symfric.model.scenes.damper import contact_damper
@@ -19,3 +20,5 @@ __all__ = [
     "sprung_foundation",
     "two_slides",
 ]
+
+offer(__name__)

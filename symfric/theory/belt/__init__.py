@@ -3,6 +3,7 @@
 Every function returns a float for a scene, or the formula in `SYMBOLS` with ``symbolic=True``.
 """
 
+from symfric.model.offering import offer
 from symfric.theory.belt.excited import excited_amplitude, excited_growth
 from symfric.theory.belt.quench import (
     effective_cubic,
@@ -71,3 +72,5 @@ __all__ = [
     "stick_speed",
     "unstable_speeds",
 ]
+
+offer(__name__)

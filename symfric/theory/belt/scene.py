@@ -27,6 +27,7 @@ class Symbols(NamedTuple):
     v_m: sp.Symbol
 
 
+#: Symbols of the closed forms: the values of `sf.scenes.mass_on_belt` and the coefficients of the cubic law.
 SYMBOLS = Symbols(*sp.symbols("v_b beta gamma2 a Omega", real=True), *sp.symbols("mu_s mu_m v_m", positive=True))
 
 

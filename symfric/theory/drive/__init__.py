@@ -1,5 +1,6 @@
 """Closed forms of Guida, Nilvetti and Pappalardo for one driven slide and for two slides in contact."""
 
+from symfric.model.offering import offer
 from symfric.theory.drive.grazing import (
     SlidesCycle,
     two_slides_cycle,
@@ -45,3 +46,5 @@ __all__ = [
     "two_slides_thresholds",
     "type_limit",
 ]
+
+offer(__name__)

@@ -21,6 +21,7 @@ class SlidesSymbols(NamedTuple):
     mu: sp.Symbol
 
 
+#: Symbols of the formulas for two slides: ratio of masses r, zeta, damping ratios s1 and d2, and the slope mu.
 SYMBOLS = SlidesSymbols(*sp.symbols("r zeta s1 d2", positive=True), *sp.symbols("mu,", real=True))
 r, zeta, s1, d2, mu = SYMBOLS
 FIRST, SECOND = 2 * (s1 + mu), 2 * (d2 + r * mu)  # diagonal of B

@@ -147,7 +147,7 @@ def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | s
 
 @alone(SYMBOLIC)
 def single_section_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
-    """Return Delta S of type "a", |mu1| < 1; Guida (19) line 1, which prints Delta S_lambda for it.
+    """Return Delta S of type "a", ``|mu1| < 1``; Guida (19) line 1, which prints Delta S_lambda for it.
 
     Notes
     -----
@@ -159,7 +159,7 @@ def single_section_error(mu1: float | None = None, lam: float | None = None, *, 
 
 @alone(SYMBOLIC)
 def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
-    """Return the limit of Delta S for mu2 -> infinity, |mu1| < 1; Guida (19) line 2, where a factor is missing.
+    """Return the limit of Delta S for mu2 -> infinity, ``|mu1| < 1``; Guida (19) line 2, where a factor is missing.
 
     Notes
     -----

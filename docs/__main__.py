@@ -1,0 +1,33 @@
+"""Build the documentation as HTML: ``python -m docs``. Warnings are errors, and every page is executed."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+
+
+def main() -> int:
+    """Build, and return the exit status of Sphinx."""
+    parser = argparse.ArgumentParser(prog="python -m docs", description=__doc__)
+    parser.add_argument("-o", "--out", type=Path, default=FOLDER / "_build" / "html", help="folder of the pages")
+    parser.add_argument(
+        "--cached", action="store_true", help="execute only pages whose text changed, and keep pictures that exist"
+    )
+    arguments = parser.parse_args()
+    from sphinx.cmd.build import main as sphinx
+
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(FOLDER.parent), os.environ.get("PYTHONPATH")]))
+    os.environ["SYMFRIC_DOCS_CACHED"] = "yes" if arguments.cached else ""
+    doctrees = str(arguments.out.parent / "doctrees")
+    fresh = [] if arguments.cached else ["-E", "-a"]
+    options = ["-W", "--keep-going", "-q", "-b", "html", "-d", doctrees, *fresh]
+    status = sphinx([*options, str(FOLDER), str(arguments.out)])
+    if status == 0:
+        print(arguments.out / "index.html")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

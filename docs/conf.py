@@ -1,0 +1,42 @@
+"""Configuration of Sphinx."""
+
+import os
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER.parent))
+
+import symfric  # noqa: E402
+
+project = "symfric"
+author = "the symfric developers"
+project_copyright = author
+version = release = symfric.__version__
+html_title = f"symfric {version}"
+
+extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "docs.pages"]
+exclude_patterns = ["_build", "**.py", "**.in.md"]
+nitpicky = False
+default_role = "literal"  # docstrings write names in single backticks
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the sections of the docstrings have them
+add_module_names = False
+numpydoc_show_class_members = False
+numpydoc_attributes_as_param_list = True
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+nb_execution_mode = "cache" if os.environ.get("SYMFRIC_DOCS_CACHED") else "force"
+nb_execution_cache_path = str(FOLDER / "_build" / "jupyter")
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+html_theme = "furo"
+html_static_path = ["_static"]
+html_extra_path = ["gallery/extra"]
+html_css_files = ["symfric.css"]
+html_copy_source = False
+html_show_sphinx = False

@@ -1,0 +1,78 @@
+"""The reproduced figures and tables of the sources, with what each source claims and what was found."""
+
+import json
+import os
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+
+import matplotlib
+
+from docs.pages.files import put
+from symfric.report.html.gallery import VERDICTS
+from symfric.report.sources.registry import SOURCES, title
+from symfric.report.sources.reproduction import NOT_MADE, reproductions
+from symfric.report.study.data import plain
+from symfric.report.study.figures import png
+
+
+def write(folder: Path) -> None:
+    """Compute all figures, except those that exist if cached ones are asked for, and write a page for each source."""
+    matplotlib.use("Agg")
+    made = {name: _kept(name, entry, folder) for name, entry in reproductions().items()}
+    rows = ["| source | figures and tables | true | not so | open |", "|---|---:|---:|---:|---:|"]
+    for source, words in SOURCES.items():
+        own = {name: m for name, m in made.items() if name.startswith(f"{source}-")}
+        verdicts = Counter(VERDICTS[f["holds"]] for m in own.values() for f in m["findings"])
+        counted = " | ".join(str(verdicts[v]) for v in ("true", "not so", "open"))
+        rows.append(f"| [{words}]({source}.md) | {len(own)} | {counted} |")
+        put(folder / f"{source}.md", _page(source, own))
+    text = (folder / "index.in.md").read_text(encoding="utf-8").replace("<!-- counts -->", "\n".join(rows))
+    put(folder / "index.md", text + "\n```{toctree}\n:hidden:\n\n" + "\n".join(SOURCES) + "\n```\n")
+
+
+def _kept(name: str, entry, folder: Path) -> dict:
+    place = folder / "made" / f"{name}.json"
+    if not (os.environ.get("SYMFRIC_DOCS_CACHED") and place.is_file()):
+        put(place, json.dumps(plain(_make(name, entry, folder))))
+    return json.loads(place.read_text(encoding="utf-8"))
+
+
+def _make(name: str, entry, folder: Path) -> dict:
+    import matplotlib.pyplot as plt
+
+    made = entry.make()
+    if made.figure is not None:
+        place = folder / "made" / f"{name}.png"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(png(made.figure))
+        plt.close("all")
+    return {
+        "caption": entry.caption,
+        "picture": made.figure is not None,
+        "text": made.text,
+        "findings": [asdict(f) for f in made.findings],
+    }
+
+
+def _page(source: str, made: dict[str, dict]) -> str:
+    parts = [f"# {SOURCES[source]}\n"]
+    for name, m in made.items():
+        parts.append(f"({name})=\n## {title(name)}\n\n{m['caption']}\n")
+        if m["picture"]:
+            parts.append(f"```{{image}} made/{name}.png\n:alt: {title(name)}\n```\n")
+        if m["text"]:
+            parts.append(f"```text\n{m['text'].rstrip()}\n```\n")
+        if m["findings"]:
+            rows = [f"| {_cell(f['claim'])} | {VERDICTS[f['holds']]} | {_cell(f['found'])} |" for f in m["findings"]]
+            parts.append("\n".join(["| the source | | found |", "|---|---|---|", *rows]) + "\n")
+        parts.append(f"```sh\nsymfric reproduce {name}\n```\n")
+    parts += [f"Not made: `{name}`, {why}.\n" for name, why in NOT_MADE.items() if name.startswith(f"{source}-")]
+    return "\n".join(parts)
+
+
+def _cell(text: str) -> str:
+    """Return a text for a table of Markdown, where | ends a cell and a lone * or _ would mean emphasis."""
+    for letter in "\\|*_<$":
+        text = text.replace(letter, "\\" + letter)
+    return text

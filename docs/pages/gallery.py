@@ -1,0 +1,143 @@
+"""The gallery: every example with what it prints and a picture, and every scene file with its study."""
+
+import base64
+import contextlib
+import io
+import json
+import os
+import runpy
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import matplotlib
+
+from docs.pages.files import put
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a page of the gallery shows.
+
+    Attributes
+    ----------
+    title, words : str
+    printed : str
+    picture, alt : str
+        File of the picture, in the folder of the page.
+    code : str
+        Of the picture; empty for a scene file.
+    """
+
+    title: str
+    words: str
+    printed: str
+    picture: str
+    alt: str
+    code: str = ""
+
+
+def write(folder: Path) -> None:
+    """Write a page for each example, and the gallery of their pictures."""
+    matplotlib.use("Agg")
+    scripts = {p.stem: p for p in sorted(EXAMPLES.glob("*.py"))}
+    files = {p.stem: p for p in sorted(EXAMPLES.glob("*.toml"))}
+    tiles: dict[str, list[str]] = {"scripts": [], "files": []}
+    for kind, paths, run, page in (("scripts", scripts, _script, _page), ("files", files, _file, _study_page)):
+        for name, path in paths.items():
+            shown = _kept(folder / "made" / f"{name}.json", path, lambda n=name, p=path, r=run: r(n, p, folder))
+            put(folder / f"{name}.md", page(name, shown, path))
+            tiles[kind].append(_tile(name, shown))
+    text = (folder / "index.in.md").read_text(encoding="utf-8")
+    for kind, found in tiles.items():
+        text = text.replace(f"<!-- {kind} -->", '<div class="tiles">\n' + "\n".join(found) + "\n</div>\n")
+    names = "\n".join(f"{name.replace('_', ' ').capitalize()} <{name}>" for name in [*scripts, *files])
+    put(folder / "index.md", f"{text}\n```{{toctree}}\n:hidden:\n\n{names}\n```\n")
+
+
+def _kept(place: Path, source: Path, make) -> Shown:
+    """Return what was made before from the same text, if cached pages are asked for, else make it."""
+    picture = place.parents[1] / "pictures" / source.name
+    text = source.read_text(encoding="utf-8") + (picture.read_text(encoding="utf-8") if picture.is_file() else "")
+    if os.environ.get("SYMFRIC_DOCS_CACHED") and place.is_file():
+        kept = json.loads(place.read_text(encoding="utf-8"))
+        if kept["text"] == text:
+            return Shown(**kept["shown"])
+    shown = make()
+    put(place, json.dumps({"text": text, "shown": asdict(shown)}))
+    return shown
+
+
+def _script(name: str, path: Path, folder: Path) -> Shown:
+    """Run a script, then the code of its picture with the names it left."""
+    import matplotlib.pyplot as plt
+
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        names = runpy.run_path(str(path), run_name="__main__")
+    drawing = folder / "pictures" / f"{name}.py"
+    if not drawing.is_file():
+        raise FileNotFoundError(f"{path.name} has no picture; write {drawing.relative_to(folder.parents[1])}")
+    code = drawing.read_text(encoding="utf-8").split('"""', 2)
+    image = f"made/{name}.png"
+    with matplotlib.rc_context({"figure.constrained_layout.use": True, "figure.figsize": (6.4, 3.8)}):
+        exec(compile(code[2], str(drawing), "exec"), names)
+        (folder / "made").mkdir(parents=True, exist_ok=True)
+        plt.gcf().savefig(folder / image, dpi=130)
+    plt.close("all")
+    title, _, words = (names["__doc__"] or name).strip().partition("\n\n")
+    return Shown(" ".join(title.split()), words, printed.getvalue(), image, code[1].strip(), code[2].strip())
+
+
+def _file(name: str, path: Path, folder: Path) -> Shown:
+    """Study a scene file; keep its page and one picture."""
+    from symfric.report.study import narrative
+    from symfric.report.study.captions import pictures
+    from symfric.report.study.page import page
+    from symfric.report.study.study import study
+    from symfric.scenefile import read_scene_file
+
+    result = study(read_scene_file(path))
+    drawn = pictures(result)
+    picture = (drawn["amplitude"] or drawn["motion"])[0]
+    image = f"made/{name}.svg"
+    (folder / "made").mkdir(parents=True, exist_ok=True)
+    (folder / image).write_bytes(base64.b64decode(picture.uri.partition(",")[2]))
+    put(folder / "extra" / "studies" / f"{name}.html", page(result))
+    words = " ".join((result.file.description or "").split())
+    summary = "\n".join(str(line) for line in narrative.summary(result))
+    return Shown(result.file.title or name, words, summary, image, picture.alt)
+
+
+def _tile(name: str, shown: Shown) -> str:
+    return f'<a href="{name}.html"><img src="../_images/{Path(shown.picture).name}" alt="" loading="lazy"><span>{shown.title}</span></a>'  # noqa: E501
+
+
+def _page(name: str, shown: Shown, path: Path) -> str:
+    return "\n".join(
+        [
+            f"# {shown.title}\n",
+            f"{shown.words}\n",
+            f"```{{image}} {shown.picture}\n:alt: {shown.alt}\n```\n",
+            f"{{download}}`examples/{name}.py <../../examples/{name}.py>` prints:\n",
+            f"```text\n{shown.printed.strip()}\n```\n",
+            f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```\n",
+            f"The picture:\n\n```python\n{shown.code}\n```\n",
+        ]
+    )
+
+
+def _study_page(name: str, shown: Shown, path: Path) -> str:
+    return "\n".join(
+        [
+            f"# {shown.title}\n",
+            f"{shown.words}\n",
+            f"```{{image}} {shown.picture}\n:alt: {shown.alt}\n```\n",
+            f"```sh\nsymfric study examples/{name}.toml\n```\n",
+            f"```text\n{shown.printed.strip()}\n```\n",
+            f'The <a href="../studies/{name}.html">page of this study</a>. The file, '
+            f"{{download}}`examples/{name}.toml <../../examples/{name}.toml>`:\n",
+            f"```{{literalinclude}} ../../examples/{name}.toml\n:language: toml\n```\n",
+        ]
+    )

@@ -1,0 +1,100 @@
+"""One table of the keys of a scene file, from the schema that reads it."""
+
+import inspect
+import json
+import types
+import typing
+from pathlib import Path
+
+from numpydoc.docscrape import NumpyDocString
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from docs.pages.files import put
+from symfric.scenefile import fields, schema
+
+WORDS = {  # annotated types: what one writes
+    fields.Number: "number",
+    fields.Positive: "number > 0",
+    fields.Term: "number or expression",
+    fields.Coefficient: "number, expression or list",
+    fields.Option: "number, text, true or false, list",
+    fields.Text: "text",
+    fields.Unit: "text",
+    fields.Names: "name or list of names",
+    fields.Terms: "expression or list of them",
+    fields.Axis: "list, or {start, stop, count}",
+    fields.Mass: "number, diagonal or rows",
+    fields.Range: "[lower, upper]",
+}
+PLACES = (
+    ("", schema.Document),
+    ("scene", schema.ReadyScene),
+    ("scene", schema.OwnScene),
+    ("friction", schema.FrictionTable),
+    ("sweep", schema.Sweep),
+)
+
+
+def write(folder: Path) -> None:
+    """Write the page."""
+    lines = ["| key | value | meaning |", "|---|---|---|"]
+    for place, section in PLACES:
+        lines += _rows(place, section)
+    for name, field in schema.Designs.model_fields.items():
+        lines += _rows(f"design.{name}", _section(field.annotation))
+    text = (folder / "toml.in.md").read_text(encoding="utf-8")
+    put(folder / "toml.md", text.replace("<!-- the table -->", "\n".join(lines)))
+
+
+def meanings(section: type[BaseModel]) -> dict[str, str]:
+    """Return what the docstring of a section says of each key."""
+    entries = NumpyDocString(inspect.cleandoc(section.__doc__ or ""))["Attributes"]
+    return {name: " ".join(e.desc) for e in entries for name in e.name.split(", ")}
+
+
+def _rows(place: str, section: type[BaseModel]) -> list[str]:
+    said, hints = meanings(section), typing.get_type_hints(section, include_extras=True)
+    rows = []
+    for name, field in section.model_fields.items():
+        inner, key = _section(field.annotation), field.alias or name
+        path = f"{place}.{key}" if place else key
+        if name not in said:
+            raise KeyError(f"{section.__name__}.{name} has no meaning; add it to the Attributes of its class")
+        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "design"))):
+            kind = f"table `[{path}]`" if inner else _kind(hints[name])
+            rows.append(f"| `{path}` | {kind}{_default(field)} | {said[name]} |")
+            if inner and name != "motion":
+                rows += _rows(path, inner)
+    return rows
+
+
+def _section(annotation) -> type[BaseModel] | None:
+    """Return the section that a key holds, if it is a table with fixed keys."""
+    for part in (annotation, *typing.get_args(annotation)):
+        if isinstance(part, type) and issubclass(part, BaseModel):
+            return part
+    return None
+
+
+def _kind(hint) -> str:
+    """Return the words for a type, without None."""
+    if hint in WORDS:
+        return WORDS[hint]
+    origin, parts = typing.get_origin(hint), [p for p in typing.get_args(hint) if p is not type(None)]
+    if origin is dict:
+        return f"table of name = {_kind(parts[1])}"
+    if origin is typing.Literal:
+        return " or ".join(f'`"{v}"`' for v in parts)
+    if origin in (types.UnionType, typing.Union, typing.Annotated):
+        return _kind(parts[0])
+    return {list: "list", bool: "true or false", int: "whole number"}.get(origin or hint, "table")
+
+
+def _default(field) -> str:
+    if field.is_required():
+        return "; needed"
+    value = field.default
+    if value is None or value is PydanticUndefined or value == "" or isinstance(value, BaseModel):
+        return ""
+    return f"; `{json.dumps(value)}` unless given"

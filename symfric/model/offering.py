@@ -1,0 +1,155 @@
+"""The door of a package: its public names alone, hints on misspelled names and arguments, a log of long calls."""
+
+import functools
+import inspect
+import logging
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import ModuleType
+
+from symfric.errors import SceneError
+
+PATIENCE = 1.0  # time after which a call is logged, s
+_PAIR = tuple[float, float]
+_log = logging.getLogger("symfric")
+_calls = threading.local()
+
+
+class _Package(ModuleType):
+    """A module that lists its public names only, and answers an unknown one with the nearest of them."""
+
+    def __dir__(self) -> list[str]:
+        return [*self.__all__, *(n for n in vars(self) if n.startswith("__"))]
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(f"{self.__name__} has no attribute {name!r}", name=name, obj=self)
+        from symfric.model.symbols import nearest
+
+        spoken = self.__name__.replace("symfric.model.", "symfric.")
+        raise AttributeError(f"{spoken} has no name {name!r}{nearest(name, self.__all__)}")
+
+
+def offer(package: str) -> None:
+    """Make a package show its public names only, and guard those that it has: see `guarded`.
+
+    Parameters
+    ----------
+    package : str
+        Name of a loaded module with ``__all__``.
+    """
+    module = sys.modules[package]
+    for name in module.__all__:
+        if name in vars(module):
+            setattr(module, name, guarded(vars(module)[name], package))
+    module.__class__ = _Package
+
+
+def guarded(thing, package: str):
+    """Return a public function or class that answers wrong arguments in one line and logs calls of over a second.
+
+    Parameters
+    ----------
+    thing : object
+        Classes get a guarded ``__init__``; anything but functions and classes is returned as it is.
+    package : str
+        Where it is found under its name, for pickling.
+
+    Returns
+    -------
+    object
+    """
+    if inspect.isfunction(thing) and not getattr(thing, "guarded", False):
+        found = _guarded(thing, thing.__name__, first=0)
+        found.__module__ = package
+        return found
+    if inspect.isclass(thing) and thing.__module__.startswith("symfric."):
+        init = vars(thing).get("__init__")
+        if inspect.isfunction(init) and not getattr(init, "guarded", False):
+            type.__setattr__(thing, "__init__", _guarded(init, thing.__name__, first=1))
+    return thing
+
+
+def _guarded(function: Callable, spoken: str, first: int) -> Callable:
+    parameters = list(inspect.signature(function).parameters.values())
+    known = {p.name for p in parameters[first:]}
+    free = any(p.kind is p.VAR_KEYWORD for p in parameters)
+    checks = [(i, p.name, check) for i, p in enumerate(parameters) if (check := _check_of(p.annotation))]
+
+    @functools.wraps(function)
+    def guard(*args, **kwargs):
+        if not (free or known.issuperset(kwargs)):
+            from symfric.model.symbols import nearest
+
+            wrong = next(k for k in kwargs if k not in known)
+            raise TypeError(f"{spoken} has no argument {wrong!r}{nearest(wrong, known)}")
+        for i, name, check in checks:
+            if i < len(args):
+                check(args[i], name, spoken)
+            elif name in kwargs:
+                check(kwargs[name], name, spoken)
+        try:
+            if _log.isEnabledFor(logging.INFO) and not getattr(_calls, "inside", False):
+                return _timed(function, spoken, args, kwargs)
+            return function(*args, **kwargs)
+        except (TypeError, AttributeError, ValueError) as error:
+            if isinstance(error, SceneError) or (blame := _blamed(function, args, kwargs)) is None:
+                raise
+            raise SceneError(f"{spoken}: {blame}") from None
+
+    vars(guard)["guarded"] = True
+    return guard
+
+
+def _timed(function: Callable, spoken: str, args: tuple, kwargs: dict):
+    """Call a function; log that it works once this takes a second, and its time at the end."""
+    _calls.inside, begin = True, time.monotonic()
+    waiting = threading.Timer(PATIENCE, _log.info, ("%s: working", spoken))
+    waiting.daemon = True
+    waiting.start()
+    try:
+        return function(*args, **kwargs)
+    finally:
+        waiting.cancel()
+        _calls.inside = False
+        if time.monotonic() - begin > PATIENCE:
+            _log.info("%s: %.1f s", spoken, time.monotonic() - begin)
+
+
+def _check_of(annotation) -> Callable[[object, str, str], None] | None:
+    """Return the check of an argument by its type: scenes and ranges, which are mistaken most."""
+    if getattr(annotation, "__qualname__", "") == "Scene":
+        return _check_scene
+    return _check_pair if annotation == _PAIR else None
+
+
+def _check_scene(value, name: str, spoken: str) -> None:
+    from symfric.model.scene import Scene
+
+    if isinstance(value, Scene):
+        return
+    cure = "sf.read(...) reads a scene file" if isinstance(value, str) else "give a sf.Scene"
+    raise SceneError(f"{name} of {spoken} is {_short(value)}, not a scene; {cure}")
+
+
+def _check_pair(value, name: str, spoken: str) -> None:
+    try:
+        count = None if isinstance(value, str) else len(value)
+    except TypeError:
+        count = None
+    if count != 2:
+        raise SceneError(f"{name} of {spoken} is {_short(value)}; give two numbers, {name}=(lower, upper)")
+
+
+def _blamed(function: Callable, args: tuple, kwargs: dict) -> str | None:
+    from symfric.model.blame import blamed
+
+    return blamed(function, args, kwargs)
+
+
+def _short(value) -> str:
+    from symfric.model.blame import shortened
+
+    return shortened(value)

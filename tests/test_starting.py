@@ -1,0 +1,67 @@
+"""A user of the wheel has something to run: scene files to start from, `sf.read`, ``python -m symfric``."""
+
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+from click.testing import CliRunner
+
+import symfric as sf
+from symfric.cli import main
+from symfric.scenefile import ready_scenes
+from symfric.scenefile.starters import starters
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def test_every_ready_scene_has_a_file_to_start_from():
+    assert starters() == sorted(["own", *ready_scenes()])
+
+
+@pytest.mark.parametrize("model", starters())
+def test_a_new_file_runs_as_it_is(model, tmp_path):
+    place = tmp_path / "scene.toml"
+    assert call("new", model, place).exit_code == 0
+    scene = sf.read(place)
+    assert sf.simulate(scene.until(min(scene.horizon, 10.0))).status == sf.Status.OK
+    assert f"symfric study {place}" in place.read_text(encoding="utf-8")
+
+
+def test_without_a_model_the_file_has_own_equations(tmp_path):
+    found = call("new", tmp_path / "mine.toml")
+    assert found.exit_code == 0
+    assert "symfric study" in found.output
+    assert "coordinates" in (tmp_path / "mine.toml").read_text(encoding="utf-8")
+
+
+def test_a_file_is_not_replaced_unasked(tmp_path):
+    place = tmp_path / "a.toml"
+    place.write_text("mine", encoding="utf-8")
+    assert call("new", place).exit_code == 2
+    assert place.read_text(encoding="utf-8") == "mine"
+    assert call("new", place, "--force").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["mass_on_bel", "a.toml"], "did you mean mass_on_belt?"),
+        (["a.txt"], "ends in .toml"),
+        ([], "name the file"),
+        (["a", "b", "c"], "name the file"),
+    ],
+)
+def test_bad_words_are_one_line(words, said):
+    found = call("new", *words)
+    assert found.exit_code == 2
+    assert said in found.output
+    assert found.output.count("\n") == 1
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "symfric", "--version"], capture_output=True, text=True, timeout=60)
+    assert done.stdout.startswith("symfric ")
+    assert isinstance(sf, ModuleType)

@@ -1,0 +1,152 @@
+"""Whatever is handed to a public name that it cannot use is one line: the argument, its value, what it takes."""
+
+import logging
+import pickle
+import re
+from inspect import signature
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+
+X, U = sp.symbols("x u", real=True)
+K, V = sp.symbols("k v_b", positive=True)
+BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=5.0)
+SIZE = BELT.wanting({"m": sf.Max(BELT.system.q[0])})
+LAW = sf.laws.cubic(0.4, 0.25, 0.5)
+MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
+DRIVE = sf.scenes.drive_slide(mu1=-0.5, mu2=0.1, p_star=-0.2, epsilon=1.0, sigma=0.0)
+SYSTEM = {"q": [X], "u": [U], "mass": [[1]], "force": [-K * X], "z": [], "z_rate": []}
+GOOD = {
+    sf.System: SYSTEM,
+    sf.Contact: {"name": "c", "slip": U - V, "normal": 1, "law": LAW, "profile": 1},
+    sf.Scene: {
+        "system": sf.System(**SYSTEM),
+        "contacts": [],
+        "values": {K: 1.0},
+        "initial": {X: 0.0, U: 0.0},
+        "horizon": 10.0,
+        "outputs": {"end": sf.End()},
+        "inputs": {},
+    },
+    sf.Signal: {"samples": [0.0, 1.0], "dt": 0.1, "t0": 0.0},
+    sf.mechanics.lagrange: {"kinetic": U**2 / 2, "potential": X**2 / 2, "loads": {X: 1}, "q": [X], "u": [U]},
+    sf.scenes.mass_on_belt: {"law": LAW, "v_b": 0.2, "beta": 0.05, "horizon": 10.0},
+    sf.scenes.contact_damper: {"f_n": 10.0, "mu_m": 0.1, "zeta": 0.0, "r": 1.0},
+    sf.scenes.rolling_isolator: {"C": 1.0, "m": 1.0, "motion": MOTION, "profile": 0.1},
+    sf.scenes.drive_stop: {"mu1": -0.5, "mu2": 0.1, "lam": 4.0},
+    sf.equilibrium: {"scene": BELT},
+    sf.stability: {"scene": BELT},
+    sf.hopf: {"scene": BELT, "parameter": "v_b", "bracket": (0.3, 0.6)},
+    sf.as_function: {"scene": SIZE, "inputs": ["v_b"], "outputs": ["m"]},
+    sf.design.quench: {"scene": BELT, "speeds": (0.1, 0.4), "Omega": (20, 60), "a": (0, 0.02)},
+    sf.design.positioning: {"scene": DRIVE, "parameter": "sigma", "bounds": (0, 1), "speeds": (1.25, 5)},
+    sf.design.absorber: {"mass_ratio": 0.1},
+    sf.motions.synthetic: {"seed": 1, "pga": 0.3, "unit": "g"},
+    sf.motions.read_at2: {"path": "x.at2"},
+    sf.Max: {"expr": X},
+    sf.Samples: {"expr": X, "times": [1.0, 2.0]},
+    sf.theory.drive.threshold: {"mu1": -0.3, "mu2": 0.3, "p_star": -0.2},
+    sf.theory.belt.onset_speed: {"scene": BELT},
+    sf.structures.Structure: {"M": np.eye(2), "K": np.eye(2)},
+}
+BAD = [0.5, "y", object(), [1, 2, 3], -1.0, [], {}, np.nan, X]
+REFUSALS = sf.SceneError, sf.NotFound, sf.NoRoute, sf.RunFailed
+MISSPELT = [(f, name) for f, good in GOOD.items() for name in good]
+
+
+@pytest.mark.parametrize("function", GOOD, ids=lambda f: f.__name__)
+def test_arguments_of_every_other_kind_are_one_line(function):
+    for name in GOOD[function]:
+        for value in BAD:
+            try:
+                function(**{**GOOD[function], name: value})
+            except REFUSALS as refusal:
+                line = str(refusal)
+                assert re.fullmatch(r"[^\n]{10,400}", line), (name, value)
+
+
+@pytest.mark.parametrize(("function", "name"), MISSPELT, ids=lambda p: getattr(p, "__name__", p))
+def test_a_misspelt_keyword_names_the_nearest(function, name):
+    given = {n: v for n, v in GOOD[function].items() if n != name} | {f"{name}_": 1}
+    with pytest.raises(TypeError, match=rf"{function.__name__} has no argument '{name}_'.*{name}"):
+        function(**given)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "near"),
+    [
+        ("simulat", "simulate"),
+        ("theory.belt.onset_sped", "onset_speed"),
+        ("scenes.mass_on_bel", "mass_on_belt"),
+        ("design.quenc", "quench"),
+        ("motions.synthetc", "synthetic"),
+        ("structures.flater", "flutter"),
+        ("theory.transient.stop_tim", "stop_time"),
+    ],
+)
+def test_a_misspelt_name_names_the_nearest(wrong, near):
+    *path, last = wrong.split(".")
+    module = sf
+    for part in path:
+        module = getattr(module, part)
+    with pytest.raises(AttributeError, match=f"has no name '{last}'; did you mean {near}?"):
+        getattr(module, last)
+
+
+@pytest.mark.parametrize(
+    "module", [sf, sf.scenes, sf.theory, sf.theory.transient, sf.design, sf.motions, sf.structures]
+)
+def test_helpers_do_not_show(module):
+    assert [n for n in dir(module) if not n.startswith("__")] == sorted(module.__all__)
+
+
+def test_single_things_where_lists_are_meant_show_the_list():
+    for name, value in (("q", X), ("u", U), ("force", -X)):
+        with pytest.raises(sf.SceneError, match=re.escape(f"give a list, {name}=[")):
+            sf.System(**{**SYSTEM, name: value})
+    with pytest.raises(sf.SceneError, match=re.escape("give mass=[[m]]")):
+        sf.System(**{**SYSTEM, "mass": 1})
+    with pytest.raises(sf.SceneError, match=re.escape("bracket=(lower, upper)")):
+        sf.hopf(BELT, "v_b", bracket=0.5)
+    with pytest.raises(sf.SceneError, match="ax is 'y'; plot takes the matplotlib Axes"):
+        sf.simulate(BELT).plot("y")
+    with pytest.raises(sf.SceneError, match="sf.read"):
+        sf.simulate("belt.toml")
+
+
+def test_faults_of_the_package_itself_are_not_hidden(monkeypatch):
+    def broken(scene: sf.Scene, count: int = 1):
+        """Fail.
+
+        Parameters
+        ----------
+        scene : Scene
+        count : int
+        """
+        return None.missing
+
+    from symfric.model.offering import guarded
+
+    with pytest.raises(AttributeError, match="NoneType"):
+        guarded(broken, __name__)(BELT)
+    with pytest.raises(sf.SceneError, match="count is 'y'; it takes int"):
+        guarded(broken, __name__)(BELT, count="y")
+
+
+def test_guarded_names_keep_their_signature_and_can_be_pickled():
+    assert list(signature(sf.simulate).parameters)[:2] == ["scene", "tolerance"]
+    for thing in (sf.simulate, sf.scenes.mass_on_belt, sf.theory.stability, sf.Scene):
+        assert pickle.loads(pickle.dumps(thing)) is thing
+
+
+def test_a_call_of_over_a_second_is_logged(caplog, monkeypatch):
+    monkeypatch.setattr("symfric.model.offering.PATIENCE", 0.0)
+    with caplog.at_level(logging.INFO, "symfric"):
+        sf.stability(BELT)
+    assert re.search(r"stability: \d", caplog.text)
+    caplog.clear()
+    sf.stability(BELT)
+    assert caplog.text == ""
