@@ -120,15 +120,13 @@ def _timed(function: Callable, spoken: str, args: tuple, kwargs: dict):
 
 def _check_of(annotation) -> Callable[[object, str, str], None] | None:
     """Return the check of an argument by its type: scenes and ranges, which are mistaken most."""
-    if getattr(annotation, "__qualname__", "") == "Scene":
-        return _check_scene
+    if inspect.isclass(annotation) and annotation.__name__ == "Scene":
+        return functools.partial(_check_scene, annotation)
     return _check_pair if annotation == _PAIR else None
 
 
-def _check_scene(value, name: str, spoken: str) -> None:
-    from symfric.model.scene import Scene
-
-    if isinstance(value, Scene):
+def _check_scene(kind: type, value, name: str, spoken: str) -> None:
+    if isinstance(value, kind):
         return
     cure = "sf.read(...) reads a scene file" if isinstance(value, str) else "give a sf.Scene"
     raise SceneError(f"{name} of {spoken} is {_short(value)}, not a scene; {cure}")

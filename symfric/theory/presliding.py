@@ -3,7 +3,16 @@
 import math
 
 from symfric.errors import SceneError
+from symfric.model.offering import offer
 from symfric.model.symbols import finite
+
+__all__ = [
+    "dahl_loop",
+    "dahl_reversal",
+    "iwan_backbone",
+    "iwan_dissipation",
+    "lugre_drift",
+]
 
 
 def _numbers(**given: float) -> list[float]:
@@ -207,3 +216,6 @@ def iwan_dissipation(R: float, chi: float, amplitude: float) -> float:
     if chi <= -1:
         raise SceneError(f"chi is {chi:g}; it must be above -1")
     return 4 * R * X ** (chi + 3) / ((chi + 3) * (chi + 2))
+
+
+offer(__name__)

@@ -14,6 +14,7 @@ from symfric.model.laws.dry import (
     thomsen_regularised,
 )
 from symfric.model.laws.law import SHAPES, Law
+from symfric.model.offering import offer
 
 __all__ = [
     "SHAPES",
@@ -32,3 +33,5 @@ __all__ = [
     "stribeck",
     "thomsen_regularised",
 ]
+
+offer(__name__)
