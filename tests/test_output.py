@@ -32,11 +32,18 @@ to = 0.2
 number = 2
 settle = 20
 window = 20
+[identify]
+record = "record.csv"
+starts = 1
+[identify.unknowns]
+beta = [0.01, 0.2]
 """
+RECORD = "t,x\n" + "".join(f"{k / 2},{0.3 * (-1) ** k}\n" for k in range(1, 30))
 CALLS = {  # every command that ends by itself, with arguments that make it print
     "study": ["study", "{file}", "-o", "{out}"],
     "explain": ["explain", "{file}"],
     "sweep": ["sweep", "{file}", "-o", "{out}", "-j", "1"],
+    "identify": ["identify", "{file}", "-o", "{out}"],
     "scenes": ["scenes"],
     "reproduce": ["reproduce", "rolling-table-2", "-o", "{out}"],
     "bench": ["bench", "--problem", "P1", "--rounds", "1", "-o", "{out}"],
@@ -45,6 +52,7 @@ CALLS = {  # every command that ends by itself, with arguments that make it prin
 LEFT = {
     "study": {"study.html", "study.json", "amplitude.csv"},
     "sweep": {"sweep.csv", "store"},
+    "identify": {"identify.html", "identify.json"},
     "reproduce": {"index.html", "rolling-table-2.txt"},
     "bench": {"bench.json", "bench.png"},
 }
@@ -54,6 +62,7 @@ LEFT = {
 def scene(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(SCENE, encoding="utf-8")
+    (tmp_path / "record.csv").write_text(RECORD)
     return file
 
 

@@ -16,6 +16,7 @@ COMMANDS = {  # name: module and attribute, imported at first use
     "study": "symfric.cli.commands:study",
     "explain": "symfric.cli.commands:explain",
     "sweep": "symfric.cli.sweep:sweep",
+    "identify": "symfric.cli.identify:identify",
     "explore": "symfric.cli.explore:explore",
     "scenes": "symfric.cli.commands:scenes",
     "reproduce": "symfric.cli.reproduce:reproduce",

@@ -20,7 +20,7 @@ from symfric.model.symbols import Key
 from symfric.solve.case_values import workers_of
 from symfric.solve.program import check_tolerance
 
-UNLIKE = 300.0  # ratio of a record to what the scene can do, beyond which the record is in another unit
+UNLIKE = 100.0  # ratio of a record to what the scene can do, beyond which the record is in another unit
 TRIALS = 64  # cases that such a comparison takes
 LARGE, EXACT = 0.9, 1e-6  # residuals over the variation of a record: no fit at all, and no noise at all
 REWEIGHTED, SAME = 10, 1e-3  # rounds of estimating the noise of several records, and the change that ends them

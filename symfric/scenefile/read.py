@@ -17,6 +17,7 @@ from symfric.model.symbols import nearest
 from symfric.scenefile.build import LawSpec, build_scene
 from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
 from symfric.scenefile.expressions import shorten
+from symfric.scenefile.identification import IdentificationPlan, read_identification
 from symfric.scenefile.schema import Sweep, read_document
 
 MAX_BYTES = 1_000_000
@@ -72,6 +73,8 @@ class SceneFile:
         Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
     designs : tuple of DesignPlan
         One for each table of ``[design]``.
+    identification : IdentificationPlan or None
+        What ``[identify]`` says.
     """
 
     path: str
@@ -84,6 +87,7 @@ class SceneFile:
     sweep: SweepPlan | None
     grid: Mapping[str, tuple[float, ...]]
     designs: tuple[DesignPlan, ...]
+    identification: IdentificationPlan | None = None
 
     def plan(self, kind: str) -> DesignPlan | None:
         """Return the design of a kind, None if the file has none."""
@@ -256,6 +260,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
         units=document.units,
         sweep=plan,
         grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
+        identification=None if document.identify is None else read_identification(document.identify, scene, folder),
         designs=read_designs(document.design, scene, getattr(document.scene, "model", None), folder),
     )
 

@@ -17,6 +17,7 @@ from symfric.scenefile.fields import (
     Number,
     Option,
     Positive,
+    Range,
     Section,
     Term,
     Terms,
@@ -143,6 +144,17 @@ class Sweep(Section):
     grid: Annotated[dict[str, Axis], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
+class Identify(Section):
+    """The section ``[identify]``: a record, what it measures, and the unknowns with their bounds."""
+
+    record: Text
+    unknowns: Annotated[dict[str, Range], Field(min_length=1, max_length=MAX_TABLES)]
+    observed: Annotated[dict[str, Term], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
+    sigma: Annotated[Positive | dict[str, Positive] | None, Field()] = None
+    starts: Annotated[int, Field(ge=1, le=1000, strict=True)] = 8
+    seed: Annotated[int, Field(ge=0, strict=True)] = 0
+
+
 class Document(Section):
     """A whole scene file.
 
@@ -175,6 +187,7 @@ class Document(Section):
     friction: Annotated[list[FrictionTable], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
     outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
+    identify: Identify | None = None
     design: Designs = Designs()
     units: Annotated[dict[str, Unit], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 

@@ -1,0 +1,97 @@
+"""What the page of a fit shows: the fit, its profiles, and plain data."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from symfric.errors import NotFound, SceneError
+from symfric.identification.fit import Fit
+from symfric.identification.profile import Profile
+from symfric.report.html.versions import versions
+from symfric.report.study.data import plain
+from symfric.scenefile import SceneFile
+
+MOST_PROFILES = 8  # unknowns beyond which profiles are left out
+
+
+@dataclass(frozen=True)
+class IdentificationResult:
+    """A fit and what belongs to it.
+
+    Attributes
+    ----------
+    file : SceneFile
+    fit : Fit
+    profiles : dict of str to Profile
+        Of unknowns that the record fixes and that are not at a bound.
+    missing : dict of str to str
+        Why an unknown has no profile.
+    seconds : float
+    versions : dict of str to str
+    """
+
+    file: SceneFile
+    fit: Fit
+    profiles: dict[str, Profile]
+    missing: dict[str, str]
+    seconds: float
+    versions: dict[str, str]
+
+
+def identification(file: SceneFile, progress: Callable[[str, float], None] | None = None) -> IdentificationResult:
+    """Fit what a scene file says.
+
+    Raises
+    ------
+    SceneError
+        If the file has no ``[identify]``, or the record is bad.
+    NotFound
+        If no run between the bounds reaches the end of the record.
+    """
+    if file.identification is None:
+        raise SceneError(
+            f"{file.path}: there is no [identify] section; add one with record = 'measured.csv' and [identify.unknowns]"
+        )
+    tell = progress or (lambda _stage, _fraction: None)
+    begin = time.monotonic()
+    tell("fit", 0.05)
+    try:
+        fit = file.identification(file.scene)
+    except SceneError as error:
+        raise SceneError(f"{file.path}: {error}") from None
+    profiles, missing = {}, {}
+    for k, name in enumerate(fit.names):
+        tell(f"profile of {name}", 0.5 + 0.4 * k / len(fit.names))
+        if name in fit.active:
+            missing[name] = "it is at its bound"
+        elif not np.isfinite(fit.standard_errors[name]):
+            missing[name] = "the record does not depend on it"
+        elif len(fit.names) > MOST_PROFILES:
+            missing[name] = f"there are more than {MOST_PROFILES} unknowns; use fit.profile"
+        else:
+            try:
+                profiles[name] = fit.profile(name)
+            except NotFound as reason:
+                missing[name] = str(reason)
+    return IdentificationResult(file, fit, profiles, missing, time.monotonic() - begin, versions())
+
+
+def to_dict(result: IdentificationResult) -> dict:
+    """Return a fit as plain data."""
+    fit = result.fit
+    return plain(
+        {
+            "file": result.file.path,
+            "fit": fit.to_dict(),
+            "intervals": {n: list(fit.interval(n)) for n in fit.names},
+            "profiles": {n: p.to_dict() for n, p in result.profiles.items()},
+            "without_profile": result.missing,
+            "predictions": {
+                n: {"t": t, "measured": y, "predicted": fit.predictions[n]} for n, (t, y) in fit.records.items()
+            },
+            "seconds": result.seconds,
+            "versions": result.versions,
+        }
+    )
