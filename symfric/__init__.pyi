@@ -12,6 +12,7 @@ from .identification.decay import fit_decay
 from .identification.experiments import TestDesign, test_design
 from .identification.fit import Fit
 from .identification.identify import identify
+from .identification.loops import fit_loop
 from .identification.profile import Profile
 from .model import laws, mechanics, scenes
 from .model.laws import Law
@@ -124,6 +125,7 @@ __all__ = [
     "explain",
     "fit_curve",
     "fit_decay",
+    "fit_loop",
     "frequency_response",
     "friction_force",
     "hopf",

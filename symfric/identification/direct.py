@@ -30,11 +30,14 @@ class Formula:
     unknowns : Unknowns
     evaluate : callable
         Of values (n_p,): predictions (n,) and their derivatives (n, n_p).
+    plain : callable, optional
+        The same without derivatives.
     """
 
     channels: tuple[Channel, ...]
     unknowns: Unknowns
     evaluate: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+    plain: Callable[[np.ndarray], np.ndarray] | None = None
 
     def scenes_at(self, values: np.ndarray) -> dict[str, Scene]:
         """Return no scenes."""
@@ -57,7 +60,8 @@ class Formula:
 
     def many(self, values: np.ndarray) -> np.ndarray:
         """Return the predictions for many sets of values, shape (n, n_p) to (points, n)."""
-        return np.stack([self.evaluate(v)[0] for v in values], axis=1)
+        plain = self.plain or (lambda v: self.evaluate(v)[0])
+        return np.stack([plain(v) for v in values], axis=1)
 
 
 def fit_formula(formula: Formula, sigma: np.ndarray | None, first: np.ndarray | None = None, seed: int = 0) -> Fit:

@@ -1,5 +1,6 @@
 """Least squares from one start, and steps over the edges at which the cost is not smooth."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ BETTER = 1e-6  # relative decrease of the cost that counts as another minimum
 REACHES = (0.3, 1.0, 3.0, 10.0, 30.0)  # how far points beyond a minimum are tried, in standard errors
 NEAR = 0.02  # the largest such distance, in units of the range
 ROUNDS = 3
+MOST = 4_000_000  # numbers that one batch of predictions holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +58,7 @@ class Problem:
 
     def costs(self, values: np.ndarray) -> np.ndarray:
         """Return half the sums of squares at values of shape (n, n_p), shape (n,); infinite where a run failed."""
-        kept = self.weight > 0
-        found = self.predictor.many(values)[kept] - self.y[kept, None]
-        cost = 0.5 * np.sum((self.weight[kept, None] * found) ** 2, axis=0)
-        return np.where(np.isfinite(cost), cost, np.inf)
+        return costs_of([self], values)[0]
 
     @property
     def rounding(self) -> float:
@@ -73,6 +72,20 @@ class Problem:
             late = channel.t > channel.t[0] + part * (channel.t[-1] - channel.t[0])
             weight[rows] = np.where(late, 0.0, weight[rows])
         return replace(self, weight=weight)
+
+
+def costs_of(problems: Sequence[Problem], values: np.ndarray) -> list[np.ndarray]:
+    """Return the costs of problems that differ in their weights only, from one prediction; see `Problem.costs`."""
+    first = problems[0]
+    count = max(1, MOST // first.predictor.size)
+    parts: list[list[np.ndarray]] = [[] for _ in problems]
+    for begin in range(0, len(values), count):
+        rest = first.predictor.many(values[begin : begin + count]) - first.y[:, None]
+        for problem, own in zip(problems, parts, strict=True):
+            kept = problem.weight > 0
+            cost = 0.5 * np.sum((problem.weight[kept, None] * rest[kept]) ** 2, axis=0)
+            own.append(np.where(np.isfinite(cost), cost, np.inf))
+    return [np.concatenate(own) for own in parts]
 
 
 class Minimum(NamedTuple):

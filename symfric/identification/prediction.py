@@ -21,7 +21,6 @@ from symfric.solve.status import Status
 
 SECANT = 1e-5  # half width of a difference where no derivative exists, in units of the range between the bounds
 TRIALS = 64  # values tried for a scene that has none of its own
-MOST = 4_000_000  # numbers that one batch of predictions holds
 
 
 class Prediction(NamedTuple):
@@ -186,11 +185,6 @@ class Predictor:
 
     def many(self, values: np.ndarray) -> np.ndarray:
         """Return the predictions for many sets of values, shape (n, n_p) to (samples, n); NaN where a run failed."""
-        count = max(1, MOST // self.size)
-        parts = [self._batch(values[k : k + count]) for k in range(0, len(values), count)]
-        return np.concatenate(parts, axis=1)
-
-    def _batch(self, values: np.ndarray) -> np.ndarray:
         found = np.full((self.size, len(values)), np.nan)
         sensors = self._sensors(values)
         for label, program in self._plain.items():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.stats import qmc
 
-from symfric.identification.local_fit import LOOSE, Minimum, Problem, minimise
+from symfric.identification.local_fit import LOOSE, Minimum, Problem, costs_of, minimise
 
 TRIALS = 32  # points tried for each start
 MOST_TRIALS = 4096
@@ -35,7 +35,7 @@ def chosen_starts(problem: Problem, starts: int, seed: int, own: np.ndarray | No
     count = 2 ** math.ceil(math.log2(min(TRIALS * starts, MOST_TRIALS)))
     points = qmc.Sobol(problem.free.size, seed=seed).random(count)
     values = np.array([problem.values(p) for p in points])
-    early, whole = problem.prefix(PREFIX).costs(values), problem.costs(values)
+    early, whole = costs_of([problem.prefix(PREFIX), problem], values)
     found = list(first)
     orders = [iter(np.argsort(whole, kind="stable")), iter(np.argsort(early, kind="stable"))]
     costs = [whole, early]

@@ -236,6 +236,9 @@ ENSEMBLE = {
         sf.laws.coulomb(C, D), [0.1, 0.2, 0.3], [0.3, 0.31, 0.3 + 0.01 * k], {"c": (0, 1), "d": (0, 1)}, static=0.4
     ).to_dict(),
     "fit_decay": lambda k: sf.fit_decay(LONG, np.exp(-0.02 * LONG) * np.cos(LONG + 0.1 * k), ["viscous"]).to_dict(),
+    "fit_loop": lambda k: sf.fit_loop(
+        sf.laws.dahl(C, 100.0 + k), [0.0, 0.01, 0.02, 0.01], [0.0, 0.28, 0.3, -0.2], {"c": (0.1, 1.0)}
+    ).to_dict(),
     "test_design": lambda k: sf.test_design(fitted(k), {"v_b": [0.1, 0.3]}).to_dict(),
     "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),
     "bifurcation_diagram": lambda k: sf.bifurcation_diagram(belt(k), "v_b", [0.2, 0.3 + 0.01 * k], "u", jobs=2).states,
