@@ -155,7 +155,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
     guards += [guard for spring in model.springs for guard in spring.guards]
     out[1] = ca.vertcat(*guards) if guards else ca.SX(0, 1)
     out = [ca.densify(e) for e in out]
-    mode = ca.vertcat(s, d, *model.switches.signs, *(spring.mode for spring in model.springs))
+    mode = ca.vertcat(s, d, *model.switches.signs, *(spring.variables for spring in model.springs))
     others = tuple(spring.layout for spring in model.springs)
     names = ["rate", "guards", "rows"]
     field = ca.Function("field", [model.y, model.t, model.p, mode], out, ["y", "t", "p", "m"], names)
@@ -196,7 +196,7 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
     out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)
     names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges"]
-    moving = [spring.mode for spring in model.springs]  # then their forces are as large as they can be
+    moving = [e for spring in model.springs for e in ca.vertsplit(spring.variables)]  # then their forces are largest
     shown = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(1)] * len(moving)) if moving else out
     shown = model.unswitched([ca.densify(e) for e in shown])
     return ca.Function("gauge", [model.y, model.t, model.p], shown, ["y", "t", "p"], names)

@@ -25,6 +25,7 @@ from symfric.lower.contact_space import ContactSpace, contact_space
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
+from symfric.lower.slider_sets import SliderSet
 from symfric.lower.spring_sliders import Spring, with_forces
 from symfric.model.laws.memory import SIDE, SLIP
 from symfric.model.outputs import dissipated_power, friction_force, slip, stored_energy
@@ -82,8 +83,8 @@ class ContactDynamics:
         constants: Mapping[sp.Symbol, sp.Expr] | None = None,
         free: Mapping[sp.Symbol, ca.SX] | None = None,
     ):
-        self.contacts = tuple(c for c in contacts if c.stiffness is None)
-        behind = tuple(c for c in contacts if c.stiffness is not None)
+        self.contacts = tuple(c for c in contacts if c.along_line)
+        behind = tuple(c for c in contacts if not c.along_line)
         self.system, self.inputs = with_forces(system, behind), tuple(inputs)
         self.constants, free = dict(constants or {}), free or {}
         self.y, self.t = ca.SX.sym("y", len(system.states)), ca.SX.sym("t")
@@ -110,11 +111,11 @@ class ContactDynamics:
             slips.append(self.read(c.slip))
             loads.append(self.read(c.normal * c.profile))
             if c.law.memory:
-                frictions.append(-loads[i] * self._remembered(i, slips[i], c.law.memory.force))
+                frictions.append(-loads[i] * self._remembered(c, slips[i], self.d[i], c.law.memory.force))
             else:
                 frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
-        self.springs = [self._spring(c) for c in behind]
+        self.springs = [self._sliders(c) if c.law.memory else self._spring(c) for c in behind]
 
     def _spring(self, contact: Contact) -> Spring:
         """Return the equations of a contact behind a spring; expressions read later may contain its force."""
@@ -131,6 +132,21 @@ class ContactDynamics:
             dissipated_power(contact.name), -spring.force * spring.w - spring.stiffness * spring.z * spring.rate
         )
         return spring
+
+    def _sliders(self, contact: Contact) -> SliderSet:
+        """Return the equations of the sliders of a contact; expressions read later may contain its force."""
+        memory, w, load = contact.law.memory, self.read(contact.slip), self.read(contact.normal * contact.profile)
+        assert memory is not None
+        places = tuple(self.system.states.index(s) for s in contact.states)
+        force = -load * self._remembered(contact, w, ca.SX(1), memory.force)
+        limits = ca.vertcat(*(self.read(e) for e in memory.limits))
+        sliders = SliderSet(contact.name, places, self.y[list(places)], limits, w, force)
+        stored, gained = self._energy(contact, w, ca.SX(1), [rate for _, rate in sliders.rates])
+        self.define(friction_force(contact.name), force)
+        self.define(slip(contact.name), w)
+        self.define(stored_energy(contact.name), load * stored)
+        self.define(dissipated_power(contact.name), -force * w - load * gained)
+        return sliders
 
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
@@ -195,27 +211,35 @@ class ContactDynamics:
     @cached_property
     def z_rate(self) -> ca.SX:
         """The rates of the first-order states, shape (n_z,); those of contacts with memory come last."""
-        own = self.vector(self.system.z_rate[: len(self.system.z) - self.system.made])
-        rates = ca.vertcat(own, *(e for rates in self.rates_within for e in rates))
-        for spring in self.springs:
-            rates[spring.place - 2 * len(self.system.q)] = spring.rate
+        first = 2 * len(self.system.q)
+        rates = ca.vertcat(
+            self.vector(self.system.z_rate[: len(self.system.z) - self.system.made]), ca.SX.zeros(self.system.made)
+        )
+        for contact, within in zip(self.contacts, self.rates_within, strict=True):
+            for state, rate in zip(contact.states, within, strict=True):
+                rates[self.system.states.index(state) - first] = rate
+        for place, rate in (e for spring in self.springs for e in spring.rates):
+            rates[place - first] = rate
         return rates
 
     @cached_property
     def rates_within(self) -> list[list[ca.SX]]:
-        """The rates of the states of every contact."""
-        rates = [c.law.memory.rates if c.law.memory else () for c in self.contacts]
-        return [[self._remembered(i, self.slip[i], e) for e in own] for i, own in enumerate(rates)]
+        """The rates of the states of every contact along a line."""
+        laws = [(c, self.slip[i], self.d[i], c.law.memory) for i, c in enumerate(self.contacts)]
+        return [[self._remembered(c, w, d, e) for e in (law.rates if law else ())] for c, w, d, law in laws]
 
     def energy(self, i: int) -> tuple[ca.SX, ca.SX]:
         """Return the energy stored in contact i per normal load, and its rate."""
-        law = self.contacts[i].law
-        if law.memory is None:
+        if self.contacts[i].law.memory is None:
             return ca.SX(0), ca.SX(0)
-        stored = self._remembered(i, self.slip[i], law.memory.stored)
-        slopes = (self._remembered(i, self.slip[i], law.memory.stored.diff(z)) for z in law.memory.symbols)
-        gained = [slope * rate for slope, rate in zip(slopes, self.rates_within[i], strict=True)]
-        return stored, ca.sum1(ca.vertcat(*gained))
+        return self._energy(self.contacts[i], self.slip[i], self.d[i], self.rates_within[i])
+
+    def _energy(self, contact: Contact, w: ca.SX, d: ca.SX, rates: list[ca.SX]) -> tuple[ca.SX, ca.SX]:
+        memory = contact.law.memory
+        assert memory is not None
+        slopes = (self._remembered(contact, w, d, memory.stored.diff(z)) for z in memory.symbols)
+        gained = [slope * rate for slope, rate in zip(slopes, rates, strict=True)]
+        return self._remembered(contact, w, d, memory.stored), ca.sum1(ca.vertcat(*gained))
 
     @cached_property
     def slopes(self) -> ca.SX:
@@ -249,11 +273,10 @@ class ContactDynamics:
         show = Printer(inside, {*self.moving, SPEED}, self.switches, scope=contact.name)
         return show(bridged(contact.law.where(self.constants)))
 
-    def _remembered(self, i: int, slip: ca.SX, expr: sp.Expr) -> ca.SX:
-        """Return the graph of an expression of the law with memory of contact i."""
-        contact = self.contacts[i]
+    def _remembered(self, contact: Contact, slip: ca.SX, side: ca.SX, expr: sp.Expr) -> ca.SX:
+        """Return the graph of an expression of a law with memory, with the slip of its contact and its direction."""
         assert contact.law.memory is not None
-        inside = {**self._print.symbols, SLIP: slip, SPEED: self.d[i] * slip, SIDE: self.d[i]}
+        inside = {**self._print.symbols, SLIP: slip, SPEED: side * slip, SIDE: side}
         states = dict(zip(contact.law.memory.symbols, contact.states, strict=True))
         inside |= {own: inside[state] for own, state in states.items()}
         show = Printer(inside, {*self.moving, *contact.law.memory.reserved}, self.switches, scope=contact.name)

@@ -24,7 +24,7 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
-    lines, springs = ca.SX.sym("modes", slip.numel()), [spring.mode for spring in model.springs]
+    lines, springs = ca.SX.sym("modes", slip.numel()), [spring.shown for spring in model.springs]
     contact = friction.T @ (model.slopes @ u) if slip.numel() else ca.SX(0)
     modes = ca.vertcat(lines, *springs)
     out = model.unswitched([applied, contact])

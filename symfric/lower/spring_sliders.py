@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from symfric.lower.mode_layout import OtherContact
+from symfric.lower.slider_sets import SliderSet
 from symfric.model.outputs import friction_force
 from symfric.model.system import Contact, System
 
@@ -48,6 +49,21 @@ class Spring:
     mode: ca.SX = field(default_factory=lambda: ca.SX.sym("e"))
 
     @property
+    def variables(self) -> ca.SX:
+        """Its part of the mode."""
+        return self.mode
+
+    @property
+    def shown(self) -> ca.SX:
+        """The variable that a run shows."""
+        return self.mode
+
+    @property
+    def rates(self) -> list[tuple[int, ca.SX]]:
+        """Place and rate of the elongation."""
+        return [(self.place, self.rate)]
+
+    @property
     def layout(self) -> OtherContact:
         """What it owns of mode and guards."""
         return OtherContact(self.name, 1, GUARDS)
@@ -73,15 +89,15 @@ class Spring:
             ca.if_else(e == -1, -self.w - slow, 0),
         ]
 
-    def after(self, hit: ca.SX, zero: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Return elongation, mode and guards that start at zero after some of its guards were hit."""
+    def after(self, hit: ca.SX, zero: ca.SX) -> tuple[list[tuple[int, ca.SX]], ca.SX, ca.SX]:
+        """Return elongation with its place, mode, and guards that start at zero, after some of its guards were hit."""
         forwards, backwards = ca.logic_or(hit[0], hit[2]), ca.logic_or(hit[1], hit[3])
         side = ca.if_else(forwards, 1, -1)
         taken = ca.logic_or(forwards, backwards)
         starts = ca.logic_or(hit[0], hit[1])
         start = ca.if_else(starts, ca.SX.zeros(GUARDS), ca.vertcat(hit[2], hit[3], 0, 0))
         return (
-            ca.if_else(taken, side * self.limit / self.stiffness, self.z),
+            [(self.place, ca.if_else(taken, side * self.limit / self.stiffness, self.z))],
             ca.if_else(taken, ca.if_else(starts, side, 0), self.mode),
             ca.if_else(taken, start, zero),
         )
@@ -99,19 +115,22 @@ def with_forces(system: System, contacts: Sequence[Contact]) -> System:
     return system if not contacts else replace(system, force=force, linear=part)
 
 
-def transition_of(springs: Sequence[Spring], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX) -> ca.Function | None:
+def transition_of(
+    springs: Sequence[Spring | SliderSet], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX
+) -> ca.Function | None:
     """Return what the events of contacts behind springs do; see `symfric.lower.automaton.Automaton.transition`."""
     if not springs:
         return None
-    n = GUARDS * len(springs)
+    n = sum(spring.layout.guards for spring in springs)
     hit, zero = ca.SX.sym("hit", n), ca.SX.sym("zero", n)
     after = [ca.SX(y), ca.SX(mode), ca.SX(zero)]
-    for k, spring in enumerate(springs):
-        own = slice(GUARDS * k, GUARDS * (k + 1))
-        z, e, begins = spring.after(hit[own], zero[own])
-        after[0][spring.place] = z
-        after[1][mode.numel() - len(springs) + k] = e
-        after[2][own] = begins
+    guard, variable = 0, mode.numel() - sum(spring.layout.variables for spring in springs)
+    for spring in springs:
+        own = slice(guard, guard + spring.layout.guards)
+        z, after[1][variable : variable + spring.layout.variables], after[2][own] = spring.after(hit[own], zero[own])
+        for place, value in z:
+            after[0][place] = value
+        guard, variable = own.stop, variable + spring.layout.variables
     arguments, names = [y, t, p, mode, hit, zero], ["y", "t", "p", "m", "hit", "zero"]
     return ca.Function(
         "transition", arguments, [ca.densify(e) for e in after], names, ["y_after", "m_after", "zero_after"]

@@ -42,8 +42,12 @@ def rates(contact: Contact, side: sp.Expr | None = None) -> list[sp.Expr]:
     """Return the rates of the states of a contact."""
     if contact.law.memory is None:
         return []
-    known = in_contact(contact, side)
-    return [e.xreplace(known) for e in contact.law.memory.rates]
+    known, memory = in_contact(contact, side), contact.law.memory
+    free = [e.xreplace(known) for e in memory.rates]
+    if not memory.limits:
+        return free
+    stops = zip(free, contact.states, memory.limits, strict=True)
+    return [sp.Piecewise((e, sp.Or(sp.Abs(z) < limit, z * contact.slip < 0)), (0, True)) for e, z, limit in stops]
 
 
 def with_states(system: System, contacts: Sequence[Contact]) -> System:

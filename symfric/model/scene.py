@@ -205,8 +205,8 @@ class Scene:
 
     @property
     def contacts_behind_springs(self) -> tuple[Contact, ...]:
-        """Contacts with a stiffness."""
-        return tuple(c for c in self.contacts if c.stiffness is not None)
+        """Contacts with a stiffness, or with a law of sliders behind springs."""
+        return tuple(c for c in self.contacts if not c.along_line)
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
@@ -263,7 +263,7 @@ class Scene:
         SceneError
             If a contact is behind a spring: its law has no jump, its force follows from the spring.
         """
-        for c in self.contacts_behind_springs:
+        for c in (c for c in self.contacts if c.stiffness is not None):
             raise SceneError(
                 f"contact {c.name!r} is behind a spring, whose force is continuous; there is no law to smooth"
             )
@@ -293,7 +293,8 @@ class Scene:
         right = (sp.Matrix(system.force) + pull).subs(moving)
         kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
         dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
-        rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, written.contacts_behind_springs))
+        springs = (c for c in written.contacts if c.stiffness is not None)
+        rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
         first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
         return (*kinematic, *dynamic, *first)
 
@@ -311,7 +312,8 @@ class Scene:
 def _shown(state: sp.Symbol) -> str:
     """Return the name of a state in equations, with the contact to which it belongs as an index."""
     contact, dot, own = state.name.rpartition(".")
-    return f"{own}_{contact}" if dot else state.name
+    letter, number = own[:1], own[1:]
+    return f"{letter}_{number + ',' if number else ''}{contact}" if dot else state.name
 
 
 def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:

@@ -30,7 +30,7 @@ def spring_of(name: str) -> sp.Symbol:
 
 def in_order(contacts: "Sequence[Contact]") -> "tuple[Contact, ...]":
     """Return contacts as the loops number them: those along a line, then those behind springs."""
-    return (*(c for c in contacts if c.stiffness is None), *(c for c in contacts if c.stiffness is not None))
+    return (*(c for c in contacts if c.along_line), *(c for c in contacts if not c.along_line))
 
 
 def with_springs(system: "System", contacts: "Sequence[Contact]") -> "System":

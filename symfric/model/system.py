@@ -247,6 +247,11 @@ class Contact:
             object.__setattr__(self, "stiffness", read_stiffness(self.stiffness, self.law, self.name))
 
     @property
+    def along_line(self) -> bool:
+        """Whether friction is between the two surfaces themselves; no spring stands between."""
+        return self.stiffness is None and not (self.law.memory and self.law.memory.limits)
+
+    @property
     def states(self) -> tuple[sp.Symbol, ...]:
         """Symbols of the states of the contact: ``<name>.z`` of a spring or a law with memory, ``<name>.z1``, ... of
         several."""

@@ -34,6 +34,13 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
             raise SceneError(f"profile of contact {contact.name!r} is {contact.profile}; it may depend on q only")
         if contact.stiffness is not None:
             _check_spring(system, contact, moving)
+        elif not contact.along_line:
+            load = contact.normal * contact.profile
+            if load.free_symbols & {*system.states, *system.rows, TIME} and not load.is_nonnegative:
+                raise SceneError(
+                    f"normal of contact {contact.name!r} is {contact.normal}, which may become negative; with sliders "
+                    "behind springs write sympy.Max(0, ...) around it"
+                )
 
 
 def _check_spring(system: System, contact: Contact, moving: set[sp.Symbol]) -> None:

@@ -124,7 +124,7 @@ class FlowMap:
         self.parameters = tuple(parameters)
         self.states = tuple(s.name for s in scene.system.states)
         self.contacts = tuple(c.name for c in in_order(scene.contacts))
-        self.lines = tuple(c for c in scene.contacts if c.stiffness is None)
+        self.lines = tuple(c for c in scene.contacts if c.along_line)
         self.tolerance = tolerance
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))

@@ -76,7 +76,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
 
 def redundant(scene: Scene) -> tuple[str, ...]:
     """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start."""
-    sticking = [c for c in scene.contacts if not c.law.smooth and c.stiffness is None]
+    sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line]
     if len(sticking) < 2:
         return ()
     numbers, slopes = scene.numbers(), [scene.system.slopes(c.slip) for c in sticking]

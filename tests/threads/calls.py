@@ -97,6 +97,11 @@ MODEL = {
     "laws.dahl": lambda k: sf.laws.dahl(0.3, 100.0 + k).memory.rates,
     "laws.lugre": lambda k: sf.simulate(belt(k, law=sf.laws.lugre(0.4, 0.3, 0.1, 100.0 + k), horizon=5.0)),
     "laws.elasto_plastic": lambda k: sf.laws.elasto_plastic(0.4, 0.3, 0.1, 10.0, z_ba=0.01 + 0.001 * k).stiffness,
+    "laws.maxwell_slip": lambda k: sf.simulate(
+        belt(k, law=sf.laws.maxwell_slip([9.0, 4.0], [0.1, 0.2 + 0.01 * k]), horizon=5.0)
+    ),
+    "laws.iwan": lambda k: sf.laws.iwan(1.0 + k, -0.5, 0.1, 4).memory.limits,
+    "laws.bouc_wen": lambda k: sf.laws.bouc_wen(10.0, 20.0 + k, 10.0, 2).memory.rates,
     "laws.custom": lambda k: sf.laws.custom(0.3 - 0.01 * k * sf.SPEED, 0.4)(0.6),
     "scenes.absorber": lambda k: sf.scenes.absorber(mass_ratio=0.05, tuning=0.9, damping=0.1 + 0.01 * k).numbers(),
     "scenes.contact_damper": lambda k: sf.scenes.contact_damper(f_n=3.5, mu_m=0.1 + 0.01 * k).numbers(),

@@ -14,11 +14,13 @@ from symfric.model.laws.dry import (
     thomsen_regularised,
 )
 from symfric.model.laws.law import SHAPES, Law
+from symfric.model.laws.sliders import bouc_wen, iwan, maxwell_slip
 from symfric.model.offering import offer
 
 __all__ = [
     "SHAPES",
     "Law",
+    "bouc_wen",
     "coulomb",
     "cubic",
     "custom",
@@ -26,8 +28,10 @@ __all__ = [
     "elasto_plastic",
     "exponential",
     "gauss",
+    "iwan",
     "lorentz",
     "lugre",
+    "maxwell_slip",
     "piecewise_linear",
     "square_root",
     "stribeck",
