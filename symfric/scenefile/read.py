@@ -19,6 +19,7 @@ from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.identification import IdentificationPlan, read_identification
 from symfric.scenefile.schema import Sweep, read_document
+from symfric.scenefile.units import Units, units_of
 
 MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # nested brackets in TOML, whose reader recurses
@@ -66,8 +67,8 @@ class SceneFile:
         Name of the ready scene; None for own equations.
     laws : tuple of LawSpec
         As written; empty where a ready scene keeps its default law.
-    units : mapping of name to str
-        For labels only.
+    units : Units
+        Unit of each state and value by name, "t" for time; empty for a scene without units.
     sweep : SweepPlan or None
     grid : dict of str to tuple of float
         Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
@@ -83,7 +84,7 @@ class SceneFile:
     scene: Scene
     model: str | None
     laws: tuple[LawSpec, ...]
-    units: Mapping[str, str]
+    units: Units
     sweep: SweepPlan | None
     grid: Mapping[str, tuple[float, ...]]
     designs: tuple[DesignPlan, ...]
@@ -257,7 +258,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
         scene=scene,
         model=getattr(document.scene, "model", None),
         laws=laws,
-        units=document.units,
+        units=units_of(scene, document.units, laws),
         sweep=plan,
         grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
         identification=None if document.identify is None else read_identification(document.identify, scene, folder),
