@@ -25,6 +25,7 @@ SOURCES = (
     "rolling_isolation",
     "absorber",
     "foundation",
+    "waviness",
     "numbers",
 )
 CHUNK = 6  # neighbouring entries share intermediate results, so they go to one process

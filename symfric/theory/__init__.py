@@ -1,7 +1,6 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.model.offering import offer
-from symfric.theory import absorber, belt, drive, foundation, presliding, scaling, transient
+from symfric.theory import absorber, belt, drive, foundation, from, import, model, offer, offering, presliding, scaling, symfric, transient, waviness
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
@@ -36,6 +35,7 @@ __all__ = [
     "symbolic_hurwitz",
     "symbolic_hurwitz_of_matrices",
     "transient",
+    "waviness",
 ]
 
 offer(__name__)

@@ -16,6 +16,10 @@ def belt(k=0, **changes):
     return sf.scenes.mass_on_belt(**{"v_b": BELT["v_b"][k % 4], "horizon": 20.0, **changes})
 
 
+def wavy(k=0):
+    return sf.scenes.wavy_belt(v_b=0.45, F=5.0 + k, k=100.0)
+
+
 def shaken(k=0):
     return belt(k, a=0.01, Omega=20.0)
 
@@ -117,6 +121,7 @@ MODEL = {
     "scenes.sprung_foundation": lambda k: sf.scenes.sprung_foundation(
         mass_ratio=0.3, stiffness=0.2, damping=0.4 + 0.01 * k
     ).numbers(),
+    "scenes.wavy_belt": lambda k: sf.scenes.wavy_belt(v_b=0.4, F=5.0 + k, k=100.0).numbers(),
     "scenes.two_slides": lambda k: sf.scenes.two_slides(**RATIOS, fc1=0.2, fs1=0.3 + 0.01 * k).numbers(),
     "Scene": lambda k: own_scene(k).regularised(1e-3).equations(),
 }
@@ -170,6 +175,10 @@ THEORY = {
     "theory.foundation.decay_rate": lambda k: sf.theory.foundation.decay_rate(0.3, 0.2, 0.4 + 0.01 * k, -0.1),
     "theory.foundation.state_matrix": lambda k: sf.theory.foundation.state_matrix(0.3, 0.2, 0.4 + 0.01 * k),
     "theory.foundation.widest_stability": lambda k: sf.theory.foundation.widest_stability(0.3 + k),
+    "theory.waviness.drag": lambda k: sf.theory.waviness.drag(wavy(k)),
+    "theory.waviness.onset_speed": lambda k: sf.theory.waviness.onset_speed(wavy(k)),
+    "theory.waviness.sinusoidal_onset_speed": lambda k: sf.theory.waviness.sinusoidal_onset_speed(wavy(k)),
+    "theory.waviness.slip_over_a_wave": lambda k: sf.theory.waviness.slip_over_a_wave(0.4, 0.01 * (k + 1)),
     "theory.drive.damping_matrix": lambda k: sf.theory.drive.damping_matrix(symmetric=bool(k % 2)),
     "theory.drive.definite_condition": lambda k: sf.theory.drive.definite_condition(),
     "theory.drive.hurwitz_conditions": lambda k: sf.theory.drive.hurwitz_conditions(),

@@ -2,7 +2,7 @@
 
 from symfric.model.offering import offer
 from symfric.model.scenes.absorber import absorber
-from symfric.model.scenes.belt import mass_on_belt
+from symfric.model.scenes.belt import mass_on_belt, wavy_belt
 from symfric.model.scenes.damper import contact_damper
 from symfric.model.scenes.foundation import sprung_foundation
 from symfric.model.scenes.isolator import rolling_isolator
@@ -19,6 +19,7 @@ __all__ = [
     "rolling_isolator",
     "sprung_foundation",
     "two_slides",
+    "wavy_belt",
 ]
 
 offer(__name__)
