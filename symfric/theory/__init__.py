@@ -1,6 +1,7 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.theory import absorber, belt, drive, foundation, from, import, model, offer, offering, presliding, scaling, symfric, transient, waviness
+from symfric.model.offering import offer
+from symfric.theory import absorber, belt, drive, foundation, presliding, scaling, transient, waviness
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
