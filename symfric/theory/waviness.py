@@ -20,9 +20,11 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.laws import Law
+from symfric.model.offering import offer
 from symfric.model.scene import Scene
 from symfric.theory.belt.scene import cubic_parameters
 
+__all__ = ["SYMBOLS", "WavinessSymbols", "drag", "onset_speed", "sinusoidal_onset_speed", "slip_over_a_wave"]
 _NODES = 256  # of the midpoint rule over a wave, which converges like a power series
 _SHARP = 1e-12  # least distance of the energy from the top of a hill, relative to the hill
 
@@ -251,3 +253,6 @@ def _numbers(scene: Scene | None, cubic: bool = True) -> dict[str, float]:
     if cubic:
         given |= dict(zip(("mu_s", "mu_m", "v_m"), cubic_parameters(scene.contacts[0].law.where(values)), strict=True))
     return given
+
+
+offer(__name__)

@@ -29,7 +29,7 @@ CLOSED_FORMS = [
         f"{module.__name__}.{name}"
         for module in (absorber, foundation, transient, scaling, waviness)
         for name, f in vars(module).items()
-        if inspect.isfunction(f) and f.__module__ == module.__name__ and not name.startswith("_")
+        if inspect.isfunction(f) and inspect.unwrap(f).__module__ == module.__name__ and not name.startswith("_")
     ),
 ]
 METHODS = ["average", "separate", "hopf", "expansion", "routh_hurwitz", "characteristic_coefficients", "arc_mean"]
