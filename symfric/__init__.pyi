@@ -4,6 +4,8 @@ from . import design, motions, structures, theory
 from .ensemble.attractors import Attractor
 from .ensemble.basins import Basins, basins
 from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from .ensemble.sampling import CaseTable, draw
+from .ensemble.statistics import probability, spread
 from .ensemble.sweep import sweep
 from .errors import NoRoute, NotFound, RunFailed, SceneError
 from .identification.comparison import Comparison, compare_laws
@@ -74,6 +76,7 @@ __all__ = [
     "Batch",
     "BifurcationDiagram",
     "Branch",
+    "CaseTable",
     "Comparison",
     "Contact",
     "Curve",
@@ -121,6 +124,7 @@ __all__ = [
     "continue_special",
     "design",
     "dissipated_power",
+    "draw",
     "equilibrium",
     "explain",
     "fit_curve",
@@ -138,11 +142,13 @@ __all__ = [
     "patched_floor",
     "poincare",
     "prepare",
+    "probability",
     "read",
     "scenes",
     "separate",
     "simulate",
     "slip",
+    "spread",
     "stability",
     "stored_energy",
     "structures",

@@ -3,13 +3,15 @@
 import hashlib
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
 from symfric.codegen import loop_loader
+from symfric.ensemble.sampling import CaseTable
+from symfric.ensemble.statistics import CASE, REPEAT
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import End, Output, Samples
@@ -37,6 +39,8 @@ class Grid:
         The parameters that vary.
     width : dict of str to int
         Outputs and how many numbers each has: 1, or n_x for `End`.
+    tables : dict of str to CaseTable
+        Axes that vary several parameters together.
     """
 
     axes: dict[str, np.ndarray]
@@ -44,6 +48,7 @@ class Grid:
     scene_of: np.ndarray
     names: tuple[str, ...]
     width: dict[str, int]
+    tables: dict[str, CaseTable] = field(default_factory=dict, kw_only=True)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -58,7 +63,10 @@ class Grid:
     def numbers(self, cases: np.ndarray) -> np.ndarray:
         """Return the values of the varied parameters of some cases, shape (n, number of parameters)."""
         at = dict(zip(self.axes, np.unravel_index(cases, self.shape), strict=True))
-        return np.stack([self.axes[n][at[n]] for n in self.names], axis=-1) if self.names else np.zeros((len(cases), 0))
+        columns = {n: self.axes[n][at[n]] for n in self.names if n in self.axes}
+        for axis, table in self.tables.items():
+            columns |= {n: column[at[axis]] for n, column in table.columns.items()}
+        return np.stack([columns[n] for n in self.names], axis=-1) if self.names else np.zeros((len(cases), 0))
 
 
 @alone(SYMBOLIC)
@@ -66,25 +74,30 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
     """Check the arguments of a sweep and return its grid; see `symfric.ensemble.sweep.sweep`."""
     scenes = _scenes(scene)
     first = next(iter(scenes.values()))
+    axes = {CASE: axes} if isinstance(axes, CaseTable) else axes
     if not isinstance(axes, Mapping):
-        raise SceneError(f"the grid is {axes!r}; give a mapping of parameters to sequences of values")
+        raise SceneError(f"the grid is {axes!r}; give a mapping of parameters to sequences of values, or sf.CaseTable")
     given = {name_of(k): v for k, v in axes.items()}
     if len(given) < len(axes):
         raise SceneError("a parameter is given twice in the grid, as a symbol and by name")
     if not given and len(scenes) == 1:
         raise SceneError("the grid has no axis; give at least one parameter and its values")
     swapped = {s.name for s in first.inputs} & set(given)
-    names = tuple(n for n in given if n not in swapped)
-    numbers = {n: row_of(v, n) for n, v in given.items() if n in names}
+    tables = {n: v for n, v in given.items() if isinstance(v, CaseTable)}
+    numbers = _numbers(given, swapped, tables)
+    names = tuple(numbers)
     signals = {n: _signals(given[n], n) for n in swapped}
-    labels = {n: numbers[n] if n in numbers else np.array(list(signals[n])) for n in given}
+    labels = {
+        n: np.arange(len(tables[n])) if n in tables else numbers[n] if n in numbers else np.array(list(signals[n]))
+        for n in given
+    }
     if not isinstance(scene, Scene):
         if SCENES in labels:
             raise SceneError(f"an axis is called {SCENES!r}, like that of the scenes; rename the parameter")
         labels = {SCENES: np.array(list(scenes)), **labels}
     scenes = {label: _prepared(s, numbers) for label, s in scenes.items()}
     width = widths(scenes)
-    clash = next((n for n in (*width, "status", "state") if n in labels), None) or (
+    clash = next((n for n in (*width, "status", "state") if n in {*labels, *names}), None) or (
         "status" if "status" in width else ""
     )
     if clash:
@@ -95,7 +108,27 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
         for base in scenes.values()
         for swaps in itertools.product(*(signals[n].values() for n in order))
     ]
-    return Grid(labels, tuple(variants), _scene_of(labels, names), names, width)
+    return Grid(labels, tuple(variants), _scene_of(labels, (*names, *tables)), names, width, tables=tables)
+
+
+def _numbers(given: Mapping, swapped: set[str], tables: Mapping[str, CaseTable]) -> dict[str, np.ndarray]:
+    """Return the rows of all parameters, those in tables too."""
+    found: dict[str, np.ndarray] = {}
+    for name, values in given.items():
+        if name in swapped:
+            continue
+        rows = dict(tables[name].columns) if name in tables else {name: row_of(values, name)}
+        for n, row in rows.items():
+            if n in found or (name in tables and n in given):
+                raise SceneError(f"{n} varies on two axes of the sweep; keep one")
+            found[n] = row
+    return found
+
+
+def columns_of(table: CaseTable, axis: str) -> dict[str, np.ndarray]:
+    """Return what a table adds to the coordinates of its axis: its columns, and the draws that its rows belong to."""
+    repeat = REPEAT if axis == CASE else f"{REPEAT} of {axis}"
+    return {**table.columns, **({repeat: table.repeat} if np.ptp(table.repeat) else {})}
 
 
 def _scenes(scene) -> dict[str, Scene]:
@@ -225,7 +258,10 @@ def sweep_key(grid: Grid, tolerance: float, route) -> str:
     digest = hashlib.sha256(f"{float(tolerance).hex()} {route!r} {list(grid.width.items())}".encode())
     for name, labels in grid.axes.items():
         digest.update(f"\n{name} {labels.dtype.kind} {labels.size}\n".encode())
-        digest.update(labels.tobytes() if labels.dtype.kind == "f" else "\n".join(labels.tolist()).encode())
+        digest.update("\n".join(labels.tolist()).encode() if labels.dtype.kind == "U" else labels.tobytes())
+    for name, table in grid.tables.items():
+        for column, values in table.columns.items():
+            digest.update(f"\n{name} {column}\n".encode() + values.tobytes())
     for scene in grid.scenes:
         digest.update(fingerprint(scene).encode())
     return digest.hexdigest()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symfric.ensemble.grid import Grid, code_key, dimensions, make_grid, sweep_key
+from symfric.ensemble.grid import Grid, code_key, columns_of, dimensions, make_grid, sweep_key
 from symfric.ensemble.progress import Meter, Progress, bar
 from symfric.ensemble.scheduler import Results, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
@@ -36,9 +36,10 @@ def sweep(
     ----------
     scene : Scene or mapping of str to Scene
         Several scenes with the same outputs make a first axis ``scene``. Trajectories and events are not kept.
-    grid : mapping of symbol or name to values
+    grid : mapping of symbol or name to values, or CaseTable
         For a parameter a row of numbers; for an input a list of motions, or a mapping of labels to signals, which take
-        its place one by one. Horizon and times in outputs stay those of the scene.
+        its place one by one; under any other name a `CaseTable`, which varies several parameters together. A table
+        alone makes the axis ``case``. Horizon and times in outputs stay those of the scene.
     jobs : int
         Threads, which share one program; -1 for as many as there are processors. With an executor, how many
         chunks it computes at a time, if more than the processors here.
@@ -117,7 +118,7 @@ def _checked(jobs: int, executor, progress) -> int:
 def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Store:
     from xarray.backends.netcdf3 import is_valid_nc3_name
 
-    for name in (*cases.width, *cases.axes):
+    for name in (*cases.width, *cases.axes, *cases.names):
         if not is_valid_nc3_name(name):
             raise SceneError(f"{name!r} cannot be a name in a netCDF file; rename it, or sweep without a store")
     about = {
@@ -146,8 +147,9 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
     import xarray as xr
 
     axes, shape, place = list(cases.axes), cases.shape, 0
+    along = {n: (axis, v) for axis, table in cases.tables.items() for n, v in columns_of(table, axis).items()}
     data: dict[str, tuple] = {}  # dimensions, values and, for the status, the meaning of the codes
-    coordinates = dict(cases.axes)
+    coordinates: dict = {**cases.axes, **along}
     own = dimensions(cases.scenes[0])
     for name in cases.scenes[0].outputs:
         width = cases.width[name]

@@ -9,6 +9,7 @@ from symfric.model.numeric import Floats
 from symfric.model.offering import offer
 from symfric.model.symbols import finite
 from symfric.motions.motion import Motion
+from symfric.motions.random_forcing import random_forcing
 from symfric.motions.record_files import read_at2, read_text
 from symfric.motions.spectrum import Spectrum
 from symfric.motions.synthetic import Misfit, eurocode8, misfit, sine_burst, synthetic
@@ -21,6 +22,7 @@ __all__ = [
     "eurocode8",
     "mean_spectrum",
     "misfit",
+    "random_forcing",
     "read_at2",
     "read_text",
     "scaled_set",

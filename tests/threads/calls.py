@@ -1,6 +1,7 @@
 """One cheap call of every public function; ``CALLS[name](k)`` for a few different k."""
 
 import numpy as np
+import scipy.stats
 import sympy as sp
 
 import symfric as sf
@@ -128,6 +129,7 @@ MODEL = {
 MOTIONS = {
     "motions.eurocode8": lambda k: sf.motions.eurocode8(PERIODS),
     "motions.sine_burst": lambda k: sf.motions.sine_burst(1.0 + k, 1.0).samples,
+    "motions.random_forcing": lambda k: [s.samples for s in sf.motions.random_forcing(5.0, (0.5, 5.0), 1.0, seed=k)],
     "motions.synthetic": lambda k: sf.motions.synthetic(PERIODS, sf.motions.eurocode8(PERIODS), seed=k).samples,
     "motions.mean_spectrum": lambda k: sf.motions.mean_spectrum([MOTION, MOTION.scaled(pga=2.0 + k)], PERIODS),
     "motions.misfit": lambda k: sf.motions.misfit(MOTION, PERIODS, np.ones(3) + k),
@@ -240,6 +242,12 @@ def compared(k):
     return sf.compare_laws(scenes, record_of(k), {"beta": (0.01, 0.2)}, starts=1).to_dict()
 
 
+def sampled(k):
+    return sf.sweep(
+        belt(k).wanting({"x_max": sf.Max(X)}), sf.CaseTable({"v_b": [0.1, 0.2], "beta": [0.01, 0.02 + 0.01 * k]})
+    )
+
+
 ENSEMBLE = {
     "sweep": lambda k: sf.sweep(
         belt(k).wanting({"x_max": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.3, 4), "beta": [0.0, 0.01 * (k + 1)]}, jobs=2
@@ -253,6 +261,9 @@ ENSEMBLE = {
     "fit_loop": lambda k: sf.fit_loop(
         sf.laws.dahl(C, 100.0 + k), [0.0, 0.01, 0.02, 0.01], [0.0, 0.28, 0.3, -0.2], {"c": (0.1, 1.0)}
     ).to_dict(),
+    "draw": lambda k: sf.draw({"v_b": scipy.stats.uniform(0.1, 0.2 + 0.01 * k)}, 8, seed=k).columns,
+    "probability": lambda k: sf.probability(sampled(k)["x_max"], above=0.4),
+    "spread": lambda k: sf.spread(sampled(k)),
     "test_design": lambda k: sf.test_design(fitted(k), {"v_b": [0.1, 0.3]}).to_dict(),
     "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),
     "bifurcation_diagram": lambda k: sf.bifurcation_diagram(belt(k), "v_b", [0.2, 0.3 + 0.01 * k], "u", jobs=2).states,
