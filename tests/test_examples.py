@@ -14,6 +14,7 @@ SCRIPTS = {
     "brake_groan_speed": r"below 193\.\d mm/s, at 159 Hz",
     "building_on_rollers": r"even floor: 0\.0\d+ g instead of 0\.32 g",
     "decay_record": r"the oil takes most, 38 %",
+    "decay_record": r"friction 0\.190, damping ratio 0\.0090",
     "disc_brake_squeal": r"squeals from mu = 0\.4193",
     "door_hinge_shaken": r"intensity 0\.3600",
     "gear_two_slopes": r"stable there: True",

@@ -1,10 +1,10 @@
 """Younes and Ashour: a rod on a spring, braked by a contact whose friction falls with the sliding speed.
 
-To be read in the order `system`, `amplitude`, `results`.
+To be read in the order `system`, `amplitude`, `record`, `results`.
 """
 
 from derivations.ledger import joined
-from derivations.younes_ashour import amplitude, results, system
+from derivations.younes_ashour import amplitude, record, results, system
 
 LEDGER = joined(
     "younes_ashour",
@@ -12,5 +12,6 @@ LEDGER = joined(
     "tribological contacts undergoing transient motion",
     system,
     amplitude,
+    record,
     results,
 )

@@ -1,7 +1,7 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
 from symfric.model.offering import offer
-from symfric.theory import absorber, belt, drive, foundation, presliding, scaling, transient, waviness
+from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
@@ -22,6 +22,7 @@ __all__ = [
     "average",
     "belt",
     "damper_loop",
+    "decay_record",
     "drive",
     "equilibrium",
     "falling_speeds",

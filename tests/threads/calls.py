@@ -17,6 +17,11 @@ def belt(k=0, **changes):
     return sf.scenes.mass_on_belt(**{"v_b": BELT["v_b"][k % 4], "horizon": 20.0, **changes})
 
 
+def decaying(k=0):
+    t = np.linspace(0.0, 1.0, 401)
+    return t, (0.01 + 0.001 * k) * np.exp(-t) * np.cos(30 * t)
+
+
 def wavy(k=0):
     return sf.scenes.wavy_belt(v_b=0.45, F=5.0 + k, k=100.0)
 
@@ -181,6 +186,10 @@ THEORY = {
     "theory.waviness.onset_speed": lambda k: sf.theory.waviness.onset_speed(wavy(k)),
     "theory.waviness.sinusoidal_onset_speed": lambda k: sf.theory.waviness.sinusoidal_onset_speed(wavy(k)),
     "theory.waviness.slip_over_a_wave": lambda k: sf.theory.waviness.slip_over_a_wave(0.4, 0.01 * (k + 1)),
+    "theory.decay_record.from_turning_points": lambda k: sf.theory.decay_record.from_turning_points(
+        [10e-3, 7e-3 + 1e-5 * k, 4e-3], f_n=5.3
+    ),
+    "theory.decay_record.from_motion": lambda k: sf.theory.decay_record.from_motion(*decaying(k)),
     "theory.drive.damping_matrix": lambda k: sf.theory.drive.damping_matrix(symmetric=bool(k % 2)),
     "theory.drive.definite_condition": lambda k: sf.theory.drive.definite_condition(),
     "theory.drive.hurwitz_conditions": lambda k: sf.theory.drive.hurwitz_conditions(),
