@@ -1,24 +1,32 @@
-"""How much friction and how much damping has a rod, by the turning points of its decay?
+"""Which brings a pendulum to rest: its bearing, the oil or the air? Dry, viscous and quadratic damping from one decay.
 
-A rod of 5.3 Hz, pressed on a disk with its weight, is let go at 10 mm; its turning points are read off to 0.01 mm.
+The record is made here: a swing of 0.2 rad, two minutes long, read by an encoder of 4096 steps a turn.
 """
 
 import numpy as np
+import sympy as sp
 
 import symfric as sf
 
-f_n = 5.3
-points = [10.00e-3, 7.06e-3, 4.00e-3, 0.77e-3]  # m, alternately to the one side and the other
-fit = sf.theory.decay_record.from_turning_points(points, f_n=f_n)
-print(f"friction {fit.mu_m:.3f}, damping ratio {fit.zeta:.4f}")
+q, u = sp.symbols("q u", real=True)
+omega, delta, zeta, kappa = 3.13, 4e-4, 1.5e-3, 0.012
+force = -(omega**2) * q - 2 * zeta * omega * u - kappa * u * sp.Abs(u)
+bearing = sf.Contact("bearing", slip=u, normal=omega**2, law=sf.laws.coulomb(delta))
+pendulum = sf.Scene(sf.System([q], [u], [[1]], [force]), [bearing], {}, {q: 0.2, u: 0.0}, 120.0)
+t = np.linspace(0, 120, 6001)
+step = 2 * np.pi / 4096
+angle = step * np.round(sf.simulate(pendulum)(t)[0] / step)
 
-rod = sf.scenes.contact_damper(f_n=f_n, mu_m=fit.mu_m, zeta=fit.zeta)
-run = sf.simulate(rod)
-stops = [f"{1e3 * abs(float(run(event.t)[0])):.2f}" for event in run.events]
-print(f"with these it turns at {', '.join(stops)} mm and rests after {run['stop_time']:.4f} s")
-
-rng = np.random.default_rng(0)  # what does it cost to read them off less exactly?
-for error in (0.01e-3, 0.1e-3):
-    fits = [sf.theory.decay_record.from_turning_points(points + rng.normal(0, error, 4), f_n=f_n) for _ in range(500)]
-    mu_m, zeta = np.std([e[:2] for e in fits], axis=0)
-    print(f"read to {1e3 * error:g} mm: friction +-{mu_m:.4f}, damping ratio +-{zeta:.4f}")
+fit = sf.fit_decay(t, angle, sigma=step / np.sqrt(12))
+print(fit)
+for name, true in (("delta", delta), ("zeta", zeta), ("kappa", kappa)):
+    off = abs(fit.values[name] - true) / fit.standard_errors[name]
+    print(f"{name}: {fit.values[name]:.3g}, true {true:.3g}, {off:.1f} standard errors off")
+size = fit.values["x0"]
+share = {
+    "bearing": 2 * fit.values["delta"] * omega / np.pi,
+    "oil": fit.values["zeta"] * omega * size,
+    "air": 4 * fit.values["kappa"] * omega * size**2 / (3 * np.pi),
+}
+most = max(share, key=share.get)
+print(f"At the start the {most} takes most, {100 * share[most] / sum(share.values()):.0f} % of the loss.")
