@@ -152,6 +152,14 @@ def contact_damper(
     -----
     Younes and Ashour (2), (3). A rod that starts at rest within the stick limit never moves: its decay time is 0, and
     `residual` excludes that.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=5, mu_m=0.1)
+    >>> found = sf.design.contact_damper(rod, {"mu_m": (0.05, 0.2)})
+    >>> found.status
+    'optimal'
     """
     damper = _read(scene, bounds, residual, margin)
     points = POINTS[len(damper.names)]

@@ -24,6 +24,14 @@ class Curve:
     xlabel, ylabel : str
     marks : tuple of float
         Values of `x` where the condition is active.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> curve = sf.design.quench(belt, speeds=(0.1, 0.4), Omega=(20, 60), a=(0, 0.02)).curve
+    >>> curve.x.shape == curve.y.shape
+    True
     """
 
     x: np.ndarray
@@ -79,6 +87,17 @@ class Design:
     neighbours : tuple of dict
         Designs beside this one that were computed: how each differs, its objective, and by how much it violates the
         conditions (relative; not positive where all hold).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> found = sf.design.quench(belt, speeds=(0.1, 0.4), Omega=(20, 60), a=(0, 0.02))
+    >>> found.status
+    'optimal'
+    >>> sorted(found.to_dict())[:2]
+    ['active', 'check']
+    >>> ax = found.plot()
     """
 
     values: dict[str, float]
@@ -102,7 +121,13 @@ class Design:
         return html_table("Design", self.to_dict())
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
+        """Return plain Python data.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "values": dict(self.values),
             "objective": self.objective,
@@ -116,7 +141,17 @@ class Design:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the limiting condition and return the Axes."""
+        """Draw the limiting condition and return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         curve = self.curve
         ax.plot(curve.x, curve.y)

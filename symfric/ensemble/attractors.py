@@ -37,6 +37,14 @@ class Attractor:
         States on it; of a forced scene those at whole periods of the excitation. Of "rest" there are none.
     orbit : Orbit or None
         Of a cycle.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> bistable = sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=1.6).until(400)
+    >>> found = sf.basins(bistable, {"x": [0.5, 3.0]})
+    >>> found.attractors[0].kind
+    'equilibrium'
     """
 
     kind: str

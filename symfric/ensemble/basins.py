@@ -39,6 +39,19 @@ class Basins:
         Codes of `Status`; -1 if the start is not valid, -2 for an error.
     attractors : tuple of Attractor
         In the order in which the grid meets them.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> bistable = sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=1.6).until(400)
+    >>> found = sf.basins(bistable, {"x": [0.5, 3.0]})
+    >>> found.shares.round(6)
+    array([0.5, 0.5])
+    >>> sorted(found.to_dict())[:2]
+    ['attractors', 'axes']
+    >>> len(found.to_xarray().data_vars) > 0
+    True
+    >>> ax = found.plot()
     """
 
     axes: dict[str, np.ndarray]
@@ -52,7 +65,22 @@ class Basins:
         return np.array([np.mean(self.label == k) for k in range(len(self.attractors))])
 
     def plot(self, ax=None):
-        """Draw the basins over one or two axes in colours; return the Axes."""
+        """Draw the basins over one or two axes in colours; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        SceneError
+            If the grid has more than two axes.
+        """
         if len(self.axes) > 2:
             raise SceneError(f"the grid has {len(self.axes)} axes; draw a slice of to_xarray().attractor")
         from symfric.ensemble.plotting import plot_basins
@@ -60,7 +88,13 @@ class Basins:
         return plot_basins(self, ax)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "axes": {n: row.tolist() for n, row in self.axes.items()},
             "label": self.label.tolist(),
@@ -70,7 +104,12 @@ class Basins:
         }
 
     def to_xarray(self):
-        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes."""
+        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         about = {f"attractor_{k}": repr(a) for k, a in enumerate(self.attractors)}
@@ -128,6 +167,14 @@ def basins(
     followed, and Newton's method on the map over a period finds the cycle it approaches; only stable ones count. What
     neither rests nor comes near a stable cycle of at most 16 periods is irregular, and so is what takes longer to
     settle; then lengthen the horizon.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> bistable = sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=1.6).until(400)
+    >>> found = sf.basins(bistable, {"x": [0.5, 3.0]})
+    >>> [a.kind for a in found.attractors]
+    ['equilibrium', 'cycle']
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")

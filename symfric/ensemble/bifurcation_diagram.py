@@ -44,6 +44,21 @@ class BifurcationDiagram:
         Of the states.
     about : str
         Description of the section.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2, horizon=20.0)
+    >>> diagram = sf.bifurcation_diagram(belt.until(100.0), "v_b", [0.2, 0.3], "u")
+    >>> diagram.points(0).shape[0]
+    2
+    >>> sorted(diagram.to_dict())[:2]
+    ['parameter', 'points']
+    >>> len(diagram.to_xarray().data_vars) > 0
+    True
+    >>> ax = diagram.plot()
     """
 
     parameter: str
@@ -56,17 +71,43 @@ class BifurcationDiagram:
     about: str
 
     def points(self, k: int) -> np.ndarray:
-        """Return the states on the section for value k, shape (n_x, number of points)."""
+        """Return the states on the section for value k, shape (n_x, number of points).
+
+        Parameters
+        ----------
+        k : int
+            Number of the value, from 0.
+
+        Returns
+        -------
+        ndarray, shape (n_x, number of points)
+        """
         return self.states[:, self.case == k]
 
     def plot(self, ax=None):
-        """Draw the first coordinate on the section against the parameter; return the Axes."""
+        """Draw the first coordinate on the section against the parameter; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.ensemble.plotting import plot_diagram
 
         return plot_diagram(self, ax)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         rows = range(self.values.size)
         return {
             "parameter": self.parameter,
@@ -77,7 +118,12 @@ class BifurcationDiagram:
         }
 
     def to_xarray(self):
-        """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``."""
+        """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {n: ("point", row) for n, row in zip(self.names, self.states, strict=True)}
@@ -141,6 +187,16 @@ def bifurcation_diagram(
     Notes
     -----
     A motion that comes to rest does not cross a section any more: then its final state is its one point.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2, horizon=20.0)
+    >>> diagram = sf.bifurcation_diagram(belt.until(100.0), "v_b", [0.2, 0.3], "u")
+    >>> diagram.values.round(6)
+    array([0.2, 0.3])
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")

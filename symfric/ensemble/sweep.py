@@ -69,6 +69,16 @@ def sweep(
         If no route takes the scene.
     RunFailed
         If the executor loses its workers or the store cannot be written; what is finished is in the store.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2, horizon=20.0)
+    >>> table = sf.sweep(belt.wanting({"x_max": sf.Max(x)}), {"v_b": [0.1, 0.2], "beta": [0.0, 0.05]})
+    >>> (table.x_max.sel(beta=0.05).values.round(4)).round(6)
+    array([0.4832, 0.5665])
     """
     cases = make_grid(scene, grid)
     tolerance = check_tolerance(tolerance)

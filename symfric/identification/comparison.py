@@ -57,6 +57,21 @@ class Comparison:
         Laws that could not be fitted, with the reason.
     notes : tuple of str
         Which laws the records do not tell apart.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> table = sf.compare_laws({"dry": scene}, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> len(table.rows())
+    1
+    >>> sorted(table.to_dict())
+    ['failed', 'laws', 'notes']
+    >>> len(table.to_xarray().data_vars) > 0
+    True
     """
 
     scores: tuple[LawScore, ...]
@@ -81,7 +96,12 @@ class Comparison:
         return len(self.scores)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return one row of plain numbers for each law; AICc and BIC less those of the best one."""
+        """Return one row of plain numbers for each law; AICc and BIC less those of the best one.
+
+        Returns
+        -------
+        list[dict]
+        """
         least = min(s.bic for s in self.scores)
         return [
             {
@@ -98,11 +118,22 @@ class Comparison:
         ]
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {"laws": self.rows(), "failed": dict(self.failed), "notes": list(self.notes)}
 
     def to_xarray(self):
-        """Return the table as an xarray.Dataset over ``law``."""
+        """Return the table as an xarray.Dataset over ``law``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         rows = self.rows()
@@ -176,6 +207,17 @@ def compare_laws(
     squares S for known noise, else n log(S/n) summed over the records:
     ``AICc = -2 log L + 2 k + 2 k (k + 1)/(n - k - 1)`` and ``BIC = -2 log L + k log n`` (Burnham and Anderson, Model
     Selection and Multimodel Inference, 2002, chapters 2 and 6).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> table = sf.compare_laws({"dry": scene}, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> table.best.name
+    'dry'
     """
     if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
         raise SceneError(f"{scenes!r} is no mapping of names of laws to scenes")

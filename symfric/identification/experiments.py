@@ -31,6 +31,18 @@ class TestDesign:
         All settings that were considered.
     gains : ndarray, shape (n,)
         By how much each candidate alone raises log det of the information; NaN where its run failed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> fit = sf.identify(scene, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> plan = sf.test_design(fit, {"x0": [0.5, 1.0]})
+    >>> sorted(plan.to_dict())[:2]
+    ['candidates', 'chosen']
     """
 
     __test__ = False  # no class of tests
@@ -41,7 +53,13 @@ class TestDesign:
     gains: np.ndarray
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "chosen": [dict(c) for c in self.chosen],
             "standard_errors": [dict(e) for e in self.standard_errors],
@@ -93,6 +111,18 @@ def test_design(
     D-optimal design: the determinant of the information ``J' J/s^2`` of all records is made as large as possible, which
     makes the volume of the confidence ellipsoid smallest (Atkinson, Donev and Tobias, Optimum Experimental Designs,
     2007, chapter 10), here greedily. Unknowns are counted in units of the distance of their bounds.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> fit = sf.identify(scene, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> plan = sf.test_design(fit, {"x0": [0.5, 1.0]})
+    >>> len(plan.chosen)
+    1
     """
     predictor, unknowns = fit.predictor, fit.predictor.unknowns
     scene_label = _label(fit, label)

@@ -66,6 +66,25 @@ class Fit:
         Runs with derivatives that the fit took.
     law : Law or None
         With the fitted values, if a law was fitted and no scene.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> fit = sf.identify(scene, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> low, high = fit.interval("delta")
+    >>> low < 0.03 < high
+    False
+    >>> round(round(fit.profile("delta", points=5).interval[0], 3), 6)
+    0.03
+    >>> sorted(fit.to_dict())[:2]
+    ['active', 'correlation']
+    >>> len(fit.to_xarray().data_vars) > 0
+    True
+    >>> ax = fit.plot()
     """
 
     names: tuple[str, ...]
@@ -198,6 +217,15 @@ class Fit:
         level : float
             Probability with which such intervals hold the truth.
 
+        Returns
+        -------
+        (float, float)
+
+        Raises
+        ------
+        SceneError
+            If the unknown does not exist, or has no standard error.
+
         Notes
         -----
         By Student's distribution with `freedom` degrees of freedom if the noise was estimated, else by the normal one.
@@ -248,17 +276,54 @@ class Fit:
         return self.names.index(wanted)
 
     def plot(self, ax=None):
-        """Draw records and predictions against time, residuals below; return the Axes of the records."""
+        """Draw records and predictions against time, residuals below; return the Axes of the records.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.identification.plotting import plot_fit
 
         return plot_fit(self, ax)
 
     def holding(self, name: Key, value: float) -> "Problem":
-        """Return the least-squares problem with one unknown held."""
+        """Return the least-squares problem with one unknown held.
+
+        Parameters
+        ----------
+        name : symbol or name
+            Of the unknown.
+        value : float
+
+        Returns
+        -------
+        Problem
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import symfric as sf
+        >>> scene = sf.scenes.coulomb_oscillator(0.03)
+        >>> t = np.linspace(0.1, 20.0, 50)
+        >>> fit = sf.identify(scene, {"x": (t, sf.simulate(scene)(t)[0])}, {"delta": (0.001, 0.05)}, starts=1)
+        >>> fit.holding("delta", 0.03).fixed
+        {0: 0.03}
+        """
         return replace(self._problem, fixed={**self._problem.fixed, self._index(name): float(value)})
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "values": dict(self.values),
             "standard_errors": dict(self.standard_errors),
@@ -276,7 +341,12 @@ class Fit:
         }
 
     def to_xarray(self):
-        """Return times, measured and predicted values and residuals of every record as an xarray.Dataset."""
+        """Return times, measured and predicted values and residuals of every record as an xarray.Dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data: Mapping[str, tuple] = {}

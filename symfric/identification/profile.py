@@ -29,6 +29,19 @@ class Profile:
     level : float
         Probability of the interval.
     threshold : float
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> scene = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05)
+    >>> t = np.linspace(0.1, 40.0, 200)
+    >>> y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    >>> fit = sf.identify(scene, {"x": (t, y)}, {"delta": (0.001, 0.05)}, starts=2)
+    >>> profile = fit.profile("delta", points=5)
+    >>> sorted(profile.to_dict())[:2]
+    ['cost', 'interval']
+    >>> ax = profile.plot()
     """
 
     name: str
@@ -39,7 +52,13 @@ class Profile:
     threshold: float
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "name": self.name,
             "values": self.values.tolist(),
@@ -49,7 +68,17 @@ class Profile:
         }
 
     def plot(self, ax=None):
-        """Draw the cost over the values with the threshold; return the Axes."""
+        """Draw the cost over the values with the threshold; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.identification.plotting import plot_profile
 
         return plot_profile(self, ax)

@@ -47,6 +47,15 @@ def lagrange(
     -----
     Energies may have kinks (Abs, Max, Min, Piecewise) where the force that stems from them has none or a kink itself:
     ``k Abs(x)**3`` and ``k Max(0, x - g)**2`` are fine, ``c Abs(u)`` is dry friction and belongs in a Contact.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u, m, k = sp.symbols("x u m k", real=True)
+    >>> system = sf.mechanics.lagrange(kinetic=m * u**2 / 2, potential=k * x**2 / 2, q=[x], u=[u])
+    >>> system.mass, system.force
+    (Matrix([[m]]), (-k*x,))
     """
     q, loads = listed(q, "q"), loads or {}
     u = None if u is None else listed(u, "u")

@@ -39,15 +39,71 @@ class Output:
     keeps_events: ClassVar[bool] = False
 
     def size(self, n_x: int) -> int | None:
-        """Return how many numbers the output has in a scene of n_x states; None if it is not numeric."""
+        """Return how many numbers the output has.
+
+        Parameters
+        ----------
+        n_x : int
+            Number of states.
+
+        Returns
+        -------
+        int or None
+            None if the output is not numeric.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.End().size(2), sf.StopTime().size(2), sf.Trajectory().size(2)
+        (2, 1, None)
+        """
         return None
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the output from a `symfric.solve.run.Run` that stored it under `name`."""
+        """Return the output from a run that stored it.
+
+        Parameters
+        ----------
+        run : Run
+        name : str
+            Under which the scene lists it.
+
+        Returns
+        -------
+        float, ndarray or object
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> run = sf.simulate(sf.scenes.coulomb_oscillator(0.1).wanting({"rest": sf.StopTime()}))
+        >>> round(sf.StopTime().value(run, "rest"), 6) == round(run["rest"], 6)
+        True
+        """
         raise NotImplementedError
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return the output's derivatives, one column per direction of a `symfric.solve.sensitivities.Derivatives`."""
+        """Return the derivatives of the output.
+
+        Parameters
+        ----------
+        derivatives : Derivatives
+            Of a run, see `symfric.solve.sensitivities`.
+        name : str
+            Under which the scene lists the output.
+
+        Returns
+        -------
+        ndarray
+            One column for each parameter or initial value; users find them in ``run.output_sensitivities``.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> scene = sf.scenes.coulomb_oscillator(0.1).wanting({"rest": sf.StopTime()})
+        >>> run = sf.simulate(scene, sensitivities=["omega_n"])
+        >>> round(float(run.output_sensitivities["rest"]["omega_n"]), 6) == round(-run["rest"], 6)
+        True
+        """
         raise NotImplementedError
 
 
@@ -61,26 +117,52 @@ class OutputOfExpression(Output):
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
 
     def row(self, horizon: float) -> Row:
-        """Return the observable to accumulate in a run up to the horizon."""
+        """Return the observable to accumulate in a run.
+
+        Parameters
+        ----------
+        horizon : float
+            Up to which the run goes.
+
+        Returns
+        -------
+        Row
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.Integral(sf.TIME**2).row(10.0).expr
+        t**2
+        """
         raise NotImplementedError
 
     def reduce(self, found: Any) -> Any:
         """Return the output from the accumulated observable, or its derivatives from those of the observable.
 
-        That is a pair of smallest and largest value, an integral, or an array of values with the times first.
+        Parameters
+        ----------
+        found : pair, float or ndarray
+            Smallest and largest value, an integral, or values with the times first.
+
+        Returns
+        -------
+        float or ndarray
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.HalfRange(sf.TIME).reduce((1.0, 5.0))
+        2.0
         """
         raise NotImplementedError
 
     def size(self, n_x: int) -> int | None:
-        """Return 1, unless there are several values."""
         return 1
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the observable, reduced."""
         return self.reduce(run.raw.rows[name])
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return the derivatives of the observable, reduced."""
         return self.reduce(derivatives.of_row(name))
 
 
@@ -89,81 +171,152 @@ class OutputOfRange(OutputOfExpression):
     """Base of outputs made of the smallest and the largest value of an expression."""
 
     def row(self, horizon: float) -> Row:
-        """Return the observable of the range of the expression; of |e|, the range of e."""
         magnitude = isinstance(self.expr, sp.Abs)
         return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude)
 
 
 @dataclass(frozen=True)
 class End(Output):
-    """The final state, shape (n_x,)."""
+    """The final state, shape (n_x,).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> (sf.simulate(oscillator.wanting({"end": sf.End()}))["end"]).round(6)
+    array([0.572119, 0.195591])
+    """
 
     word: ClassVar[str] = "end"
 
     def size(self, n_x: int) -> int | None:
-        """Return the number of states."""
         return n_x
 
     def value(self, run: Any, name: str) -> np.ndarray:
-        """Return the final state."""
         return run.final
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return the derivatives of the final state."""
         return derivatives.of_end()
 
 
 @dataclass(frozen=True)
 class Max(OutputOfRange):
-    """Largest value of an expression over the run."""
+    """Largest value of an expression over the run.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.Max(x)}))["size"], 6)
+    1.0
+    """
 
     word: ClassVar[str] = "max"
 
     def reduce(self, found: Any) -> Any:
-        """Return the largest value."""
         return found[1]
 
 
 @dataclass(frozen=True)
 class Min(OutputOfRange):
-    """Smallest value of an expression over the run."""
+    """Smallest value of an expression over the run.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.Min(x)}))["size"], 6)
+    -0.8
+    """
 
     word: ClassVar[str] = "min"
 
     def reduce(self, found: Any) -> Any:
-        """Return the smallest value."""
         return found[0]
 
 
 @dataclass(frozen=True)
 class HalfRange(OutputOfRange):
-    """(largest - smallest) / 2 of an expression over the run."""
+    """(largest - smallest) / 2 of an expression over the run.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.HalfRange(x)}))["size"], 6)
+    0.9
+    """
 
     word: ClassVar[str] = "half_range"
 
     def reduce(self, found: Any) -> Any:
-        """Return half the difference."""
         return 0.5 * (found[1] - found[0])
 
 
 @dataclass(frozen=True)
 class Integral(OutputOfExpression):
-    """Integral of an expression over time."""
+    """Integral of an expression over time.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.Integral(x**2)}))["size"], 6)
+    2.006043
+    """
 
     word: ClassVar[str] = "integral"
 
     def row(self, horizon: float) -> Row:
-        """Return the observable of the integral."""
         return Row(INTEGRAL, self.expr)
 
     def reduce(self, found: Any) -> Any:
-        """Return the integral."""
         return found
 
 
 @dataclass(frozen=True)
 class At(OutputOfExpression):
-    """Value of an expression at a time; at the end of the run if no time, or a later one, is given."""
+    """Value of an expression at a time; at the end of the run if no time, or a later one, is given.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    time : float or None
+        The end unless given.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(float(sf.simulate(oscillator.wanting({"size": sf.At(x, 2.0)}))["size"]), 6)
+    -0.274532
+    """
 
     word: ClassVar[str] = "at"
     time: float | None = None
@@ -176,11 +329,9 @@ class At(OutputOfExpression):
                 raise SceneError(f"the time of At is {self.time:g}; it must not be negative")
 
     def row(self, horizon: float) -> Row:
-        """Return the observable of one value."""
         return Row(VALUES, self.expr, (horizon if self.time is None else min(self.time, horizon),))
 
     def reduce(self, found: Any) -> Any:
-        """Return the value."""
         return found[0]
 
 
@@ -226,59 +377,79 @@ class Samples(OutputOfExpression):
         object.__setattr__(self, "times", times)
 
     def row(self, horizon: float) -> Row:
-        """Return the observable of the values at the times."""
         return Row(VALUES, self.expr, self.times)
 
     def reduce(self, found: Any) -> Any:
-        """Return all values."""
         return found
 
     def size(self, n_x: int) -> int | None:
-        """Return the number of times."""
         return len(self.times)
 
 
 @dataclass(frozen=True)
 class StopTime(Output):
-    """Time after which the system stays at rest until the horizon; NaN if it moves at the end."""
+    """Time after which the system stays at rest until the horizon; NaN if it moves at the end.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0)
+    >>> round(sf.simulate(oscillator.wanting({"rest": sf.StopTime()}))["rest"], 6)
+    15.707963
+    """
 
     word: ClassVar[str] = "stop_time"
 
     def size(self, n_x: int) -> int | None:
-        """Return 1."""
         return 1
 
     def value(self, run: Any, name: str) -> float:
-        """Return the time of rest."""
         return run.raw.rest
 
     def slopes(self, derivatives: Any, name: str) -> np.ndarray:
-        """Return the derivatives of the time of rest."""
         return derivatives.of_rest()
 
 
 @dataclass(frozen=True)
 class Trajectory(Output):
-    """The trajectory: states, modes, events and dense output."""
+    """The trajectory: states, modes, events and dense output.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> run = sf.simulate(oscillator.wanting({"path": sf.Trajectory()}))
+    >>> run.names
+    ('x', 'u')
+    >>> run(2.0).round(6)
+    array([-0.274532, -0.818368])
+    """
 
     word: ClassVar[str] = "trajectory"
     keeps_path: ClassVar[bool] = True
     keeps_events: ClassVar[bool] = True
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the trajectory as piecewise polynomials."""
         return run.raw.path
 
 
 @dataclass(frozen=True)
 class Events(Output):
-    """The list of events, without the trajectory between them."""
+    """The list of events, without the trajectory between them.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0)
+    >>> run = sf.simulate(oscillator.wanting({"events": sf.Events()}))
+    >>> [e.kind for e in run["events"]]
+    ['reversal', 'reversal', 'reversal', 'reversal', 'stick']
+    """
 
     word: ClassVar[str] = "events"
     keeps_events: ClassVar[bool] = True
 
     def value(self, run: Any, name: str) -> Any:
-        """Return the list of events."""
         return run.events
 
 
@@ -293,12 +464,48 @@ def words(of: type[Output] = Output) -> dict[str, type[Output]]:
 
 
 def friction_force(contact: str) -> sp.Symbol:
-    """Return the friction force of a contact (on the body, along its slip) for use inside output expressions."""
+    """Return the friction force of a contact (on the body, along its slip) for use inside output expressions.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+
+    Returns
+    -------
+    Symbol
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> v_b = belt.parameter("v_b")
+    >>> run = sf.simulate(belt.wanting({"work": sf.Integral(sf.friction_force("belt") * v_b)}))
+    >>> round(run["work"], 6)
+    5.793097
+    """
     return sp.Symbol(f"friction_force({contact})", real=True)
 
 
 def slip(contact: str) -> sp.Symbol:
-    """Return the slip velocity of a contact for use inside output expressions."""
+    """Return the slip velocity of a contact for use inside output expressions.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+
+    Returns
+    -------
+    Symbol
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.simulate(belt.wanting({"fastest": sf.Max(sf.slip("belt"))}))["fastest"], 6)
+    0.0
+    """
     return sp.Symbol(f"slip({contact})", real=True)
 
 

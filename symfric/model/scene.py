@@ -51,6 +51,32 @@ class Scene:
     ------
     SceneError
         If anything is missing, unused, misspelled, not finite or out of range; it names the thing and the cure.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> k, v_b = sp.symbols("k v_b", positive=True)
+    >>> scene = sf.Scene(
+    ...     system=sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x]),
+    ...     contacts=[sf.Contact("belt", slip=u - v_b, normal=1, law=sf.laws.coulomb(0.4, 0.3))],
+    ...     values={k: 1.0, v_b: 0.2},
+    ...     initial={x: 0.0, u: 0.0},
+    ...     horizon=10.0,
+    ...     outputs={"x_max": sf.Max(x)},
+    ... )
+    >>> faster = scene.where({"v_b": 0.3}).starting({"x": 0.1}).until(20.0).wanting({"end": sf.End()})
+    >>> faster
+    Scene(1 coordinates, contacts: belt; k=1, v_b=0.3; horizon 20)
+    >>> scene.equations()[1]
+    Eq(Derivative(u(t), t), -k*x(t) - 0.3*sign(-v_b + u(t)))
+    >>> scene.regularised(1e-3).contacts[0].law.smooth
+    True
+    >>> scene.parameter("k"), sorted(s.name for s in scene.parameter_values()), len(scene.numbers())
+    (k, ['k', 'v_b'], 4)
+    >>> scene.written_out() is scene
+    True
     """
 
     system: System
@@ -186,7 +212,12 @@ class Scene:
 
     @alone(SYMBOLIC)
     def numbers(self) -> dict[sp.Symbol, float]:
-        """Return every parameter and every initial state as a number; raise if a value is still to be given."""
+        """Return every parameter and every initial state as a number; raise if a value is still to be given.
+
+        Returns
+        -------
+        dict[Symbol, float]
+        """
         numbers = self.parameter_values()
         for state, value in self.initial.items():
             number = value if isinstance(value, float) else value.subs(self.values)
@@ -194,7 +225,17 @@ class Scene:
         return numbers
 
     def parameter_values(self) -> dict[sp.Symbol, float]:
-        """Return every parameter as a number; raise if a value is still to be given."""
+        """Return every parameter as a number; raise if a value is still to be given.
+
+        Returns
+        -------
+        dict[Symbol, float]
+
+        Raises
+        ------
+        SceneError
+            If a parameter has no value.
+        """
         numbers = {k: v for k, v in self.values.items() if v is not None}
         missing = next((k for k in self.values if k not in numbers), None)
         if missing is not None:
@@ -214,7 +255,22 @@ class Scene:
         return tuple(self.values)
 
     def parameter(self, key: Key) -> sp.Symbol:
-        """Return the parameter's symbol for a symbol or name; raise with the nearest known name."""
+        """Return the parameter's symbol for a symbol or name; raise with the nearest known name.
+
+        Parameters
+        ----------
+        key : symbol or name
+            Of a parameter.
+
+        Returns
+        -------
+        Symbol
+
+        Raises
+        ------
+        SceneError
+            If the scene has no such parameter.
+        """
         name = name_of(key)
         for s in self.values:
             if s.name == name:
@@ -222,27 +278,71 @@ class Scene:
         raise SceneError(f"{name} is no parameter of the scene{nearest(name, [s.name for s in self.values])}")
 
     def where(self, values: Mapping[Key, float]) -> "Scene":
-        """Return the scene with other numbers for some of its parameters."""
+        """Return the scene with other numbers for some of its parameters.
+
+        Parameters
+        ----------
+        values : mapping of symbol or name to number
+
+        Returns
+        -------
+        Scene
+        """
         changed = {self.parameter(k): v for k, v in values.items()}
         return replace(self, values={**self.values, **changed})
 
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
-        """Return the scene with other initial values of some of its states."""
+        """Return the scene with other initial values of some of its states.
+
+        Parameters
+        ----------
+        initial : mapping of symbol or name to number or Expr
+            Of states; the others keep theirs.
+
+        Returns
+        -------
+        Scene
+        """
         start = _by_name(self.initial, "initial") | _by_name(initial, "initial")
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
     def until(self, horizon: float) -> "Scene":
-        """Return the scene with another horizon."""
+        """Return the scene with another horizon.
+
+        Parameters
+        ----------
+        horizon : float
+            Length of the run.
+
+        Returns
+        -------
+        Scene
+        """
         return replace(self, horizon=horizon)
 
     def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
-        """Return the scene with other outputs."""
+        """Return the scene with other outputs.
+
+        Parameters
+        ----------
+        outputs : mapping of str to Output
+            What is to be computed; replaces the present outputs.
+
+        Returns
+        -------
+        Scene
+        """
         other = _read_outputs(outputs)
         return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
 
     @alone(SYMBOLIC)
     def written_out(self) -> "Scene":
-        """Return the scene with expressions in place of matrices and rows, for closed forms; itself if it has none."""
+        """Return the scene with expressions in place of matrices and rows, for closed forms; itself if it has none.
+
+        Returns
+        -------
+        Scene
+        """
         if self.system.linear is None:
             return self
         rows = self.system.row_values()
@@ -258,6 +358,17 @@ class Scene:
     def regularised(self, v_s, shape: str = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`.
 
+        Parameters
+        ----------
+        v_s : float or Expr
+            Speed below which a contact counts as sticking, > 0.
+        shape : {"linear", "arctan", "tanh"}
+            See `sf.Law`.
+
+        Returns
+        -------
+        Scene
+
         Raises
         ------
         SceneError
@@ -272,7 +383,12 @@ class Scene:
 
     @alone(SYMBOLIC)
     def equations(self) -> tuple[sp.Eq, ...]:
-        """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``."""
+        """Return the equations of motion for reading, friction as ``sign(slip) * normal * mu(|slip|)``.
+
+        Returns
+        -------
+        tuple[Equality, ...]
+        """
         written = self.written_out()
         t, system = TIME, written.system
         moving = {s: sp.Function(_shown(s), real=True)(t) for s in system.states}

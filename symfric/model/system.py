@@ -58,6 +58,20 @@ class System:
         `symfric.structures`.
     made : int
         How many of the last z are states of contacts with memory, which a scene adds itself.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> k = sp.Symbol("k", positive=True)
+    >>> system = sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x])
+    >>> system.states
+    (x, u)
+    >>> system.slopes(3 * u)
+    [3]
+    >>> system.written_out() is system, system.row_values()
+    (True, {})
     """
 
     q: Sequence[sp.Symbol]
@@ -146,11 +160,24 @@ class System:
         return () if self.linear is None else tuple(self.linear.rows)
 
     def slopes(self, slip: sp.Expr) -> list | np.ndarray:
-        """Return the derivatives of a slip by the velocities: an array if they come from rows of numbers."""
+        """Return the derivatives of a slip by the velocities: an array if they come from rows of numbers.
+
+        Parameters
+        ----------
+        slip : Expr
+
+        Returns
+        -------
+        list or ndarray
+        """
         return slopes_of(slip, self.u, self.linear)
 
     def written_out(self) -> "System":
         """Return the same with all entries as expressions, for reading and for closed forms of small systems.
+
+        Returns
+        -------
+        System
 
         Raises
         ------
@@ -186,7 +213,12 @@ class System:
         )
 
     def row_values(self) -> dict[sp.Symbol, sp.Expr]:
-        """Return the rows as expressions of the states."""
+        """Return the rows as expressions of the states.
+
+        Returns
+        -------
+        dict of Symbol to Expr
+        """
         if self.linear is None:
             return {}
         return {
@@ -216,6 +248,16 @@ class Contact:
     stiffness : Expr or None
         Of a spring in series, in force per displacement; its elongation is the state ``<name>.z``, zero at the start
         unless given. The law must be Coulomb's with one coefficient. See `symfric.model.springs`.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> v_b = sp.Symbol("v_b", positive=True)
+    >>> belt = sf.Contact("belt", slip=u - v_b, normal=1, law=sf.laws.coulomb(0.4, 0.3))
+    >>> sorted(s.name for s in belt.free_symbols)
+    ['u', 'v_b']
     """
 
     name: str
@@ -282,6 +324,15 @@ class Signal:
         Time of the first sample.
     unit : str or None
         For display only.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> signal = sf.Signal([0.0, 1.0, 0.0], dt=0.5, unit="m/s^2")
+    >>> round(signal.t_end, 6)
+    1.0
+    >>> round(float(signal(0.25)), 6)
+    0.5
     """
 
     samples: np.ndarray

@@ -32,7 +32,32 @@ __all__ = [
 
 
 def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0.05) -> Spectrum:
-    """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs."""
+    """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    periods : sequence of float
+        s.
+    damping : float
+        Damping ratio.
+
+    Returns
+    -------
+    Spectrum
+
+    Raises
+    ------
+    SceneError
+        If there is no motion, or the periods are wrong.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> (sf.motions.mean_spectrum([quake, quake.times(2.0)], [0.5]).pseudo_acceleration).round(6)
+    array([25.017484])
+    """
     found = [m.spectrum(periods, damping) for m in _set(motions)]
     return Spectrum(
         found[0].periods,
@@ -63,6 +88,18 @@ def scaled_set(
     Returns
     -------
     tuple of Motion
+
+    Raises
+    ------
+    SceneError
+        If there is no motion, or `pga` is not positive.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> [m.pga for m in sf.motions.scaled_set([quake], 0.5, "g", by="record")]
+    [4.905]
     """
     motions = _set(motions)
     wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")

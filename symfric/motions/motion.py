@@ -34,6 +34,30 @@ class Motion:
         'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2' when given; 'm/s^2' ever after.
     name, note : str
         For reading: the name of the file, what its header says.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> quake
+    Motion(sine burst, 1001 samples, dt=0.0025 s, PGA 0.3058 g)
+    >>> quake.pga, round(quake.duration, 6)
+    (3.0, 2.5)
+    >>> round(quake.scaled(0.3, "g").pga_g, 6)
+    0.3
+    >>> round(quake.times(2.0).pga, 6)
+    6.0
+    >>> round(quake.resampled(0.01).dt, 6)
+    0.01
+    >>> quake.signal().dt == quake.dt
+    True
+    >>> quake.spectrum([0.5]).pseudo_acceleration.round(6)
+    array([16.678323])
+    >>> sorted(quake.to_dict())[:2]
+    ['dt', 'name']
+    >>> quake.to_xarray().dims
+    ('t',)
+    >>> ax = quake.plot()
     """
 
     samples: np.ndarray
@@ -88,7 +112,23 @@ class Motion:
         return float(self.dt * (a.sum() - 0.5 * (a[0] + a[-1])))
 
     def scaled(self, pga: float, unit: str = "m/s^2") -> "Motion":
-        """Return the motion with another peak acceleration, given in `unit`."""
+        """Return the motion with another peak acceleration, given in `unit`.
+
+        Parameters
+        ----------
+        pga : float
+            In `unit`.
+        unit : str
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        SceneError
+            If pga is not positive, or the motion is zero.
+        """
         wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
         if wanted <= 0:
             raise SceneError(f"pga is {pga}; it must be positive")
@@ -97,7 +137,16 @@ class Motion:
         return self.times(wanted / self.pga)
 
     def times(self, factor: float) -> "Motion":
-        """Return the motion with every sample multiplied."""
+        """Return the motion with every sample multiplied.
+
+        Parameters
+        ----------
+        factor : float
+
+        Returns
+        -------
+        Motion
+        """
         return replace(self, samples=self.samples * finite(factor, "factor"))
 
     def resampled(self, dt: float) -> "Motion":
@@ -105,6 +154,20 @@ class Motion:
 
         The same motion if `dt` divides the present step. A longer step skips samples, with their peaks, and nothing is
         filtered; the part of the record beyond the last whole step is left out.
+
+        Parameters
+        ----------
+        dt : float
+            New sampling interval, s.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        SceneError
+            If dt is not positive.
         """
         dt = finite(dt, "dt")
         if not 0 < dt <= self.duration * (1 + _WHOLE):
@@ -120,18 +183,50 @@ class Motion:
         return replace(self, samples=np.where(part == 1.0, a[left + 1], between), dt=dt)
 
     def signal(self, t0: float = 0.0) -> Signal:
-        """Return the input of a scene: ``inputs={a_g: motion.signal()}``."""
+        """Return the input of a scene: ``inputs={a_g: motion.signal()}``.
+
+        Parameters
+        ----------
+        t0 : float
+            Time of its first sample.
+
+        Returns
+        -------
+        Signal
+        """
         return Signal(self.samples, self.dt, t0, self.unit)
 
     def spectrum(self, periods: Floats, damping: float = 0.05) -> "Spectrum":
-        """Return the response spectrum; see `symfric.motions.spectrum.spectrum`."""
+        """Return the response spectrum; see `symfric.motions.spectrum.spectrum`.
+
+        Parameters
+        ----------
+        periods : sequence of float
+            s.
+        damping : float
+            Damping ratio.
+
+        Returns
+        -------
+        Spectrum
+        """
         from symfric.motions.spectrum import spectrum
 
         return spectrum(self, periods, damping)
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw acceleration against time; return the Axes."""
+        """Draw acceleration against time; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax, layout="constrained")
         ax.plot(self.t, self.samples, lw=0.8)
         ax.set_xlabel("time t [s]")
@@ -144,7 +239,13 @@ class Motion:
         return html_table(self.name, seen | ({"note": self.note} if self.note else {}))
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data, samples included."""
+        """Return plain data, samples included.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "name": self.name,
             "note": self.note,
@@ -156,7 +257,12 @@ class Motion:
         }
 
     def to_xarray(self):
-        """Return an xarray.DataArray over time."""
+        """Return an xarray.DataArray over time.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         attrs = {"units": self.unit, "dt": self.dt, "note": self.note}

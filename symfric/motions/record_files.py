@@ -68,7 +68,7 @@ def read_lines(path: str | Path) -> Lines:
 
 
 def read_at2(path: str | Path, *, dt: float | None = None, unit: str | None = None) -> Motion:
-    """Read a record in the PEER format AT2.
+    r"""Read a record in the PEER format AT2.
 
     Parameters
     ----------
@@ -93,6 +93,15 @@ def read_at2(path: str | Path, *, dt: float | None = None, unit: str | None = No
     -----
     ``NPTS= 4000, DT= .01 SEC`` or ``4096 0.01 NPTS, DT`` ends the header, wherever it stands in the first forty lines.
     The numbers after it may touch, as in the format 8F10.5, and line ends may be CR CR LF.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> from pathlib import Path
+    >>> head = ["PEER STRONG MOTION RECORD", "A quake", "ACCELERATION IN UNITS OF G", "NPTS=    4, DT=   .0100 SEC"]
+    >>> _ = Path("record.AT2").write_text("\n".join([*head, " 0.000E+00 1.000E-01 -2.000E-01 0.000E+00", ""]))
+    >>> round(sf.motions.read_at2("record.AT2").pga_g, 6)
+    0.2
     """
     name, rows = read_lines(path)
     number, found = _header_line(name, rows)
@@ -177,7 +186,7 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
 
 
 def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = None) -> Motion:
-    """Read a record of one column (acceleration) or two (time and acceleration).
+    r"""Read a record of one column (acceleration) or two (time and acceleration).
 
     Parameters
     ----------
@@ -199,6 +208,14 @@ def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = N
     SceneError
         If a line cannot be read, the times are not equally far apart, `dt` or `unit` is missing, or the file speaks of
         velocities or displacements; it names the file, the line and the cure.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> from pathlib import Path
+    >>> _ = Path("record.txt").write_text("0.0\n0.1\n-0.2\n0.0\n")
+    >>> round(sf.motions.read_text("record.txt", dt=0.01, unit="g").pga_g, 6)
+    0.2
     """
     name, rows = read_lines(path)
     if unit is None:

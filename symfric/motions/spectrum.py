@@ -37,6 +37,19 @@ class Spectrum:
         2 pi/T and (2 pi/T)^2 times `displacement`, m/s and m/s^2; the acceleration is the motion's PGA at period 0.
     name : str
         Of the motion.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> spectrum = quake.spectrum([0.3, 0.5, 1.0])
+    >>> spectrum.displacement.round(6)
+    array([0.011005, 0.105617, 0.034009])
+    >>> sorted(spectrum.to_dict())[:2]
+    ['damping', 'displacement']
+    >>> len(spectrum.to_xarray().data_vars) > 0
+    True
+    >>> ax = spectrum.plot()
     """
 
     periods: np.ndarray
@@ -47,12 +60,23 @@ class Spectrum:
     name: str
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data."""
+        """Return plain data.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         rows = ("periods", "displacement", "pseudo_velocity", "pseudo_acceleration")
         return {"name": self.name, "damping": self.damping, **{k: getattr(self, k).tolist() for k in rows}}
 
     def to_xarray(self):
-        """Return an xarray.Dataset over the period."""
+        """Return an xarray.Dataset over the period.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         units = {"displacement": "m", "pseudo_velocity": "m/s", "pseudo_acceleration": "m/s^2"}
@@ -61,7 +85,17 @@ class Spectrum:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw pseudo-acceleration against period; return the Axes."""
+        """Draw pseudo-acceleration against period; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax, layout="constrained")
         ax.plot(self.periods, self.pseudo_acceleration, label=f"{self.name}, {100 * self.damping:g} % damping")
         ax.set_xlabel("period T [s]")

@@ -47,6 +47,17 @@ def sine_burst(
     Returns
     -------
     Motion
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.motions.sine_burst(3.0, 2.0, cycles=5).pga, 6)
+    3.0
     """
     amplitude = finite(pga, "pga") * factor_of(unit, "the unit of pga")
     frequency = finite(frequency, "frequency")
@@ -77,9 +88,24 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     ground : str
         Ground type 'A' to 'E'.
 
+    Returns
+    -------
+    ndarray
+
+    Raises
+    ------
+    SceneError
+        If the ground is none of A to E.
+
     Notes
     -----
     EN 1998-1:2004, equations (3.2) to (3.5) and table 3.2, divided by a_g S.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> (sf.motions.eurocode8([0.0, 0.5, 2.0], "B")).round(6)
+    array([1.   , 2.5  , 0.625])
     """
     if ground not in _GROUNDS:
         raise SceneError(f"ground is {ground!r}; it is one of {', '.join(_GROUNDS)}")
@@ -100,6 +126,16 @@ class Misfit:
         Of the magnitudes over the periods.
     worst_period : float
         Where it is largest, s.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> found = sf.motions.misfit(quake, [0.3, 0.5], [10.0, 20.0])
+    >>> round(found.worst_period, 6)
+    0.3
+    >>> sorted(found.to_dict())
+    ['largest', 'mean', 'worst_period']
     """
 
     largest: float
@@ -107,12 +143,41 @@ class Misfit:
     worst_period: float
 
     def to_dict(self) -> dict[str, float]:
-        """Return plain data."""
+        """Return plain data.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {"largest": self.largest, "mean": self.mean, "worst_period": self.worst_period}
 
 
 def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.05) -> Misfit:
-    """Compare a motion's pseudo-acceleration with a target of positive `values`, m/s^2."""
+    """Compare a motion's pseudo-acceleration with a target of positive `values`, m/s^2.
+
+    Parameters
+    ----------
+    motion : Motion
+    periods : sequence of float
+        s.
+    values : sequence of float
+        Of the target, m/s^2.
+    damping : float
+        Damping ratio.
+
+    Returns
+    -------
+    Misfit
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 2.0, cycles=5)
+    >>> target = quake.spectrum([0.3, 0.5]).pseudo_acceleration
+    >>> round(sf.motions.misfit(quake, [0.3, 0.5], target).largest, 6)
+    0.0
+    """
     at, target = _target(periods, values)
     off = np.abs(spectrum(motion, at, damping).pseudo_acceleration / target - 1)
     worst = int(np.argmax(off))
@@ -159,10 +224,21 @@ def synthetic(
     Motion
         Its `note` says how near the target it comes; `misfit` computes that.
 
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     Random phases under an envelope; the amplitudes in the frequency domain are multiplied by target over computed
     spectrum until they agree. What the envelope leaves of final velocity is taken out under the envelope.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.motions.synthetic(seed=1, pga=0.3, unit="g", duration=20.0).pga_g, 6)
+    0.35111
     """
     scale = factor_of(unit, "the unit of the target")
     if periods is None and values is None:

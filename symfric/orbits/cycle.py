@@ -51,6 +51,21 @@ class Orbit:
     names : tuple of str
     differentiable : bool
         Whether the multipliers exist: not at a graze, nor where two events come at one time.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> orbit = sf.limit_cycle(belt)
+    >>> round(float(orbit.half_range[0]), 6)
+    0.286209
+    >>> round(orbit.stick_fraction, 6)
+    0.239661
+    >>> sorted(orbit.to_dict())[:3]
+    ['events', 'half_range', 'multipliers']
+    >>> len(orbit.to_xarray().data_vars) > 0
+    True
+    >>> ax = orbit.plot()
     """
 
     period: float
@@ -81,7 +96,13 @@ class Orbit:
         return prepare(self.scene.wanting({"path": Trajectory()}), 1e-12).run()
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         by_state = {n: getattr(self, n).tolist() for n in ("start", "half_range", "x_max", "x_min")}
         return {
             "names": list(self.names),
@@ -95,11 +116,26 @@ class Orbit:
         }
 
     def to_xarray(self):
-        """Return the motion over one period; see `Run.to_xarray`."""
+        """Return the motion over one period; see `Run.to_xarray`.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         return self.run.to_xarray()
 
     def plot(self, ax=None):
-        """Draw the phase plane of the first coordinate; return the Axes."""
+        """Draw the phase plane of the first coordinate; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.orbits.plotting import plot_orbit
 
         return plot_orbit(self, ax)
@@ -141,6 +177,16 @@ def limit_cycle(
         If the motion settles to rest or steady sliding, or no cycle is found near the guess.
     SceneError
         If the excitation has no period, or an input is sampled.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> orbit = sf.limit_cycle(belt)
+    >>> round(orbit.period, 6)
+    6.799421
+    >>> orbit.stable
+    True
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")

@@ -72,7 +72,7 @@ def frequency_response(
     >>> system = sf.System([x], [u], [[1]], [-x - u / 5 + sp.cos(W * sf.TIME)])
     >>> linear = sf.Scene(system, values={W: 0.9}, initial={x: 0, u: 0}, horizon=60.0)
     >>> found = sf.frequency_response(linear, "W", (0.8, 1.2)).peak
-    >>> round(found.value, 6), round(found.half_range, 6)  # sqrt(1 - 2 D^2), 1/(2 D sqrt(1 - D^2)), D = 0.1
+    >>> round(float(found.value), 6), round(found.half_range, 6)  # sqrt(1 - 2 D^2), 1/(2 D sqrt(1 - D^2)), D = 0.1
     (0.989949, 5.025189)
     """
     name = scene.parameter(parameter).name

@@ -42,6 +42,19 @@ class Lyapunov:
     doubtful : int
         Pieces in which the derivatives do not exist: the motion grazes, or two events come at one time. Their growth
         counts as the formulas give it.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> found = sf.lyapunov(belt, 200.0)
+    >>> abs(found.exponent) < 0.05
+    True
+    >>> sorted(found.to_dict())[:2]
+    ['doubtful', 'exponent']
+    >>> len(found.to_xarray().data_vars) > 0
+    True
+    >>> ax = found.plot()
     """
 
     exponent: float
@@ -61,13 +74,29 @@ class Lyapunov:
         return bool(self.exponent > 3 * self.spread and self.exponent * self.times[-1] > _GROWTH)
 
     def plot(self, ax=None):
-        """Draw the convergence of the largest exponent; return the Axes."""
+        """Draw the convergence of the largest exponent; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.orbits.plotting import plot_lyapunov
 
         return plot_lyapunov(self, ax)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "exponent": self.exponent,
             "spread": self.spread,
@@ -77,7 +106,12 @@ class Lyapunov:
         }
 
     def to_xarray(self):
-        """Return the convergence of the largest exponent over ``t`` as an xarray.Dataset."""
+        """Return the convergence of the largest exponent over ``t`` as an xarray.Dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         about = {"exponent": self.exponent, "spread": self.spread, "doubtful": self.doubtful}
@@ -139,6 +173,13 @@ def lyapunov(
     The growth along a cycle swings with its period. Pieces of one length may be nearly whole periods; then their ends
     see but one phase of the swing, and its rise over the window passes for growth. So the lengths vary from piece to
     piece and the ends meet all phases alike, and the spread holds the swing.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.lyapunov(belt, 200.0).chaotic
+    False
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is no sf.Scene")

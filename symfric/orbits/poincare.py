@@ -35,6 +35,19 @@ class PoincareSection:
         Description of the surface.
     drawn : (str, str)
         The first coordinate and the first velocity.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> section = sf.poincare(sf.simulate(belt), "u", after=50.0)
+    >>> len(section.times) > 3
+    True
+    >>> sorted(section.to_dict())
+    ['section', 'states', 'times']
+    >>> len(section.to_xarray().data_vars) > 0
+    True
+    >>> ax = section.plot()
     """
 
     times: np.ndarray
@@ -50,18 +63,39 @@ class PoincareSection:
         return self.states[self.names.index(name)]
 
     def plot(self, ax=None):
-        """Draw the first velocity against the first coordinate; return the Axes."""
+        """Draw the first velocity against the first coordinate; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.orbits.plotting import plot_section
 
         return plot_section(self, ax)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         states = dict(zip(self.names, self.states.tolist(), strict=True))
         return {"section": self.about, "times": self.times.tolist(), "states": states}
 
     def to_xarray(self):
-        """Return the points as an xarray.Dataset with one variable for each state, over ``t``."""
+        """Return the points as an xarray.Dataset with one variable for each state, over ``t``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {n: ("t", row) for n, row in zip(self.names, self.states, strict=True)}
@@ -201,6 +235,14 @@ def poincare(
     Notes
     -----
     Crossings are roots of the dense output, to rounding, and none is missed; see `symfric.orbits.crossings`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> section = sf.poincare(sf.simulate(belt), "u", after=50.0)
+    >>> section.states.shape[0]
+    2
     """
     if not isinstance(motion, Run | Scene):
         raise SceneError(f"{motion!r} is neither a run nor an sf.Scene")

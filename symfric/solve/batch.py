@@ -42,6 +42,20 @@ class Batch:
         Derivatives of the final states (n_x, n), by parameter or state; empty unless the program computes them.
     output_sensitivities : dict of str to dict
         Derivatives ``[output][name]`` of the outputs, with the cases last.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=20.0).wanting({"x_max": sf.Max(x)})
+    >>> batch = sf.prepare(scene).map({"v_b": [0.1, 0.2, 0.3]}).checked()
+    >>> batch["x_max"].round(4).round(6)
+    array([0.4832, 0.5665, 0.6501])
+    >>> sorted(batch.to_dict())[:2]
+    ['final', 'given']
+    >>> list(batch.to_xarray().data_vars)[:1]
+    ['x_max']
     """
 
     outputs: dict[str, np.ndarray]
@@ -69,7 +83,17 @@ class Batch:
         return self.outputs[name]
 
     def checked(self) -> "Batch":
-        """Return self; raise `RunFailed` with the first failure and its advice if a case ended early."""
+        """Return self; raise `RunFailed` with the first failure and its advice if a case ended early.
+
+        Returns
+        -------
+        Batch
+
+        Raises
+        ------
+        RunFailed
+            If a case failed; names the first one.
+        """
         if not np.all(self.ok):
             k = int(np.flatnonzero(~self.ok)[0])
             status, lost = Status(int(self.status[k])), int(np.count_nonzero(~self.ok))
@@ -81,7 +105,13 @@ class Batch:
         return self
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "given": {name: row.tolist() for name, row in self.given.items()},
             "outputs": {name: rows.tolist() for name, rows in self.outputs.items()},
@@ -92,7 +122,12 @@ class Batch:
         }
 
     def to_xarray(self):
-        """Return all results as an xarray.Dataset over ``case``; attributes of ``status`` explain its codes."""
+        """Return all results as an xarray.Dataset over ``case``; attributes of ``status`` explain its codes.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}

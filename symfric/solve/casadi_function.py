@@ -147,6 +147,18 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     ------
     SceneError
         If a name is unknown, or an output is no number.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=20.0).wanting({"x_max": sf.Max(x)})
+    >>> f = sf.as_function(scene, ["v_b"], ["x_max"])
+    >>> round(float(f(0.2)), 6)
+    0.566469
+    >>> round(float(f.jacobian()(0.2, 0)), 6)
+    0.834308
     """
     names = tuple(name_of(n) for n in inputs)
     if not names or not outputs:

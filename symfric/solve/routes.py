@@ -39,6 +39,15 @@ class Explanation:
     skipped : tuple of str
         Parts of a simulation that the scene does not need and that are not computed.
     facts : Facts
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> print(str(sf.explain(belt)).splitlines()[0])
+    route: taylor
+    >>> sorted(sf.explain(belt).to_dict())
+    ['answers', 'facts', 'route', 'skipped']
     """
 
     route: str
@@ -47,7 +56,13 @@ class Explanation:
     facts: Facts
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data."""
+        """Return plain data.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "route": self.route,
             "answers": self.answers,
@@ -71,10 +86,25 @@ class Explanation:
 def explain(scene: Scene) -> Explanation:
     """Explain the route selection of a scene: the route, why the others decline, and what is not computed.
 
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Explanation
+
     Raises
     ------
     SceneError
         If the scene cannot be lowered at all.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.explain(belt).route
+    'taylor'
     """
     lowered = LoweredScene(scene)
     facts, found = facts_of(lowered), {name: route.answer(lowered) for name, route in ROUTES.items()}
@@ -144,6 +174,14 @@ def prepare(
         If the scene or a setting is wrong.
     NoRoute
         If the given route declines the scene; the message says why.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> program = sf.prepare(belt.wanting({"end": sf.End()}))
+    >>> (program.run({"v_b": 0.5}, {"x": 0.1})["end"].round(6)).round(6)
+    array([ 0.249226, -0.000665])
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"{scene!r} is not a sf.Scene")
@@ -206,5 +244,15 @@ def simulate(
     -------
     Run
         Check ``run.status``, or call ``run.checked()``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> run = sf.simulate(belt)
+    >>> run
+    Run(OK, taylor, t_final=100, 30 events)
+    >>> run(50.0).round(6).round(6)
+    array([0.419014, 0.196067])
     """
     return prepare(scene, tolerance, route, sensitivities, order).run(progress=progress)

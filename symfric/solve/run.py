@@ -28,6 +28,13 @@ class Event:
     contact : str
     before, after : int
         Modes: -1 slips backward, 0 sticks, +1 slips forward.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.simulate(belt).events[0]
+    Event(t=0.6138824896007392, contact='belt', before=-1, after=0)
     """
 
     t: float
@@ -120,6 +127,23 @@ class Run:
         OK, or why it ended early; see `advice`.
     stats : dict
         Counts of steps, events, kinks and grazes.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> run = sf.simulate(belt).checked()
+    >>> run.t_final, run.status.name, run.route
+    (100.0, 'OK', 'taylor')
+    >>> run.energy_residual() < 1e-6
+    True
+    >>> run["x"].shape == run.t.shape
+    True
+    >>> sorted(run.to_dict())[:3]
+    ['final', 'outputs', 'route']
+    >>> list(run.to_xarray().data_vars)
+    ['x', 'u', 'mode_belt']
+    >>> ax = run.plot()
     """
 
     base: Scene = field(repr=False)
@@ -186,7 +210,17 @@ class Run:
         return ADVICE[self.status]
 
     def checked(self) -> "Run":
-        """Return self; raise `RunFailed` with advice if the run ended before its horizon."""
+        """Return self; raise `RunFailed` with advice if the run ended before its horizon.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        RunFailed
+            If the status is not OK; says what to do.
+        """
         if self.status != Status.OK:
             raise RunFailed(f"{self.status.name} at t = {self.t_final:.9g}: {self.advice}")
         return self
@@ -290,13 +324,24 @@ class Run:
         return self.raw.derivatives
 
     def energy_residual(self) -> float:
-        """Return the relative imbalance of energy, dimensionless; see `symfric.solve.energy`."""
+        """Return the relative imbalance of energy, dimensionless; see `symfric.solve.energy`.
+
+        Returns
+        -------
+        float
+        """
         from symfric.solve.energy import energy_residual
 
         return energy_residual(self)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists: status, final state, counts and scalar outputs."""
+        """Return plain numbers and lists: status, final state, counts and scalar outputs.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         scalars = {k: v for k, v in self.outputs.items() if isinstance(v, float)}
         return {
             "route": self.route,
@@ -308,7 +353,12 @@ class Run:
         }
 
     def to_xarray(self):
-        """Return the motion at the times `t` as an xarray.Dataset with one variable for each state and contact."""
+        """Return the motion at the times `t` as an xarray.Dataset with one variable for each state and contact.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {n: ("t", row) for n, row in zip(self.names, self.x, strict=True)}
@@ -316,7 +366,17 @@ class Run:
         return xr.Dataset(data, coords={"t": self.t}, attrs={"status": self.status.name, "route": self.route})
 
     def plot(self, ax=None):
-        """Draw the coordinates against time; return the Axes."""
+        """Draw the coordinates against time; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.solve.plotting import plot_run
 
         return plot_run(self, ax)

@@ -6,7 +6,19 @@ PAUSED, PATH_FULL, EVENTS_FULL = -1, -2, -3  # returned by a loop that has to be
 
 
 class Status(IntEnum):
-    """How a run ended; a number, because a compiled route can only return numbers."""
+    """How a run ended; a number, because a compiled route can only return numbers.
+
+    Attributes
+    ----------
+    OK : Status
+        The run reached its horizon; all others say why it ended before, and ``run.checked()`` what to do.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.Status.OK == 0
+    True
+    """
 
     OK = 0
     EVENT_BUDGET = 1

@@ -31,6 +31,13 @@ class Brake:
         Of every pair of nodes in contact: velocity of the pad over the disc, and normal force beyond the preload.
     places : ndarray, shape (n, 2)
         Of the node of every degree of freedom, along the disc and across.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> brake = sf.structures.disc_and_pad(damping=0.3)
+    >>> len(brake.contacts(preload=0.01, law=sf.laws.coulomb(0.5), speed=0.02))
+    7
     """
 
     structure: Structure
@@ -49,6 +56,10 @@ class Brake:
         law : Law
         speed : float or Symbol
             Of the disc.
+
+        Returns
+        -------
+        list[RowContact]
         """
         found = []
         for i, (slip, load) in enumerate(zip(self.slips, self.loads, strict=True)):

@@ -48,6 +48,18 @@ class ComplexModes:
     mu : float
     names : tuple of str
         Of the degrees of freedom.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> modes = sf.structures.ziegler().complex_modes(2, mu=2.5)
+    >>> len(modes.eigenvalues)
+    2
+    >>> sorted(modes.to_dict())[:2]
+    ['damping', 'eigenvalues']
+    >>> len(modes.to_xarray().data_vars) > 0
+    True
+    >>> ax = modes.plot()
     """
 
     eigenvalues: np.ndarray
@@ -68,7 +80,13 @@ class ComplexModes:
         return np.where(size > 0, -self.eigenvalues.real / np.where(size > 0, size, 1), 0.0)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "mu": self.mu,
             "eigenvalues": [[v.real, v.imag] for v in self.eigenvalues.tolist()],
@@ -77,7 +95,12 @@ class ComplexModes:
         }
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of eigenvalues and shapes over modes and degrees of freedom."""
+        """Return an `xarray.Dataset` of eigenvalues and shapes over modes and degrees of freedom.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {"eigenvalues": ("mode", self.eigenvalues), "shapes": (("dof", "mode"), self.shapes)}
@@ -85,7 +108,17 @@ class ComplexModes:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane; return the Axes."""
+        """Draw the eigenvalues in the complex plane; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")

@@ -70,6 +70,14 @@ def write(structure: Structure, path) -> None:
     ----------
     structure : Structure
     path : str or Path
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> chain = sf.structures.chain(20, damping=0.02)
+    >>> sf.structures.write(chain, "chain.npz")
+    >>> sf.structures.read("chain.npz").n
+    20
     """
     entries: dict[str, Any] = {"names": np.array(structure.names)}
     for name in _NAMES:

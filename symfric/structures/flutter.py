@@ -34,6 +34,13 @@ class Critical(NamedTuple):
         omega is 0 where the structure diverges without vibration.
     pair : (int, int)
         Rows of `Flutter.eigenvalues` of the mode that grows and of the one that it merges with, or comes nearest to.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> found = sf.structures.flutter(sf.structures.ziegler(), mu=(0, 4), count=2)
+    >>> round(found.critical[0].mu, 6)
+    2.085786
     """
 
     mu: float
@@ -57,6 +64,18 @@ class Flutter:
         Where growth ends.
     shapes : ndarray of complex, shape (len(critical), n)
         Of the mode that begins to grow, the largest entry of each real and positive.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> found = sf.structures.flutter(sf.structures.ziegler(), mu=(0, 4), count=2)
+    >>> len(found.critical)
+    1
+    >>> sorted(found.to_dict())[:2]
+    ['critical', 'modes']
+    >>> found.to_xarray().dims
+    ('mode', 'mu')
+    >>> ax = found.plot()
     """
 
     mu: np.ndarray
@@ -67,7 +86,13 @@ class Flutter:
     names: tuple[str, ...] = field(repr=False, default=())
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         points = {
             name: [{"mu": p.mu, "omega": p.omega, "pair": list(p.pair)} for p in getattr(self, name)]
             for name in ("critical", "regained")
@@ -75,13 +100,28 @@ class Flutter:
         return {"mu": [float(self.mu[0]), float(self.mu[-1])], "modes": len(self.eigenvalues), **points}
 
     def to_xarray(self):
-        """Return an `xarray.DataArray` of the eigenvalues over modes and mu."""
+        """Return an `xarray.DataArray` of the eigenvalues over modes and mu.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         return xr.DataArray(self.eigenvalues, dims=("mode", "mu"), coords={"mu": self.mu}, name="eigenvalues")
 
     def plot(self, ax=None):
-        """Draw imaginary parts against mu, with a panel of the real parts under them; return the Axes."""
+        """Draw imaginary parts against mu, with a panel of the real parts under them; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.structures.pictures import plot_flutter
 
         return plot_flutter(self, ax)

@@ -24,6 +24,19 @@ class FlutterMap:
         The lowest critical mu and its frequency; NaN where no mode begins to grow.
     found : tuple of Flutter
         Everything, one for each value.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> damped = lambda c: sf.structures.ziegler(damping=c)
+    >>> found = sf.structures.flutter_map(damped, [0.0, 0.1], mu=(0, 4), count=2, name="damping")
+    >>> found.mu.shape
+    (2,)
+    >>> sorted(found.to_dict())[:2]
+    ['damping', 'mu']
+    >>> len(found.to_xarray().data_vars) > 0
+    True
+    >>> ax = found.plot()
     """
 
     name: str
@@ -33,17 +46,38 @@ class FlutterMap:
     found: tuple[Flutter, ...]
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain lists."""
+        """Return plain lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {self.name: self.values.tolist(), "mu": self.mu.tolist(), "omega": self.omega.tolist()}
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of critical mu and frequency over the parameter."""
+        """Return an `xarray.Dataset` of critical mu and frequency over the parameter.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         return xr.Dataset({"mu": (self.name, self.mu), "omega": (self.name, self.omega)}, {self.name: self.values})
 
     def plot(self, ax=None):
-        """Draw the lowest critical mu against the parameter; return the Axes."""
+        """Draw the lowest critical mu against the parameter; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.structures.pictures import plot_map
 
         return plot_map(self, ax)

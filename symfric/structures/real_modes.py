@@ -41,6 +41,19 @@ class Modes:
         Whether it is proved that no mode between those found is missing.
     names : tuple of str
         Of the degrees of freedom.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> chain = sf.structures.chain(20, damping=0.02)
+    >>> modes = chain.modes(3)
+    >>> modes.frequency.round(6)
+    array([0.14946 , 0.298085, 0.445042])
+    >>> sorted(modes.to_dict())[:2]
+    ['complete', 'frequency']
+    >>> len(modes.to_xarray().data_vars) > 0
+    True
+    >>> ax = modes.plot()
     """
 
     frequency: np.ndarray
@@ -55,7 +68,13 @@ class Modes:
         return int(np.sum(self.frequency == 0))
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "frequency": self.frequency.tolist(),
             "rigid": self.rigid,
@@ -64,14 +83,33 @@ class Modes:
         }
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of frequencies and shapes over modes and degrees of freedom."""
+        """Return an `xarray.Dataset` of frequencies and shapes over modes and degrees of freedom.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {"frequency": ("mode", self.frequency), "shapes": (("dof", "mode"), self.shapes)}
         return xr.Dataset(data, {"dof": list(self.names), "mode": np.arange(self.frequency.size)})
 
     def plot(self, ax=None, modes=(0, 1, 2), at=None):
-        """Draw some shapes over the degrees of freedom, or over places `at`, shape (n,); return the Axes."""
+        """Draw some shapes over the degrees of freedom, or over places `at`, shape (n,); return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+        modes : sequence of int
+            Numbers of the modes to draw.
+        at : ndarray, shape (n,), optional
+            Places of the degrees of freedom.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.structures.pictures import plot_shapes
 
         return plot_shapes(self.shapes, self.frequency, ax, modes, at)

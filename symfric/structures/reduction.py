@@ -59,6 +59,16 @@ class ReductionError:
         Highest frequency for which `response` holds, rad/time.
     cut : float
         Frequency of the lowest mode with fixed rows that was left out, rad/time.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> chain = sf.structures.chain(20, damping=0.02)
+    >>> error = chain.reduced(["x5"], modes=6).error
+    >>> bool(error.frequency_error[0] < 1e-3)
+    True
+    >>> sorted(error.to_dict())[:2]
+    ['cut', 'frequency']
     """
 
     frequency: np.ndarray
@@ -73,7 +83,13 @@ class ReductionError:
         return float(max(np.max(self.frequency_error, initial=0.0), np.max(self.response, initial=0.0)))
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "frequency": self.frequency.tolist(),
             "frequency_error": self.frequency_error.tolist(),

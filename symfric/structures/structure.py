@@ -114,10 +114,26 @@ class Structure:
     def stiffness(self, mu: float = 0.0) -> sps.csr_array:
         """Return ``K + mu F``, shape (n, n).
 
+        Parameters
+        ----------
+        mu : float
+            Coefficient of friction.
+
+        Returns
+        -------
+        csr_array
+
         Raises
         ------
         SceneError
             If mu is not zero and the structure has no friction matrix.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> chain = sf.structures.chain(20, damping=0.02)
+        >>> chain.stiffness().shape
+        (20, 20)
         """
         value = finite(mu, "mu")
         if value == 0:
@@ -190,7 +206,24 @@ class Structure:
         return complex_modes(self.pencil(mu), count, shift_of(near), float(mu), self.names)
 
     def pencil(self, mu: float) -> Pencil:
-        """Return the matrices of the eigenvalue problem."""
+        """Return the matrices of the eigenvalue problem.
+
+        Parameters
+        ----------
+        mu : float
+            Coefficient of friction.
+
+        Returns
+        -------
+        Pencil
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> chain = sf.structures.chain(20, damping=0.02)
+        >>> chain.pencil(0.0).M.shape
+        (20, 20)
+        """
         return Pencil(self.M, self.C, self.stiffness(mu))
 
     def definiteness(self, mu: float = 0.0) -> Verdict:
@@ -220,6 +253,17 @@ class Structure:
         ----------
         entries : array_like, sparse, mapping of name to number, or name
             Of a reduced structure, a row over all degrees of freedom is taken, too.
+
+        Returns
+        -------
+        ndarray
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> chain = sf.structures.chain(20, damping=0.02)
+        >>> chain.row({"x5": 1.0}).shape
+        (20,)
         """
         return row_in(self, entries)
 
@@ -359,6 +403,20 @@ class Structure:
         -------
         ndarray, shape (n_full,) or (n_full, n_t)
             `q` itself if the structure is not reduced.
+
+        Raises
+        ------
+        SceneError
+            If q has another length than the reduced structure.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import symfric as sf
+        >>> chain = sf.structures.chain(20, damping=0.02)
+        >>> small = chain.reduced(["x5"], modes=3)
+        >>> small.expand(np.ones(small.n)).shape
+        (20,)
         """
         q = np.asarray(q)
         if q.shape[:1] != (self.n,):
@@ -366,7 +424,19 @@ class Structure:
         return q if self.basis is None else self.basis @ q
 
     def to_dict(self) -> dict[str, object]:
-        """Return what it is made of, in numbers."""
+        """Return what it is made of, in numbers.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> chain = sf.structures.chain(20, damping=0.02)
+        >>> sorted(chain.to_dict())[:2]
+        ['degrees_of_freedom', 'entries']
+        """
         sizes = {name: 0 if e is None else e.nnz for name, e in (("M", self.M), ("K", self.K), ("C", self.C))}
         friction = 0 if self.friction is None else self.friction.nnz
         return {"degrees_of_freedom": self.n, "entries": {**sizes, "friction": friction}}

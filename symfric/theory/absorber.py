@@ -32,7 +32,19 @@ __all__ = [
 
 
 class AbsorberSymbols(NamedTuple):
-    """Symbols of the formulas."""
+    """Symbols of the formulas.
+
+    Attributes
+    ----------
+    mu, f, zeta, g : Symbol
+        Mass ratio, tuning, damping ratio, frequency over that of the main mass.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.absorber.SYMBOLS.f
+    f
+    """
 
     mu: sp.Symbol
     f: sp.Symbol
@@ -50,6 +62,12 @@ class Tuned(NamedTuple):
     damping : float or Expr
         ``c2/(2 m2 omega2)``.
     value : float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.absorber.fixed_points(0.1).damping, 6)
+    0.184637
     """
 
     tuning: float | sp.Expr
@@ -74,12 +92,22 @@ def response(mass_ratio=None, tuning=None, damping=None, g=None, *, symbolic: bo
     symbolic : bool
         Return the formula in `SYMBOLS`.
 
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     .. math:: \left|\frac{x_1 k_1}{F}\right|^2 = \frac{(f^2-g^2)^2 + (2\zeta f g)^2}
         {[(1-g^2)(f^2-g^2) - \mu f^2 g^2]^2 + (2\zeta f g)^2 (1 - g^2 - \mu g^2)^2}
 
     Den Hartog, *Mechanical Vibrations*, section 3.3.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.absorber.response(0.1, 0.909, 0.185, 1.0), 6)
+    4.243258
     """
     if symbolic:
         mu, f, zeta, g = SYMBOLS
@@ -93,10 +121,29 @@ def response(mass_ratio=None, tuning=None, damping=None, g=None, *, symbolic: bo
 def peaks(mass_ratio: float, tuning: float, damping: float) -> tuple[tuple[float, float], ...]:
     """Return frequency g and height of every peak of `response`, the highest first: it is the H-infinity norm.
 
+    Parameters
+    ----------
+    mass_ratio : float
+        ``m2/m1`` > 0.
+    tuning : float
+        ``omega2/omega1``.
+    damping : float
+        ``c2/(2 m2 omega2)``.
+
+    Returns
+    -------
+    tuple of (float, float)
+
     Notes
     -----
     No frequency is sampled: the extrema are the roots of a polynomial of degree 5 in g^2. Without damping the two peaks
     are infinite.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> [(round(g, 4), round(h, 4)) for g, h in sf.theory.absorber.peaks(0.1, 0.909, 0.185)]
+    [(1.0589, 4.5915), (0.8481, 4.587)]
     """
     mu, f, zeta = _given(mass_ratio, tuning, damping)
     # g^2 = middle + size t: near 1 for small masses, where the peaks are close together
@@ -121,10 +168,29 @@ def peaks(mass_ratio: float, tuning: float, damping: float) -> tuple[tuple[float
 def variance(mass_ratio: float, tuning: float, damping: float) -> float:
     """Return the mean square of x1 under white noise of unit intensity as the force: the squared H2 norm.
 
+    Parameters
+    ----------
+    mass_ratio : float
+        ``m2/m1`` > 0.
+    tuning : float
+        ``omega2/omega1``.
+    damping : float
+        ``c2/(2 m2 omega2)``.
+
+    Returns
+    -------
+    float
+
     Notes
     -----
     ``int_0^oo h^2 dt`` of the response h to a unit impulse, from the Lyapunov equation of the state space; infinite
     without damping.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.absorber.variance(0.1, 0.909, 0.185), 6)
+    3.201548
     """
     from scipy.linalg import solve_continuous_lyapunov
 
@@ -140,13 +206,52 @@ def decay_rate(mass_ratio: float, tuning: float, damping: float, main_damping: f
 
     `main_damping` is ``c1/(2 m1 omega1)``, negative for a main mass that excites itself. Where eigenvalues coincide
     they are known to half the digits.
+
+    Parameters
+    ----------
+    mass_ratio : float
+        ``m2/m1`` > 0.
+    tuning : float
+        ``omega2/omega1``.
+    damping : float
+        ``c2/(2 m2 omega2)``.
+    main_damping : float
+        ``c1/(2 m1 omega1)``.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.absorber.decay_rate(0.1, 0.909, 0.185), 6)
+    0.081015
     """
     matrix = state_matrix(*_given(mass_ratio, tuning, damping), finite(main_damping, "main_damping"))
     return -float(np.max(np.linalg.eigvals(matrix).real))
 
 
 def state_matrix(mu: float, f: float, zeta: float, main_damping: float = 0.0) -> np.ndarray:
-    """Return the matrix of ``d/dt (x1, x2, u1, u2)``, time in units of 1/omega1."""
+    """Return the matrix of ``d/dt (x1, x2, u1, u2)``, time in units of 1/omega1.
+
+    Parameters
+    ----------
+    mu, f, zeta : float
+        Mass ratio, tuning, damping ratio of the absorber.
+    main_damping : float
+        ``c1/(2 m1 omega1)``.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.absorber.state_matrix(0.1, 0.9, 0.2).shape
+    (4, 4)
+    """
     spring, damper = f**2 * np.array([[-mu, mu], [1, -1]]), 2 * zeta * f * np.array([[-mu, mu], [1, -1]])
     spring[0, 0] -= 1.0
     damper[0, 0] -= 2 * main_damping
@@ -157,11 +262,31 @@ def state_matrix(mu: float, f: float, zeta: float, main_damping: float = 0.0) ->
 def fixed_points(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return Den Hartog's tuning and damping; its value is the height of the two points that all dampings share.
 
+    Parameters
+    ----------
+    mass_ratio : float, optional
+        ``m2/m1`` > 0.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    Tuned
+
     Notes
     -----
     ``f = 1/(1+mu)``, ``zeta^2 = 3 mu/(8 (1+mu))``, ``sqrt((2+mu)/mu)``: the tuning makes the fixed points equally high,
     the damping is the root mean square of the two that make one of them a peak. The true peak is a little higher, see
     `peaks`; the least one possible is `least_peak`. Den Hartog, *Mechanical Vibrations*, (3.27) to (3.30).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> best = sf.theory.absorber.fixed_points(0.1)
+    >>> round(best.tuning, 6)
+    0.909091
+    >>> round(best.damping, 6)
+    0.184637
     """
     mu = SYMBOLS.mu
     return _result(mass_ratio, symbolic, 1 / (1 + mu), sp.sqrt(3 * mu / (8 * (1 + mu))), sp.sqrt((2 + mu) / mu))
@@ -170,6 +295,17 @@ def fixed_points(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 @alone(SYMBOLIC)
 def least_peak(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     r"""Return the tuning and damping of the least largest `response`, and that response: the exact H-infinity optimum.
+
+    Parameters
+    ----------
+    mass_ratio : float, optional
+        ``m2/m1`` > 0.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    Tuned
 
     Notes
     -----
@@ -181,6 +317,15 @@ def least_peak(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 
     O. Nishihara and T. Asami, J. Vib. Acoust. 124 (2002) 576-582. Both peaks are equal, and along the curve of equal
     peaks h is stationary.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> best = sf.theory.absorber.least_peak(0.1)
+    >>> round(best.tuning, 6)
+    0.909058
+    >>> round(best.damping, 6)
+    0.18547
     """
     mu = SYMBOLS.mu
     w = sp.sqrt(4 + 3 * mu)
@@ -194,10 +339,30 @@ def least_peak(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 def least_variance(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the least `variance`, and that variance: the H2 optimum.
 
+    Parameters
+    ----------
+    mass_ratio : float, optional
+        ``m2/m1`` > 0.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    Tuned
+
     Notes
     -----
     ``f = sqrt((2+mu)/2)/(1+mu)``, ``zeta^2 = mu (4+3 mu)/(8 (1+mu)(2+mu))``, ``J = sqrt((4+3 mu)/(mu (1+mu)))/2``:
     G. B. Warburton, Earthquake Eng. Struct. Dyn. 10 (1982) 381-401; T. Asami et al., J. Vib. Acoust. 124 (2002) 284.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> best = sf.theory.absorber.least_variance(0.1)
+    >>> round(best.tuning, 6)
+    0.931541
+    >>> round(best.damping, 6)
+    0.15254
     """
     mu = SYMBOLS.mu
     damping = sp.sqrt(mu * (4 + 3 * mu) / (8 * (1 + mu) * (2 + mu)))
@@ -209,11 +374,31 @@ def least_variance(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 def fastest_decay(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the largest `decay_rate`, and that rate over omega1.
 
+    Parameters
+    ----------
+    mass_ratio : float, optional
+        ``m2/m1`` > 0.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    Tuned
+
     Notes
     -----
     Up to mu = 4 both pairs of eigenvalues coincide: ``f = 1/(1+mu)``, ``zeta = sqrt(mu/(1+mu))``, rate ``zeta/2``.
     Above, three real ones do, at ``-s``; with ``y = 2 sqrt(mu) cos((acos(-2/sqrt(mu)) - 2 pi)/3)``, a root of
     ``y^3 - 3 mu y + 4 mu``, it is ``s^2 = (y-1)/(1+mu)``, and the fourth lies at ``-s (4-y)/(3 y-4)``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> best = sf.theory.absorber.fastest_decay(0.1)
+    >>> round(best.tuning, 6)
+    0.909091
+    >>> round(best.damping, 6)
+    0.301511
     """
     mu = SYMBOLS.mu
     y = 2 * sp.sqrt(mu) * sp.cos((sp.acos(-2 / sp.sqrt(mu)) - 2 * sp.pi) / 3)
@@ -228,6 +413,13 @@ def fastest_decay(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
 def widest_stability(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping that stabilise the largest negative damping of the main mass, and that damping.
 
+    Parameters
+    ----------
+    mass_ratio : float, optional
+        ``m2/m1`` > 0.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
     Returns
     -------
     Tuned
@@ -238,6 +430,15 @@ def widest_stability(mass_ratio=None, *, symbolic: bool = False) -> Tuned:
     -----
     With ``w = sqrt(1+mu)``: ``f = 1/w``, ``zeta^2 = (w-1)/(2 w)``, bound ``sqrt(w (w-1)/2)``, where both pairs of
     eigenvalues meet on the imaginary axis.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> best = sf.theory.absorber.widest_stability(0.1)
+    >>> round(best.tuning, 6)
+    0.953463
+    >>> round(best.damping, 6)
+    0.152541
     """
     w = sp.sqrt(1 + SYMBOLS.mu)
     return _result(mass_ratio, symbolic, 1 / w, sp.sqrt((w - 1) / (2 * w)), sp.sqrt(w * (w - 1) / 2))

@@ -51,6 +51,13 @@ def average(scene: Scene, order: int = 1) -> SlowFlow:
     Thomsen (11)-(13). The integrals are split where the slip velocity changes its sign, as in Thomsen (45), (46);
     sticking, which then fills a part of the period, is an effect of first order. Order 2 carries the expansion of
     Krylov, Bogoliubov and Mitropolsky as far as relative errors of second order in the amplitude need.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.average(belt)
+    SlowFlow(order 1; stationary amplitudes: 0.20106 stable)
     """
     if order not in (1, 2):
         raise SceneError(f"order is {order!r}; averaging is carried to order 1 or 2")

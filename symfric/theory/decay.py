@@ -27,6 +27,16 @@ class EnergyBalance:
         Dissipated by the damper, and by the contact.
     elastic, kinetic : float
         Remaining at the end: in the spring, because the rod sticks beside its middle, and of motion, 0 once it rests.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> found = sf.theory.transient.energy_balance(sf.simulate(rod))
+    >>> round(found.ratio, 6)
+    0.29075
+    >>> "ratio" in found.to_dict()
+    True
     """
 
     input: float
@@ -57,7 +67,13 @@ class EnergyBalance:
         return html_table("EnergyBalance", self.to_dict())
 
     def to_dict(self) -> dict[str, float]:
-        """Return plain numbers."""
+        """Return plain numbers.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {**asdict(self), "ratio": self.ratio, "gap": self.gap, "printed_gap": self.printed_gap}
 
 
@@ -71,6 +87,16 @@ class Decisions:
         Time and position; the start is the first one if the mass starts at rest.
     margin : ndarray, shape (n,)
         Force on the mass over what friction can bear, less one: the mass sticks where it is 0 or negative.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> found = sf.theory.transient.decisions(sf.simulate(rod))
+    >>> round(found.last, 6)
+    -0.606257
+    >>> "last" in found.to_dict()
+    True
     """
 
     t: np.ndarray
@@ -91,7 +117,13 @@ class Decisions:
         return html_table("Decisions", self.to_dict())
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "t": self.t.tolist(),
             "x": self.x.tolist(),
@@ -107,10 +139,27 @@ class Decisions:
 def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     """Return the numbers of a contact damper, its start as x0 and v0, and whether its law is the literal one.
 
+    Parameters
+    ----------
+    scene : Scene
+        A `sf.scenes.contact_damper`.
+
+    Returns
+    -------
+    (dict of str to float, bool)
+
     Raises
     ------
     SceneError
         If the scene is not `symfric.scenes.contact_damper`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> numbers, literal = sf.theory.transient.damper_numbers(rod)
+    >>> numbers["f_n"], literal
+    (10.0, False)
     """
     for literal in (False, True):
         model = scenes.contact_damper(f_n=1.0, mu_m=0.1, literal=literal)
@@ -133,6 +182,10 @@ def energy_balance(run) -> EnergyBalance:
     run : Run
         Of `symfric.scenes.contact_damper` with its outputs E_viscous and E_contact.
 
+    Returns
+    -------
+    EnergyBalance
+
     Raises
     ------
     SceneError
@@ -143,6 +196,13 @@ def energy_balance(run) -> EnergyBalance:
     ``m v0^2/2 + k x0^2/2 = int 2 zeta omega m x'^2 dt + int mu N |x'| dt + k x_f^2/2``, Younes and Ashour (4), (5),
     with the corrections of derivations/younes_ashour/system.py. Both sides are computed apart: the integrals along the
     run, the rest from its two ends.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> round(sf.theory.transient.energy_balance(sf.simulate(rod)).ratio, 6)
+    0.29075
     """
     missing = next((name for name in ENERGIES if name not in run.base.outputs), None)
     if missing:
@@ -166,10 +226,21 @@ def decisions(run) -> Decisions:
     run : Run
         Of one mass with one contact whose slip is its velocity less a constant, with its trajectory.
 
+    Returns
+    -------
+    Decisions
+
     Raises
     ------
     SceneError
         If the scene has another shape, or the run kept no trajectory.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> sf.theory.transient.decisions(sf.simulate(rod))
+    Decisions(22 times at rest, closest -0.606, last -0.606)
     """
     scene = run.scene.written_out()
     system = scene.system

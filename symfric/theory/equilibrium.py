@@ -34,6 +34,18 @@ class Equilibrium:
         Slip velocity of each contact, by its name.
     names : tuple of str
         Names of the states.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> found = sf.equilibrium(belt)
+    >>> found.sliding
+    {'belt': -0.2}
+    >>> sorted(found.to_dict())
+    ['sliding', 'x']
+    >>> list(found.to_xarray().data_vars)
+    ['x', 'sliding']
     """
 
     x: np.ndarray
@@ -49,11 +61,22 @@ class Equilibrium:
         return html_table("Equilibrium", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python numbers."""
+        """Return plain Python numbers.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {"x": dict(zip(self.names, self.x.tolist(), strict=True)), "sliding": dict(self.sliding)}
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` with x over states and the slips over contacts."""
+        """Return an `xarray.Dataset` with x over states and the slips over contacts.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         coords = {"state": list(self.names), "contact": list(self.sliding)}
@@ -84,6 +107,13 @@ def equilibrium(scene: Scene) -> Equilibrium:
     Notes
     -----
     Solves ``force - J^T sign(w) N mu(|w|) = 0`` and ``z_rate = 0`` at u = 0; for one mass on a belt it is Thomsen (7).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.equilibrium(belt).x.round(6)
+    array([0.3148, 0.    ])
     """
     field = field_of(scene)
     p = field.vector(scene.parameter_values())

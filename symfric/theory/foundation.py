@@ -28,7 +28,19 @@ __all__ = [
 
 
 class Symbols(NamedTuple):
-    """Letters of the formulas."""
+    """Letters of the formulas.
+
+    Attributes
+    ----------
+    mu, kappa, gamma : Symbol
+        Ratio of the masses, stiffness and damping of the mount.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.foundation.SYMBOLS.kappa
+    kappa
+    """
 
     mu: sp.Symbol
     kappa: sp.Symbol
@@ -45,6 +57,12 @@ class Mount(NamedTuple):
     damping : float or Expr
         ``c2/(2 m1 omega1)``.
     value : float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.foundation.widest_stability(0.2).stiffness, 6)
+    0.0
     """
 
     stiffness: float | sp.Expr

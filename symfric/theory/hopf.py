@@ -33,6 +33,15 @@ class HopfPoint:
         Small stable cycles on the unstable side, small unstable ones on the stable side, or undecided: the cubic
         coefficient vanishes, or several pairs cross together.
     parameter : str
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> point = sf.hopf(sf.scenes.mass_on_belt(v_b=0.2), "v_b", (0.3, 0.6))
+    >>> round(point.omega, 6)
+    1.0
+    >>> sorted(point.to_dict())[:2]
+    ['first_lyapunov', 'kind']
     """
 
     value: float
@@ -51,7 +60,13 @@ class HopfPoint:
         return html_table("HopfPoint", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python values."""
+        """Return plain Python values.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "parameter": self.parameter,
             "value": self.value,
@@ -90,6 +105,16 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     Solves ``max Re eig J = 0`` with ``J = d rhs / d x``, shape (n_x, n_x). For one mass on a belt the answer is closed:
     Thomsen (19). The cubic coefficient is that of the normal form on the centre manifold (Kuznetsov, Elements of
     Applied Bifurcation Theory, section 5.4, the projection method), with the amplitude of the first coordinate as r.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> point = sf.hopf(belt, "v_b", bracket=(0.3, 0.6))
+    >>> round(point.value, 6)
+    0.440959
+    >>> point.kind
+    'supercritical'
     """
     symbol = scene.parameter(parameter)
     low, high = (finite(v, f"an end of the bracket of {symbol.name}") for v in bracket)

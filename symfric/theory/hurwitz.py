@@ -118,9 +118,21 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     tuple of Expr, length n_x
         All positive if and only if steady sliding is stable.
 
+    Raises
+    ------
+    SceneError
+        If there are more than four states.
+
     Notes
     -----
     Minors for the polynomial ``det(s^2 M + s B + K)``, or ``det(s I - J)`` with first-order states.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> len(sf.theory.symbolic_hurwitz(belt))
+    2
     """
     from symfric.theory.equilibrium import solve
     from symfric.theory.sliding import field_of
@@ -156,6 +168,19 @@ def symbolic_hurwitz_of_matrices(M: sp.Matrix, B: sp.Matrix, K: sp.Matrix) -> tu
     -------
     tuple of Expr, length 2 n
         All positive if and only if rest is asymptotically stable.
+
+    Raises
+    ------
+    SceneError
+        If the matrices are not square and of one size, 1 or 2.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> m, c, k = sp.symbols("m c k", positive=True)
+    >>> sf.theory.symbolic_hurwitz_of_matrices(sp.Matrix([[m]]), sp.Matrix([[c]]), sp.Matrix([[k]]))
+    (c, c*k)
     """
     M, B, K = (sp.Matrix(e) for e in (M, B, K))
     if not M.shape == B.shape == K.shape or M.rows != M.cols:

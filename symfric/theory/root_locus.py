@@ -28,6 +28,17 @@ class RootLocus:
     values : ndarray, shape (n,)
     poles : ndarray of complex, shape (n_x, n)
         Each row holds one eigenvalue along the parameter.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slides = sf.scenes.two_slides(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8)
+    >>> locus = sf.theory.root_locus(slides, "s2", [0, 0.5, 1])
+    >>> sorted(locus.to_dict())
+    ['parameter', 'poles', 'values']
+    >>> len(locus.to_xarray().data_vars) > 0
+    True
+    >>> ax = locus.plot()
     """
 
     parameter: str
@@ -44,19 +55,40 @@ class RootLocus:
         return f"RootLocus({self.parameter} {ends}: {len(self.poles)} poles, stable at {np.sum(self.stable)} values)"
 
     def to_dict(self) -> dict:
-        """Return plain Python numbers."""
+        """Return plain Python numbers.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         poles = [[[v.real, v.imag] for v in row] for row in self.poles.tolist()]
         return {"parameter": self.parameter, "values": self.values.tolist(), "poles": poles}
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of the poles over the parameter."""
+        """Return an `xarray.Dataset` of the poles over the parameter.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         return xr.Dataset({"poles": (("mode", self.parameter), self.poles)}, {self.parameter: self.values})
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes."""
+        """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         for row in self.poles:
@@ -80,10 +112,21 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
     values : sequence of float
         Close enough for eigenvalues to be told apart from one to the next.
 
+    Returns
+    -------
+    RootLocus
+
     Raises
     ------
     SceneError, NotFound
         As `equilibrium` does.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slides = sf.scenes.two_slides(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8)
+    >>> sf.theory.root_locus(slides, "s2", [0, 0.5, 1]).poles.shape
+    (4, 3)
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -124,6 +167,14 @@ def damper_loop(scene: Scene, parameter: Key):
     ------
     SceneError
         If the parameter enters otherwise.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slides = sf.scenes.two_slides(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8)
+    >>> loop = sf.theory.damper_loop(slides, "s2")
+    >>> loop.nstates
+    4
     """
     import control
 

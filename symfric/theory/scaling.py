@@ -22,7 +22,19 @@ __all__ = [
 
 
 class ScalingSymbols(NamedTuple):
-    """L: length of the prototype over that of the model; D: density of the model over that of the prototype."""
+    """L: length of the prototype over that of the model; D: density of the model over that of the prototype.
+
+    Attributes
+    ----------
+    L, D : Symbol
+        Scale of length, scale of density.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.scaling.SYMBOLS.L
+    L
+    """
 
     L: sp.Symbol
     D: sp.Symbol
@@ -42,6 +54,15 @@ class Factors:
         damping is that of the viscous damping constant, friction_increment that of friction coefficient per length.
     gravity_1, gravity_2
         Gravity as similarity demands it, and as it is on a shaking table.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> model = sf.theory.scaling.factors(L=10.0)
+    >>> round(model.time, 6)
+    0.1
+    >>> "time" in model.to_dict()
+    True
     """
 
     length: float | sp.Expr
@@ -67,7 +88,13 @@ class Factors:
         return f"Factors(length={self.length}, density={self.density}, acceleration={self.acceleration})"
 
     def to_dict(self) -> dict:
-        """Return the factors by name."""
+        """Return the factors by name.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
 
@@ -106,6 +133,10 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
     symbolic : bool
         Return the formulas in `SYMBOLS`.
 
+    Returns
+    -------
+    Factors
+
     Raises
     ------
     SceneError
@@ -116,6 +147,12 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
     Dimensional analysis with the elastic modulus unchanged: ``mass D/L^3``, ``force 1/L^2``, ``damping sqrt(D)/L^2``,
     ``time sqrt(D)/L``, ``velocity 1/sqrt(D)``, ``acceleration L/D``; tables 1 and 2 of the rolling-friction source,
     derivations/rolling_isolation/factors.py.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.scaling.factors(L=10.0).acceleration, 6)
+    10.0
     """
     if symbolic:
         return FACTORS
@@ -147,6 +184,12 @@ def returned_ratio(model, prototype, factor):
     Notes
     -----
     Equation (1) of the rolling-friction source.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.scaling.returned_ratio(0.02, 0.25, 0.1), 6)
+    0.8
     """
     if any(isinstance(e, sp.Expr) for e in (model, prototype, factor)):
         return model / (factor * prototype)

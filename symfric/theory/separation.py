@@ -45,6 +45,14 @@ def separate(scene: Scene) -> Scene:
     given start; for one mass under :math:`a\Omega^2\sin\Omega t` this is Thomsen (37)-(42), q = a Omega. Errors are of
     order 1/Omega in velocities, with times of the slow motion as unit: the frequency has to be far above those of the
     scene.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.01, Omega=50.0)
+    >>> slow = sf.separate(shaken)
+    >>> sf.stability(slow).stable
+    True
     """
     scene = scene.written_out()
     fast = _harmonic_force(scene)

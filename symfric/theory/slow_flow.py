@@ -38,6 +38,21 @@ class SlowFlow:
         Parameters of `rate` and their numbers; empty where numbers had to be put in.
     positive : tuple of Expr
         Must stay positive for the formulas to hold: the sliding speeds and the slopes of the slips.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> flow = sf.average(belt)
+    >>> [round(float(a), 4) for a in flow.amplitudes]
+    [0.2011]
+    >>> round(float(flow.frequency_at(0.2)), 6)
+    1.0
+    >>> sorted(flow.to_dict())[:2]
+    ['amplitudes', 'frequency']
+    >>> len(flow.to_xarray().data_vars) > 0
+    True
+    >>> ax = flow.plot()
     """
 
     amplitude: sp.Symbol
@@ -54,7 +69,18 @@ class SlowFlow:
         return self._evaluate(self.rate, A, values)
 
     def frequency_at(self, A, values: Mapping[Key, float] | None = None):
-        """Return the frequency at amplitudes A, any shape."""
+        """Return the frequency at amplitudes A, any shape.
+
+        Parameters
+        ----------
+        A : float or array_like
+        values : mapping of symbol or name to number, optional
+            Of parameters, instead of the present ones.
+
+        Returns
+        -------
+        float
+        """
         return self._evaluate(self.frequency, A, values)
 
     def _evaluate(self, expr, A, values):
@@ -73,7 +99,17 @@ class SlowFlow:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the rate against the amplitude with the stationary amplitudes; return the Axes."""
+        """Draw the rate against the amplitude with the stationary amplitudes; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
         A = np.linspace(top / 400, top, 400)
@@ -94,7 +130,13 @@ class SlowFlow:
         return html_table("SlowFlow", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python values, expressions as strings."""
+        """Return plain Python values, expressions as strings.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "order": self.order,
             "rate": str(self.rate),
@@ -104,7 +146,12 @@ class SlowFlow:
         }
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of the stationary amplitudes and their stability."""
+        """Return an `xarray.Dataset` of the stationary amplitudes and their stability.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {"amplitudes": ("cycle", self.amplitudes), "stable": ("cycle", self.stable)}

@@ -40,6 +40,21 @@ class Stability:
     state_matrix : ndarray, shape (n_x, n_x)
     names : tuple of str
         Names of the states.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> found = sf.stability(belt)
+    >>> found.stable, round(found.margin, 6)
+    (False, -0.139)
+    >>> found.eigenvalues.round(4).round(6)
+    array([0.139+0.9903j, 0.139-0.9903j])
+    >>> sorted(found.to_dict())[:3]
+    ['B', 'K', 'M']
+    >>> len(found.to_xarray().data_vars) > 0
+    True
+    >>> ax = found.plot()
     """
 
     M: np.ndarray
@@ -99,7 +114,17 @@ class Stability:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane and return the Axes."""
+        """Draw the eigenvalues in the complex plane and return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
@@ -115,7 +140,13 @@ class Stability:
         return html_table("Stability", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python numbers."""
+        """Return plain Python numbers.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             **{name: getattr(self, name).tolist() for name in ("M", "B", "K", *PARTS)},
             "definiteness": self.definiteness,
@@ -126,7 +157,12 @@ class Stability:
         }
 
     def to_xarray(self):
-        """Return an `xarray.Dataset` of the matrices over coordinates and the eigenvalues."""
+        """Return an `xarray.Dataset` of the matrices over coordinates and the eigenvalues.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         q = list(self.names[: len(self.M)])
@@ -158,6 +194,13 @@ def stability(scene: Scene) -> Stability:
     -----
     ``B = -dG/du`` and ``K = -dG/dq`` of the forces G with friction; for one mass on a belt B is
     ``2 beta + gamma2 mu'(v_b)``, Thomsen (17).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.stability(belt)
+    Stability(not stable, margin -0.139; matrices: unstable, tr(M^-1 B) < 0: the eigenvalues sum to a positive number)
     """
     field = field_of(scene)
     p = field.vector(scene.parameter_values())
@@ -186,6 +229,12 @@ def stability_of_matrices(M, B, K) -> Stability:
     ------
     SceneError
         If a matrix is no such matrix.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.stability_of_matrices([[1]], [[0.1]], [[1]]).stable
+    True
     """
     given = [_square(matrix, name) for matrix, name in ((M, "M"), (B, "B"), (K, "K"))]
     M, B, K = given

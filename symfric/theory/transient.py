@@ -39,7 +39,19 @@ __all__ = [
 
 
 class TransientSymbols(NamedTuple):
-    """Symbols of `symfric.scenes.coulomb_oscillator`."""
+    """Symbols of `symfric.scenes.coulomb_oscillator`.
+
+    Attributes
+    ----------
+    delta, delta_s, x0, omega_n : Symbol
+        As the arguments of `sf.scenes.coulomb_oscillator`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.transient.SYMBOLS.delta
+    delta
+    """
 
     delta: sp.Symbol
     delta_s: sp.Symbol
@@ -48,7 +60,19 @@ class TransientSymbols(NamedTuple):
 
 
 class DamperSymbols(NamedTuple):
-    """Symbols of the averaged contact damper; A is the amplitude, v_c the speed over which its friction falls."""
+    """Symbols of the averaged contact damper; A is the amplitude, v_c the speed over which its friction falls.
+
+    Attributes
+    ----------
+    A, omega_n, mu_m, zeta, r, x0, v0, g, v_c : Symbol
+        Amplitude; the others as the arguments of `sf.scenes.contact_damper`, omega_n for 2 pi f_n.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.transient.DAMPER.omega_n
+    omega_n
+    """
 
     A: sp.Symbol
     omega_n: sp.Symbol
@@ -99,6 +123,10 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
     symbolic : bool
         Return the formula in `SYMBOLS`.
 
+    Returns
+    -------
+    int or Expr
+
     Raises
     ------
     NotFound
@@ -116,6 +144,12 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
     least denominator) which rounds to it. So 0.1 is 1/10, the float of 1/3 is 1/3, and every p/q with
     ``p q < 2^52`` comes back from its float, for no fraction with a smaller denominator lies within its rounding. The
     bits of the float instead would put 1/3 below a third and find a half cycle more.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.transient.half_cycles(0.1, x0=1.0)
+    5
     """
     return _count(SYMBOLS) if symbolic else _half_cycles(_exact(_given(delta, delta_s, x0)))
 
@@ -123,6 +157,17 @@ def half_cycles(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> in
 @alone(SYMBOLIC)
 def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> float | Fraction | sp.Expr:
     """Return the final position of the mass of `half_cycles`, in the unit of x0; same arguments.
+
+    Parameters
+    ----------
+    delta : float or Scene
+        Friction force over stiffness, or a `sf.scenes.coulomb_oscillator`.
+    delta_s : float, optional
+        The same for static friction.
+    x0 : float
+        Start.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
 
     Returns
     -------
@@ -132,6 +177,12 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
     Notes
     -----
     ``(-1)^N (x0 - 2 N delta sgn x0)``; derivations/handbook/stop.py.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.transient.stop_position(0.03), 6)
+    0.02
     """
     if symbolic:
         return _rest(SYMBOLS, _count(SYMBOLS))
@@ -144,7 +195,31 @@ def stop_position(delta=None, delta_s=None, x0=1, *, symbolic: bool = False) -> 
 
 @alone(SYMBOLIC)
 def stop_time(delta=None, delta_s=None, x0=1, omega_n=1, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the time at which the mass of `half_cycles` stops, ``N pi/omega_n``; derivations/handbook/stop.py."""
+    """Return the time at which the mass of `half_cycles` stops, ``N pi/omega_n``; derivations/handbook/stop.py.
+
+    Parameters
+    ----------
+    delta : float or Scene
+        Friction force over stiffness, or a `sf.scenes.coulomb_oscillator`.
+    delta_s : float, optional
+        The same for static friction.
+    x0 : float
+        Start.
+    omega_n : float
+        Natural frequency.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.transient.stop_time(0.1, omega_n=2.0), 6)
+    7.853982
+    """
     if symbolic:
         return _count(SYMBOLS) * sp.pi / SYMBOLS.omega_n
     exact = _exact(_given(delta, delta_s, x0, omega_n))
@@ -164,12 +239,22 @@ def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> f
     symbolic : bool
         Return the formula in ``A``, ``omega_n`` and ``v_c`` of `DAMPER`.
 
+    Returns
+    -------
+    float or ndarray or Expr
+
     Notes
     -----
     ``F(a) = int_0^{pi/2} sin p exp(-a sin p) dp = 1 + (pi/2)(L_1(a) - I_1(a))`` with the modified Struve function L_1;
     derivations/younes_ashour/amplitude.py. SymPy has no L_1, so the formula has the hypergeometric function that it is.
     The difference loses all digits for a above 30 (I_1 grows like e^a, F falls like 1/a^2), so numbers come from the
     integral, up to where the integrand is below e^-45, by Gauss-Legendre quadrature: 14 digits for every a.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.transient.mean_friction(0.5), 6)
+    0.679633
     """
     if symbolic:
         return _mean_friction(DAMPER.A * DAMPER.omega_n / DAMPER.v_c, literal)
@@ -190,10 +275,20 @@ def mean_friction(a=None, *, literal: bool = False, symbolic: bool = False) -> f
 def amplitude_rate() -> sp.Expr:
     """Return A' of a contact damper with exponential friction, averaged over a cycle; a formula in `DAMPER`.
 
+    Returns
+    -------
+    Expr
+
     Notes
     -----
     ``A' = -zeta omega_n A - (2/pi)(mu_m r g/omega_n) F(A omega_n/v_c)`` with F of `mean_friction`;
     derivations/younes_ashour/amplitude.py.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sorted(s.name for s in sf.theory.transient.amplitude_rate().free_symbols)
+    ['A', 'g', 'mu_m', 'omega_n', 'r', 'v_c', 'zeta']
     """
     d = DAMPER
     return -d.zeta * d.omega_n * d.A - 2 / sp.pi * d.mu_m * d.r * d.g / d.omega_n * mean_friction(symbolic=True)
@@ -220,6 +315,10 @@ def averaged_decay_time(
     symbolic : bool
         Return the integral in `DAMPER`.
 
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -234,6 +333,12 @@ def averaged_decay_time(
     The true motion stops at a turning point, by half cycles; where in the band within +-delta the last one falls is a
     matter of chance with mean zero, so amplitude zero is the unbiased end, and the true time differs by half of a half
     cycle at most, as far as friction and damping are weak.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.transient.averaged_decay_time(10.0, 0.1, zeta=0.005), 6)
+    1.059833
     """
     if symbolic:
         d = DAMPER

@@ -77,6 +77,13 @@ def absorber(
     `symfric.theory.absorber.least_peak` (Nishihara and Asami), `least_variance` (Warburton), `fastest_decay` and
     `widest_stability`, all proved in derivations/absorber.py. Den Hartog's design is
     `symfric.theory.absorber.fixed_points`, and `symfric.theory.absorber.peaks` tells how high its peaks are.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> found = sf.design.absorber(0.1)
+    >>> round(found.values["tuning"], 6), round(found.values["damping"], 6), round(found.objective, 6)
+    (0.909058, 0.18547, 4.589168)
     """
     if criterion not in CRITERIA:
         raise SceneError(f"no criterion {criterion!r}{nearest(str(criterion), CRITERIA)}")

@@ -159,6 +159,13 @@ def damper(
     in every coordinate in turn, at a few speeds over the range, at a thousandth of the highest if the range begins
     below, and where the laws fall steepest; a cycle that only other starts lead to is not seen. Below a ten-thousandth
     of the highest speed cycles are not looked at, small vibration is.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> sf.design.damper(belt, "beta", bounds=(0, 1), speeds=(0.1, 0.45)).values
+    {'beta': 0.21600000000000003}
     """
     name = scene.parameter(parameter).name
     low, high = _pair(bounds, f"bounds of {name}")

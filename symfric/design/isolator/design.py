@@ -105,6 +105,15 @@ def isolator(
     is refined by linear programs in a trust region (sequential linear programming; Nocedal and Wright, Numerical
     Optimization, section 18.5), with the exact derivatives of the motions that are or may become the worst: peaks and
     residuals are smooth only piece by piece.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.sine_burst(3.0, 1.0, cycles=5)
+    >>> building = sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=quake, profile=0.01)
+    >>> found = sf.design.isolator(building, [quake], {"C": (1e3, 1e6)}, limits={"displacement": 0.15})
+    >>> found.status
+    'optimal'
     """
     problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
     points = problem.grid()

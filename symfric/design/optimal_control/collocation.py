@@ -57,6 +57,23 @@ class Profile:
         "optimal": a local optimum of the order of events that the homotopy found; as `Design.status`.
     doubts : tuple of str
         Why the status is no better.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u, w = sp.symbols("x u w", real=True)
+    >>> block = sf.Scene(
+    ...     system=sf.System(q=[x], u=[u], mass=[[1]], force=[w]),
+    ...     contacts=[sf.Contact("floor", slip=u, normal=0.3, law=sf.laws.coulomb(1))],
+    ...     values={w: 0.0},
+    ...     initial={x: 0.0, u: 0.0},
+    ...     horizon=1.0,
+    ... )
+    >>> move = sf.design.collocation(block, {"w": (-1, 1)}, end={"x": 1, "u": 0}, time=(0.1, 10))
+    >>> sorted(move.to_dict())[:2]
+    ['check', 'controls']
+    >>> ax = move.plot()
     """
 
     time: float
@@ -76,7 +93,13 @@ class Profile:
         return f"Profile({self.status}, {numbers}{doubts})"
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
+        """Return plain Python data.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "time": self.time,
             "objective": self.objective,
@@ -91,7 +114,17 @@ class Profile:
 
     @alone(DRAWING)
     def plot(self, ax=None):
-        """Draw the controls against time; return the Axes."""
+        """Draw the controls against time; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         ax = axes_for(ax)
         for name, values in self.controls.items():
             t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
@@ -131,6 +164,10 @@ def collocation(
     degree : {0, 1}
         Controls are constant in a piece, or linear.
 
+    Returns
+    -------
+    Profile
+
     Raises
     ------
     SceneError
@@ -143,6 +180,22 @@ def collocation(
     See `symfric.design.optimal_control.transcription`. The order of stick and slip is found by a homotopy of relaxed
     complementarity; the modes it ends in are then fixed, and what is left is a smooth program without degeneracy. The
     optimum is local. Each piece is run once more by the event-driven solver.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u, w = sp.symbols("x u w", real=True)
+    >>> block = sf.Scene(
+    ...     system=sf.System(q=[x], u=[u], mass=[[1]], force=[w]),
+    ...     contacts=[sf.Contact("floor", slip=u, normal=0.3, law=sf.laws.coulomb(1))],
+    ...     values={w: 0.0},
+    ...     initial={x: 0.0, u: 0.0},
+    ...     horizon=1.0,
+    ... )
+    >>> move = sf.design.collocation(block, {"w": (-1, 1)}, end={"x": 1, "u": 0}, time=(0.1, 10))
+    >>> round(round(move.time, 4), 6)
+    2.0966
     """
     scene = scene.written_out()
     symbols = [scene.parameter(k) for k in controls]

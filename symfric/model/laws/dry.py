@@ -10,40 +10,171 @@ from symfric.model.symbols import SPEED, expression
 
 @alone(SYMBOLIC)
 def coulomb(mu_s, mu_k=None) -> Law:
-    """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given)."""
+    """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given).
+
+    Parameters
+    ----------
+    mu_s : float or Expr
+        Static coefficient, dimensionless.
+    mu_k : float or Expr, optional
+        Kinetic coefficient; mu_s unless given.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.coulomb(0.4, 0.3)
+    >>> law(2.0), law(-2.0), law.stick
+    (0.3, -0.3, 0.400000000000000)
+    """
     return Law(mu_s if mu_k is None else mu_k, mu_s, source="handbook (19.104)")
 
 
 @alone(SYMBOLIC)
 def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
+    r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
+
+    Parameters
+    ----------
+    mu_d : float or Expr
+        Kinetic coefficient in the limit of no speed, dimensionless.
+    v_c : float or Expr
+        Speed at which half of mu_d is left.
+    mu_s : float or Expr, optional
+        Static coefficient; mu_d unless given.
+    b : float or Expr
+        Slope added at all speeds, 1 over the unit of the speed.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.laws.lorentz(0.4, 0.1)(0.1), 6)
+    0.2
+    """
     kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
 
 
 @alone(SYMBOLIC)
 def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given."""
+    r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
+
+    Parameters
+    ----------
+    mu_d : float or Expr
+        Kinetic coefficient in the limit of no speed, dimensionless.
+    v_c : float or Expr
+        Speed at which a part 1/e of mu_d is left.
+    mu_s : float or Expr, optional
+        Static coefficient; mu_d unless given.
+    b : float or Expr
+        Slope added at all speeds, 1 over the unit of the speed.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.laws.gauss(0.4, 0.1)(0.1), 6)
+    0.147152
+    """
     kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
 
 
 @alone(SYMBOLIC)
 def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
-    r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0."""
+    r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0.
+
+    Parameters
+    ----------
+    mu_d : float or Expr
+        Kinetic coefficient in the limit of no speed, dimensionless.
+    alpha : float or Expr
+        Factor of the square root of the speed.
+    mu_s : float or Expr, optional
+        Static coefficient; mu_d unless given.
+    b : float or Expr
+        Slope added at all speeds, 1 over the unit of the speed.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.laws.square_root(0.4, -0.1, b=0.05)(0.25), 6)
+    0.3625
+    """
     kinetic = mu_d + alpha * sp.sqrt(SPEED) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.108)")
 
 
 @alone(SYMBOLIC)
 def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
-    r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s."""
+    r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s.
+
+    Parameters
+    ----------
+    mu_s, mu_k : float or Expr
+        Static coefficient and kinetic one at high speed, dimensionless.
+    v_s : float or Expr
+        Speed over which friction falls by a factor e.
+    b : float or Expr
+        Slope added at all speeds, 1 over the unit of the speed.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.stribeck(0.5, 0.38, 0.12)
+    >>> round(law(0.05), 6)
+    0.459109
+    >>> law.kinetic
+    0.38 + 0.12*exp(-8.33333333333333*v)
+    """
     return Law(mu_k + (mu_s - mu_k) * sp.exp(-SPEED / v_s) + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
 
 
 @alone(SYMBOLIC)
 def cubic(mu_s, mu_m, v_m) -> Law:
-    r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m."""
+    r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m.
+
+    Parameters
+    ----------
+    mu_s, mu_m : float or Expr
+        Static and smallest coefficient, dimensionless.
+    v_m : float or Expr
+        Speed of the smallest coefficient.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> law = sf.laws.cubic(0.4, 0.25, 0.5)
+    >>> round(law(0.5), 6)
+    0.25
+    >>> v_m = sp.Symbol("v_m", positive=True)
+    >>> sf.laws.cubic(0.4, 0.25, v_m).where({"v_m": 0.5}) == law
+    True
+    """
     s = SPEED / v_m
     kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
     return Law(kinetic, mu_s, source="Thomsen (5)")
@@ -94,7 +225,25 @@ def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
 
 @alone(SYMBOLIC)
 def exponential(mu_m, v_c=1.0) -> Law:
-    r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source."""
+    r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source.
+
+    Parameters
+    ----------
+    mu_m : float or Expr
+        Coefficient at rest, dimensionless.
+    v_c : float or Expr
+        Speed over which friction falls by a factor e.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.laws.exponential(0.4)(1.0), 6)
+    0.147152
+    """
     return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)")
 
 
@@ -110,6 +259,22 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
         Speeds, starting with 0 and increasing, and the kinetic coefficient at each.
     last_slope : float or Expr, optional
         Slope beyond the last speed; the slope of the last segment unless given.
+
+    Returns
+    -------
+    Law
+
+    Raises
+    ------
+    SceneError
+        If there is not one value for each speed, or the first speed is not 0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> law = sf.laws.piecewise_linear(0.05, [0, 2], [0.05, 0.014], last_slope=0.0012)
+    >>> law(1.0), law.breaks
+    (0.032, (2,))
     """
     speeds, values = list(speeds), list(values)
     if len(speeds) != len(values):
@@ -131,5 +296,27 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
 
 @alone(SYMBOLIC)
 def custom(kinetic, mu_s, breaks=()) -> Law:
-    """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`."""
+    """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`.
+
+    Parameters
+    ----------
+    kinetic : Expr
+        Coefficient for sliding speeds ``sf.SPEED`` > 0.
+    mu_s : float or Expr
+        Static coefficient.
+    breaks : sequence of float or Expr
+        Speeds at which a Piecewise changes its branch, increasing.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> law = sf.laws.custom(0.6 + 0.55 * sp.exp(-sf.SPEED / 0.1), mu_s=1.2)
+    >>> round(law(0.1), 6)
+    0.802334
+    """
     return Law(kinetic, mu_s, tuple(breaks), source="user")

@@ -55,6 +55,18 @@ class Law:
         a straight line over the nearest part in 1e9 of the speed.
     memory : Memory, optional
         States of a law with memory, their rates and the coefficient; see `symfric.model.laws.memory`.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> law = sf.laws.stribeck(0.5, 0.4, sp.Symbol("v_s", positive=True))
+    >>> round(law.where({"v_s": 0.1})(0.1), 6)
+    0.436788
+    >>> round(sf.laws.coulomb(0.4).regularised(0.01)(0.005), 6)
+    0.2
+    >>> round(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.3)(0.0), 6)
+    0.0
     """
 
     kinetic: sp.Expr
@@ -141,7 +153,16 @@ class Law:
 
     @alone(SYMBOLIC)
     def where(self, values: Mapping) -> "Law":
-        """Return the law with numbers or expressions in place of its symbols, given by symbol or by name."""
+        """Return the law with numbers or expressions in place of its symbols, given by symbol or by name.
+
+        Parameters
+        ----------
+        values : mapping of symbol or name to number or Expr
+
+        Returns
+        -------
+        Law
+        """
         named = {s.name: s for s in self.free_symbols}
         mapping = {named.get(key, key) if isinstance(key, str) else key: value for key, value in values.items()}
         return self._mapped(lambda e: e.subs(mapping))
@@ -164,6 +185,16 @@ class Law:
         shape : {"linear", "arctan", "tanh"}
             "linear" rises to the static coefficient at v_s and continues with the kinetic law at ``v - v_s``;
             the others multiply the kinetic law by ``(2/pi) atan(v/v_s)`` or ``tanh(v/v_s)``.
+
+        Returns
+        -------
+        Law
+            Smooth at rest: the contact never sticks.
+
+        Raises
+        ------
+        SceneError
+            If v_s is not positive, or the shape does not exist.
 
         Notes
         -----
@@ -204,16 +235,20 @@ class Law:
         q : float or Expr
             Amplitude of the fast velocity, >= 0, in the unit of the slip velocity.
 
-        Notes
-        -----
-        ``mubar(v) = <mu(v - q cos theta)>``, the mean over theta, Thomsen (41). Closed form for laws that are
-        polynomials of the speed, Thomsen (47); an integral over theta, split where the relative velocity changes its
-        sign or the law its branch, for the others. The slope just below v = q is infinite, Thomsen (47).
+        Returns
+        -------
+        Law
 
         Raises
         ------
         SceneError
             If q is negative, or if the law has memory or is such an integral itself.
+
+        Notes
+        -----
+        ``mubar(v) = <mu(v - q cos theta)>``, the mean over theta, Thomsen (41). Closed form for laws that are
+        polynomials of the speed, Thomsen (47); an integral over theta, split where the relative velocity changes its
+        sign or the law its branch, for the others. The slope just below v = q is infinite, Thomsen (47).
         """
         refuse_memory(self, "the effective law under fast vibration")
         q = expression(q, "the intensity q of the fast vibration")

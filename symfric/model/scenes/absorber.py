@@ -47,11 +47,28 @@ def absorber(
         Between the two masses, or between the main mass and the ground; no contact unless given.
     horizon : float
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     ``x1'' + 2 zeta1 x1' + x1 = F cos(Omega t) + mu r`` and ``x2'' = -r`` with ``r = 2 zeta f (x2' - x1') + f^2 (x2 -
     x1)``: time in units of 1/omega1, forces over ``k1`` times the unit of length, which F = 1 makes the static
     displacement; Den Hartog, *Mechanical Vibrations*, chapter 3. Starts at rest.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> scene = sf.scenes.absorber(mass_ratio=0.1, tuning=0.909, damping=0.185)
+    >>> run = sf.simulate(scene)
+    >>> run.names
+    ('x1', 'x2', 'u1', 'u2')
     """
     for name, value in {"mass_ratio": mass_ratio, "tuning": tuning}.items():
         if not finite(value, name) > 0:

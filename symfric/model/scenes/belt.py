@@ -31,9 +31,22 @@ def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, hori
     horizon : float
         Length of the run.
 
+    Returns
+    -------
+    Scene
+
     Notes
     -----
     Thomsen (1); starts at x = u = 0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> belt
+    Scene(1 coordinates, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
+    >>> sf.stability(belt).stable
+    False
     """
     law = laws.cubic(0.4, 0.25, 0.5) if law is None else law
     v_b_, beta_, gamma2_, a_, Omega_ = sp.symbols("v_b beta gamma2 a Omega", real=True)

@@ -42,6 +42,15 @@ def contact_damper(
     horizon : float, optional
         By default long enough for the rod to stop, with these numbers; give one to change them far with `where`.
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     :math:`x'' + 2\zeta\omega x' + \omega^2 x = -\mathrm{sgn}(x')\,\mu_m r g\,e^{-|x'|/v_c}` with
@@ -51,6 +60,13 @@ def contact_damper(
     `symfric.theory.transient.energy_balance` closes the balance with what is left in the spring. In the literal variant
     the contact has constant friction, and its load carries the factor ``exp(-x'/v_c)``: the product, which is all that
     acts, is the printed one, and smooth in both directions.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> rod = sf.scenes.contact_damper(f_n=10, mu_m=0.1, zeta=0.005)
+    >>> round(sf.simulate(rod)["stop_time"], 6)
+    1.050002
     """
     _check({"f_n": f_n, "m": m, "v_c": v_c}, {"mu_m": mu_m, "zeta": zeta, "r": r, "g": g}, {"x0": x0, "v0": v0})
     if not isinstance(literal, bool):

@@ -34,6 +34,15 @@ def sprung_foundation(
         ``c1/(2 m1 omega1)`` of the main mass to the ground; negative where it excites itself.
     horizon : float
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     ``x1'' + 2 zeta1 x1' + x1 - x2 + gamma2 mu(x1' - v_b) = 0`` and ``mass_ratio x2'' + 2 damping x2' + stiffness x2 =

@@ -40,6 +40,10 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
     horizon : float, optional
         s; unless given, 20 s longer than the record, so that the mass comes to rest.
 
+    Returns
+    -------
+    Scene
+
     Notes
     -----
     u and w are displacement and velocity of the mass relative to the ground; a roller moves half of u. ``amplitude``, 1
@@ -48,6 +52,14 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, horizon=None) -> Scene:
     `peak_acceleration` of the mass in space, `peak_velocity` and `peak_displacement` relative to the ground, `residual`
     displacement at the horizon and `residual_end_of_record`. From the study of scaled rolling isolation, figure 1, with
     sticking as the set-valued law has it; its own scheme tests w == 0 at the ends of fixed steps.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> quake = sf.motions.synthetic(seed=1, pga=0.3, unit="g", duration=20.0)
+    >>> building = sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=quake, profile=(0.005, 0.05))
+    >>> round(sf.simulate(building)["peak_displacement"], 6)
+    0.096628
     """
     signal = motion if isinstance(motion, Signal) else _signal(motion)
     values = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
@@ -143,6 +155,15 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
     The study of scaled rolling isolation gives range, mean and deviation of its cases 2 and 3, and neither their cells
     nor how they were drawn: a beta distribution is a choice. Moving and stretching a draw to its mean and deviation may
     carry it out of the range; it is cut off there and stretched again, until it stays inside.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> edges, values = sf.patched_floor(1.0, 4, 0.01, 0.002, seed=1)
+    >>> edges.round(6)
+    array([-0.5 , -0.25,  0.  ,  0.25,  0.5 ])
+    >>> round(float(values.mean()), 6)
+    0.01
     """
     length, mean, deviation = finite(length, "length"), finite(mean, "mean"), finite(deviation, "deviation")
     spread = math.sqrt(3) * deviation if spread is None else finite(spread, "spread")

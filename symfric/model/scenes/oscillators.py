@@ -28,9 +28,20 @@ def coulomb_oscillator(delta, *, delta_s=None, x0=1.0, omega_n=1.0, horizon=None
     horizon : float, optional
         By default two half cycles beyond the stop.
 
+    Returns
+    -------
+    Scene
+
     Notes
     -----
     Handbook section 19.5, Example 19.5; stops after ``ceil((|x0| - delta_s)/(2 delta))`` half cycles.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> run = sf.simulate(sf.scenes.coulomb_oscillator(0.1, x0=1.0))
+    >>> round(run["stop_time"], 6)
+    15.707963
     """
     delta_, delta_s_, omega_, x0_ = sp.symbols("delta delta_s omega_n x0", real=True)
     if horizon is None:

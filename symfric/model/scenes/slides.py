@@ -39,11 +39,27 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
     horizon : float, optional
         Several cycles by default.
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     Guida (1)-(4). The v-scaling: ``x = (X - v t) omega_n/v`` and ``u = X'/v - 1``, forces over ``m omega_n v``; so the
     friction jumps by ``eps1 = epsilon (1 + p*)`` at rest. Lengths and forces over ``1 + p*`` are those of the
     v*-scaling, of `drive_stop`, where the jump is epsilon. Starts at rest with a relaxed spring, x = 0 and u = -1.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slide = sf.scenes.drive_slide(mu1=-0.5, mu2=0.1, p_star=-0.2, epsilon=1.0)
+    >>> sf.simulate(slide)
+    Run(OK, exact, t_final=124, 34 events)
     """
     mu1, p_star, epsilon = finite(mu1, "mu1"), finite(p_star, "p_star"), finite(epsilon, "epsilon")
     if not p_star > -1:
@@ -194,11 +210,27 @@ def two_slides(*, r, zeta, s1, s2, fc1, fs1, damping="omega1", horizon=200.0) ->
     horizon : float
         Length of the run.
 
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     Guida (21)-(25): ``eta1 = (X1 - v t) omega1/v``, ``eta2 = X2 omega1/v``, ``eta2'' + 2 d2 eta2' + eta2/zeta^2 = r F``
     with F along ``w = eta1' - eta2' + 1``; the second equation is taken over r, so that F enters both alike. Starts
     with both slides at rest and relaxed springs, sticking: eta1' = -1.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> slides = sf.scenes.two_slides(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8)
+    >>> sf.stability(slides).stable
+    True
     """
     for name, value in {"r": r, "zeta": zeta}.items():
         if not finite(value, name) > 0:

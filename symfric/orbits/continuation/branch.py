@@ -39,6 +39,15 @@ class Special:
     jump : bool
         Whether the orbits end there: with a static coefficient above the kinetic one a contact that begins to stick may
         stick for a while at once. The branch goes on with the orbit to which the last one settles, if there is one.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.4)
+    >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
+    >>> special = branch.special[0]
+    >>> special.kind, round(special.value, 6)
+    ('stick-onset', 0.39579)
     """
 
     kind: str
@@ -86,6 +95,19 @@ class Branch:
         "closed", "budget", or "lost" if no orbit was found further on.
     peak : Peak or None
         Of a frequency response; see `symfric.frequency_response`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.4)
+    >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
+    >>> round(float(branch.values.min()), 6)
+    0.38
+    >>> sorted(branch.to_dict())[:2]
+    ['ends', 'half_range']
+    >>> len(branch.to_xarray().data_vars) > 0
+    True
+    >>> ax = branch.plot()
     """
 
     parameter: str
@@ -96,13 +118,29 @@ class Branch:
     peak: Peak | None = None
 
     def plot(self, ax=None):
-        """Draw the half range of the first coordinate against the parameter; return the Axes."""
+        """Draw the half range of the first coordinate against the parameter; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.orbits.plotting import plot_branch
 
         return plot_branch(self, ax)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "parameter": self.parameter,
             "values": self.values.tolist(),
@@ -115,7 +153,12 @@ class Branch:
         }
 
     def to_xarray(self):
-        """Return half ranges, periods, stick fractions and stability along the branch as an xarray.Dataset."""
+        """Return half ranges, periods, stick fractions and stability along the branch as an xarray.Dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {
@@ -178,6 +221,14 @@ def continue_cycle(
     by Newton's method on orbits that ignore the touch, and the orbits beyond start there. A reversal begins to stick
     where static friction can just bear the force that holds the contact. Special points are located to the precision of
     the orbits; where static friction exceeds kinetic friction, from orbits 3e-6 of the bound away on one side.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.4)
+    >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
+    >>> [(p.kind, round(p.value, 6)) for p in branch.special]
+    [('stick-onset', 0.39579)]
     """
     name = scene.parameter(parameter).name
     low, high = (finite(v, f"an end of the span of {name}") for v in span)

@@ -36,6 +36,22 @@ class Curve:
         "span", "budget", "grazing" where the orbits touch a guard, or "lost" if no point was found further on.
     condition : Condition
         What holds on it.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.4)
+    >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
+    >>> curve = sf.continue_special(branch.special[0], ("v_b", "beta"), ((0.38, 0.42), (0.04, 0.06)), most=6)
+    >>> curve.orbit(0).stable
+    True
+    >>> curve.at(0.395).shape
+    (1,)
+    >>> sorted(curve.to_dict())[:2]
+    ['ends', 'kind']
+    >>> len(curve.to_xarray().data_vars) > 0
+    True
+    >>> ax = curve.plot()
     """
 
     kind: str
@@ -49,13 +65,32 @@ class Curve:
     _base: Scene = field(repr=False)
 
     def orbit(self, k: int) -> Orbit:
-        """Return the periodic orbit at point k of the curve."""
+        """Return the periodic orbit at point k of the curve.
+
+        Parameters
+        ----------
+        k : int
+            Number of the point, from 0.
+
+        Returns
+        -------
+        Orbit
+        """
         return orbit_of(self._base, self._system, self._points[k])
 
     def at(self, value: float) -> np.ndarray:
         """Return the values of the second parameter at a value of the first, with the precision of the orbits.
 
         Shape (number of passages,), in the order of the curve.
+
+        Parameters
+        ----------
+        value : float
+            Of the first parameter.
+
+        Returns
+        -------
+        ndarray, shape (number of passages,)
         """
         found = []
         for one, other in zip(self._points[:-1], self._points[1:], strict=True):
@@ -70,7 +105,13 @@ class Curve:
         return np.array(found)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists."""
+        """Return plain numbers and lists.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "kind": self.kind,
             "parameters": list(self.parameters),
@@ -80,14 +121,29 @@ class Curve:
         }
 
     def to_xarray(self):
-        """Return the curve as an xarray.Dataset."""
+        """Return the curve as an xarray.Dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         import xarray as xr
 
         data = {name: ("point", row) for name, row in zip(self.parameters, self.values, strict=True)}
         return xr.Dataset({**data, "period": ("point", self.periods)}, attrs={"kind": self.kind})
 
     def plot(self, ax=None):
-        """Draw the second parameter against the first; return the Axes."""
+        """Draw the second parameter against the first; return the Axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure unless given.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
         from symfric.orbits.plotting import plot_curve
 
         return plot_curve(self, ax)
@@ -132,6 +188,15 @@ def continue_special(
         If the condition cannot be stated: the guard that is touched has other events on the orbit.
     SceneError
         If names and numbers are wrong, or the point lies outside the spans.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.4)
+    >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
+    >>> curve = sf.continue_special(branch.special[0], ("v_b", "beta"), ((0.38, 0.42), (0.04, 0.06)), most=6)
+    >>> curve.kind
+    'stick-onset'
     """
     if special.kind == "hopf":
         raise SceneError("a Hopf point is one of steady sliding; repeat sf.hopf for values of the other parameter")

@@ -38,6 +38,14 @@ class Exact:
     general : Route, optional
         Route for parameter values, zero when compiled, with which the scene is no longer linear between events; without
         it these raise `NoRoute`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1)
+    >>> run = sf.simulate(oscillator, route=sf.Exact())
+    >>> run.route
+    'exact'
     """
 
     name: ClassVar[str] = "exact"
@@ -50,7 +58,24 @@ class Exact:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether this route takes a scene: if it is linear between events."""
+        """Return whether this route takes a scene: if it is linear between events.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+
+        Returns
+        -------
+        Answer
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Exact().answer(lowered).takes
+        True
+        """
         try:
             form = scene.once(form_of)
         except NoRoute as reason:
@@ -58,7 +83,31 @@ class Exact:
         return Answer(True, form.cheapest, form.words)
 
     def build(self, scene: LoweredScene, tolerance: float) -> "ExactProgram":
-        """Compile a scene; raise `NoRoute` if it is not linear between events."""
+        """Compile a scene; raise `NoRoute` if it is not linear between events.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+        tolerance : float
+            See `sf.prepare`.
+
+        Returns
+        -------
+        ExactProgram
+
+        Raises
+        ------
+        NoRoute
+            If this route cannot take the scene.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Exact().build(lowered, 1e-9).run().status.name
+        'OK'
+        """
         return ExactProgram(scene.scene, tolerance, self, scene.varied, scene)
 
 

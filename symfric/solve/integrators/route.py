@@ -63,6 +63,14 @@ class Integrators:
         Most equal steps of "collocation". It has no error control, so their number is doubled until the result stays.
     max_events, max_steps : int
         Budgets of a run; it takes some 20 000 steps in a second.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1)
+    >>> run = sf.simulate(oscillator.wanting({'end': sf.End()}), route=sf.Integrators())
+    >>> run.route
+    'integrators'
     """
 
     name: ClassVar[str] = "integrators"
@@ -81,14 +89,55 @@ class Integrators:
             raise SceneError("elements and the budgets max_events and max_steps must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether the plugin can run a scene; never preferred."""
+        """Return whether the plugin can run a scene; never preferred.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+
+        Returns
+        -------
+        Answer
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Integrators().answer(lowered).takes
+        True
+        """
         refusal = declines(scene.automaton, self, _on_the_way(scene))
         return Answer(
             not refusal, False, refusal or "by one to three orders of magnitude; kept as an independent check"
         )
 
     def build(self, scene: LoweredScene, tolerance: float) -> "IntegratorsProgram":
-        """Compile a scene."""
+        """Compile a scene.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+        tolerance : float
+            See `sf.prepare`.
+
+        Returns
+        -------
+        IntegratorsProgram
+
+        Raises
+        ------
+        NoRoute
+            If this route cannot take the scene.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Integrators().build(lowered, 1e-9).run().status.name
+        'OK'
+        """
         return IntegratorsProgram(scene.scene, tolerance, self, scene.varied, scene)
 
 

@@ -38,6 +38,14 @@ class Taylor:
         Order of the Taylor series, from the tolerance unless given.
     max_steps, max_events : int
         Budgets; a run that needs more ends with a status.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1)
+    >>> run = sf.simulate(oscillator, route=sf.Taylor())
+    >>> run.route
+    'taylor'
     """
 
     name: ClassVar[str] = "taylor"
@@ -52,14 +60,50 @@ class Taylor:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether this route takes a scene: it takes every one."""
+        """Return whether this route takes a scene: it takes every one.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+
+        Returns
+        -------
+        Answer
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Taylor().answer(lowered).takes
+        True
+        """
         automaton = scene.automaton
         contacts, kinks = sum(automaton.sticks) + len(automaton.layout.others), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
         return Answer(True, True, f"{kind} right-hand side, {contacts} contacts that can stick, {kinks} kinks")
 
     def build(self, scene: LoweredScene, tolerance: float) -> "TaylorProgram":
-        """Compile a scene."""
+        """Compile a scene.
+
+        Parameters
+        ----------
+        scene : LoweredScene
+        tolerance : float
+            See `sf.prepare`.
+
+        Returns
+        -------
+        TaylorProgram
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> from symfric.solve.lowered import LoweredScene
+        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
+        >>> sf.Taylor().build(lowered, 1e-9).run().status.name
+        'OK'
+        """
         return TaylorProgram(scene.scene, tolerance, self, scene.varied, scene)
 
 

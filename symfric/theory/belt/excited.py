@@ -29,6 +29,10 @@ def excited_growth(scene: Scene | None = None, amplitude=None, *, symbolic: bool
     symbolic : bool
         Return the formula in `SYMBOLS` and A, with an integral over the phase.
 
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     Thomsen (13) with the effective friction (47). Outside :math:`|v_r| < q = a\Omega` it is a cubic; inside, with w =
@@ -40,6 +44,13 @@ def excited_growth(scene: Scene | None = None, amplitude=None, *, symbolic: bool
         \cos\psi\,d\psi
 
     Beyond the source; derivations/thomsen/energy.py.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.excited_growth(shaken, 0.1), 6)
+    -0.071432
     """
     if symbolic:
         ratio = sp.Min(1, sp.Max(-1, (v_b - AMPLITUDE * sp.cos(_PHASE)) / Q))

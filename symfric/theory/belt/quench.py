@@ -23,13 +23,52 @@ _V_HAT = sp.Symbol("v_hat", positive=True)
 
 @alone(SYMBOLIC)
 def law_coefficients(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
-    """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44)."""
+    """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    tuple
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> alpha0, alpha1, alpha3 = sf.theory.belt.law_coefficients(belt)
+    >>> round(alpha0, 6)
+    0.4
+    """
     return _several((mu_s, ALPHA1, ALPHA3), scene, symbolic)
 
 
 @alone(SYMBOLIC)
 def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) -> Law:
-    """Return the effective law under the scene's intensity a Omega > 0; Thomsen (47)."""
+    """Return the effective law under the scene's intensity a Omega > 0; Thomsen (47).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    Law
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.effective_friction(shaken)(0.1), 6)
+    0.066017
+    """
     if symbolic:
         return cubic(mu_s, mu_m, v_m).averaged(Q)
     given = _shaken(scene)
@@ -40,16 +79,53 @@ def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) ->
 def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope of the effective friction at rest, alpha1-hat, 1/speed; Thomsen (48)-(50).
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     ``2 mu_s/(pi q) + alpha1 + 3 alpha3 q^2/2``, q = a Omega; least at `least_damping_intensity`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.effective_damping(shaken), 6)
+    0.624842
     """
     return DAMPING if symbolic else value(DAMPING, _shaken(scene))
 
 
 @alone(SYMBOLIC)
 def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50)."""
+    """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.effective_cubic(shaken), 6)
+    3.316244
+    """
     formula = mu_s / (3 * sp.pi * Q**3) + ALPHA3
     return formula if symbolic else value(formula, _shaken(scene))
 
@@ -58,9 +134,32 @@ def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> fl
 def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity at which `effective_damping` is least, dimensionless.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Raises
+    ------
+    SceneError
+        If friction does not fall, so that there is none.
+
     Notes
     -----
     ``q^3 = 4 v_m^3/(3 pi (1 - mu_m/mu_s))``; the sentence after Thomsen (50) lacks v_m^3.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.least_damping_intensity(belt), 6)
+    0.521062
     """
     formula = v_m * sp.cbrt(4 / (3 * sp.pi * (1 - mu_m / mu_s)))
     if symbolic:
@@ -73,7 +172,26 @@ def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = Fals
 
 @alone(SYMBOLIC)
 def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51)."""
+    """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.quasi_equilibrium_position(shaken), 6)
+    0.162184
+    """
     formula = gamma2 * cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.subs(SPEED, v_b)
     return formula if symbolic else value(formula, _shaken(scene))
 
@@ -82,10 +200,28 @@ def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = F
 def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope ``mubar'(v_b)`` of the effective friction, 1/speed; Thomsen (47), (53).
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     The quasi-equilibrium is unstable where it is below ``-2 beta/gamma2``, Thomsen (52). It tends to +infinity as v_b
     rises to a Omega, and starts from (53) there: the formula holds from a Omega on.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.effective_slope(shaken), 6)
+    1.375903
     """
     formula = cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.diff(SPEED).subs(SPEED, v_b)
     return formula if symbolic else value(formula, _shaken(scene))
@@ -103,6 +239,13 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
 def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None:
     """Return the belt speeds (low, high) between which the mass vibrates by itself at the scene's a Omega.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
     Returns
     -------
     (float, float), (Expr, Expr) or None
@@ -118,6 +261,14 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
     ``a Omega < v_b < v_m sqrt(1 - (a Omega/v_m)^2/2 - 2 beta/eta)``. Thomsen (55) has <= at the lower end, where small
     vibrations die out: the slope of the effective friction on its left is infinite. Without excitation this is (0,
     v_b1).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> low, high = sf.theory.belt.unstable_speeds(belt)
+    >>> round(high, 6)
+    0.440959
     """
     high = v_m * sp.sqrt(1 - (Q / v_m) ** 2 / 2 - 2 * beta / ETA)
     if symbolic:
@@ -135,6 +286,17 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
 def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed gives vibration, dimensionless; Thomsen (56).
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     SceneError
@@ -144,6 +306,13 @@ def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> f
     Notes
     -----
     ``sqrt(2/3) v_m sqrt(1 - 2 beta/eta)``; 0.0 where nothing vibrates anyway.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.quench_intensity(belt), 6)
+    0.360041
     """
     if symbolic:
         return Q_STAR
@@ -166,11 +335,24 @@ def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = 
         Its own belt speed is ignored.
     v : float
         Belt speed, > 0; the symbol v_hat where `symbolic` without it.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
 
     Notes
     -----
     v up to a Omega*, ``sqrt(3 (a Omega*)^2 - 2 v^2)`` from there to v_b1, and 0 beyond, where the printed root is
     imaginary and nothing vibrates.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.quench_intensity_at(belt, 0.2), 6)
+    0.2
     """
     speed = _speed(v, symbolic)
     formula = sp.Piecewise(
@@ -189,10 +371,23 @@ def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool
         Its own belt speed is ignored.
     v : float
         Belt speed, > 0; the symbol v_hat where `symbolic` without it.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
 
     Notes
     -----
     v up to a Omega*, and a Omega* beyond.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.quench_intensity_below(belt, 0.2), 6)
+    0.2
     """
     formula = sp.Min(_speed(v, symbolic), Q_STAR)
     return formula if symbolic else _quenching(scene, formula)
@@ -209,6 +404,8 @@ def quench_intensity_for(scene: Scene | None = None, speeds=None, *, symbolic: b
     speeds : (float, float)
         Lowest and highest belt speed, 0 <= low <= high; the highest may be infinite: "above a speed". The symbols
         v_low and v_high where `symbolic` without it.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
 
     Returns
     -------
@@ -265,11 +462,29 @@ def _range(speeds, symbolic: bool) -> tuple[sp.Expr, sp.Expr]:
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean power of the excitation at quasi-equilibrium, dimensionless.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     ``<x' (2 beta x' + gamma2 mu(x' - v_b))>`` for ``x' = -q cos``, q = a Omega: ``beta q^2 + gamma2 (alpha1 q^2/2 +
     alpha3 (3 v_b^2 q^2/2 + 3 q^4/8))``, and ``(2 gamma2 mu_s/pi) sqrt(q^2 - v_b^2)`` more for v_b < q. Thomsen (59) is
     called the energy required, and is the kinetic energy of the fast motion.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
+    >>> round(sf.theory.belt.mean_power(shaken), 6)
+    0.030389
     """
     smooth = beta * Q**2 + gamma2 * (ALPHA1 * Q**2 / 2 + ALPHA3 * (3 * v_b**2 * Q**2 / 2 + 3 * Q**4 / 8))
     jump = sp.Piecewise((2 * gamma2 * mu_s / sp.pi * sp.sqrt(Q**2 - v_b**2), v_b**2 < Q**2), (0, True))
@@ -278,7 +493,23 @@ def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float |
 
 @alone(SYMBOLIC)
 def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
-    """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61)."""
+    """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61).
+
+    Parameters
+    ----------
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.belt.energy_ratio(symbolic=True)
+    5/6
+    """
     ratio = sp.simplify((Q_STAR / V_B0) ** 2)
     return ratio if symbolic else float(ratio)
 

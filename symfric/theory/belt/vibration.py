@@ -20,27 +20,104 @@ EXCESS = 5 * sp.pi / 4 * ETA / v_m**2 * (V_B0**2 - v_b**2)  # growth of the arc'
 
 @alone(SYMBOLIC)
 def friction_difference(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the friction difference eta, dimensionless; Thomsen (10)."""
+    """Return the friction difference eta, dimensionless; Thomsen (10).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.friction_difference(belt), 6)
+    0.45
+    """
     return ETA if symbolic else value(ETA, numbers(scene))
 
 
 @alone(SYMBOLIC)
 def equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the position of steady sliding, ``gamma2 mu(v_b)``, dimensionless; Thomsen (7)."""
+    """Return the position of steady sliding, ``gamma2 mu(v_b)``, dimensionless; Thomsen (7).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.equilibrium_position(belt), 6)
+    0.3148
+    """
     formula = gamma2 * cubic(mu_s, mu_m, v_m).kinetic.subs(SPEED, v_b)
     return formula if symbolic else value(formula, numbers(scene))
 
 
 @alone(SYMBOLIC)
 def damping_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return ``mu'(v_b) + 2 beta/gamma2``; steady sliding is unstable where it is negative, Thomsen (17)."""
+    """Return ``mu'(v_b) + 2 beta/gamma2``; steady sliding is unstable where it is negative, Thomsen (17).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.damping_slope(belt), 6)
+    -0.278
+    """
     formula = cubic(mu_s, mu_m, v_m).kinetic.diff(SPEED).subs(SPEED, v_b) + 2 * beta / gamma2
     return formula if symbolic else value(formula, numbers(scene))
 
 
 @alone(SYMBOLIC)
 def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
-    """Return h1, h2, h3 of the damping force ``h1 u + h2 u^2 + h3 u^3`` in pure slip, dimensionless; Thomsen (18)."""
+    """Return h1, h2, h3 of the damping force ``h1 u + h2 u^2 + h3 u^3`` in pure slip, dimensionless; Thomsen (18).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    tuple
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> h1, h2, h3 = sf.theory.belt.damping_polynomial(belt)
+    >>> round(h1, 6)
+    -0.278
+    """
     formulas = 2 * beta - ETA * (1 - (v_b / v_m) ** 2), -ETA * v_b / v_m**2, ETA / (3 * v_m**2)
     if symbolic:
         return formulas
@@ -52,6 +129,17 @@ def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) ->
 def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b1 below which steady sliding is unstable, dimensionless.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -60,6 +148,15 @@ def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float 
     Notes
     -----
     ``v_b1 = v_m sqrt(1 - 2 beta/eta)``, Thomsen (19).
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.onset_speed(belt), 6)
+    0.440959
+    >>> sf.theory.belt.onset_speed(symbolic=True)
+    v_m*sqrt(-4*beta*v_m/(3*gamma2*(-mu_m + mu_s)) + 1)
     """
     return V_B1 if symbolic else value(V_B1, _vibrating(scene))
 
@@ -74,6 +171,10 @@ def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = 
     order : {1, 2}
     symbolic : bool
 
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -83,6 +184,13 @@ def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = 
     -----
     ``v_b0 = sqrt(4/5) v_b1``: Thomsen (21), printed there with 4/3, which contradicts its own numbers. Order 2
     multiplies by ``1 + 3461 eta^2 v_b1^4/(120000 v_m^4)``, from the second-order expansion of the largest velocity.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.stick_speed(belt), 6)
+    0.394405
     """
     factor = 1 + sp.Rational(3461, 120000) * ETA**2 * V_B1**4 / v_m**4
     formula = V_B0 * (1 if _order(order) == 1 else factor)
@@ -93,6 +201,19 @@ def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = 
 def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude A0 of vibration in pure slip, dimensionless; for order 2 the half range of x.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    order : {1, 2}
+        Order of the approximation; 2 is closer.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -102,6 +223,13 @@ def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
     -----
     ``A0 = 2 sqrt(v_b1^2 - v_b^2)``, Thomsen (20). Order 2 multiplies by ``1 + eta^2 (v_b1^2 - v_b^2)(207 v_b^2 + 17
     v_b1^2)/(192 v_m^4)``, the Krylov-Bogoliubov-Mitropolsky expansion of `symfric.theory.second_order`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.42)
+    >>> round(sf.theory.belt.pure_slip_amplitude(belt), 6)
+    0.268659
     """
     wide = (V_B1**2 - v_b**2) * (207 * v_b**2 + 17 * V_B1**2)
     formula = A0 * (1 if _order(order) == 1 else 1 + ETA**2 * wide / (192 * v_m**4))
@@ -116,6 +244,19 @@ def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
 def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of vibration in pure slip over the natural one.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    order : {1, 2}
+        Order of the approximation; 2 is closer.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -124,6 +265,13 @@ def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic:
     Notes
     -----
     1, Thomsen (16); order 2 adds ``-eta^2 (v_b1^2 - v_b^2)(29 v_b^2 + 3 v_b1^2)/(48 v_m^4)``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.42)
+    >>> round(sf.theory.belt.pure_slip_frequency(belt), 6)
+    1.0
     """
     wide = (V_B1**2 - v_b**2) * (29 * v_b**2 + 3 * V_B1**2)
     formula = sp.Integer(1) - (0 if _order(order) == 1 else ETA**2 * wide / (48 * v_m**4))
@@ -138,17 +286,54 @@ def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic:
 def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of pure slip where sticking starts, A0 at v_b0, dimensionless.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     Equal to v_b0: Thomsen (22), printed there with 4/3 for 4/5. It is not the largest amplitude of all: at v_b0
     `stick_slip_amplitude` exceeds it.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.largest_pure_slip_amplitude(belt), 6)
+    0.394405
     """
     return V_B0 if symbolic else value(V_B0, _vibrating(scene))
 
 
 @alone(SYMBOLIC)
 def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the position ``gamma2 mu_s - 2 beta v_b`` at which sticking ends, dimensionless; Thomsen (25)."""
+    """Return the position ``gamma2 mu_s - 2 beta v_b`` at which sticking ends, dimensionless; Thomsen (25).
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.release_position(belt), 6)
+    0.38
+    """
     formula = gamma2 * mu_s - 2 * beta * v_b
     return formula if symbolic else value(formula, numbers(scene))
 
@@ -157,10 +342,29 @@ def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> f
 def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     """Return A1 and theta1 of the slip ``x = A1 sin(tau + theta1) + xbar`` after release at tau = 0; Thomsen (26).
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    tuple
+
     Notes
     -----
     Starts from `release_position` with the belt's velocity: ``A1 sin theta1 = v_b kappa``, ``A1 cos theta1 = v_b`` with
     ``kappa = eta (1 - (v_b/v_m)^2/3) - 2 beta``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> A1, theta1 = sf.theory.belt.slip_arc(belt)
+    >>> round(A1, 6)
+    0.210359
     """
     formulas = v_b * sp.sqrt(1 + KAPPA**2), sp.atan(KAPPA)
     if symbolic:
@@ -173,6 +377,19 @@ def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
 def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration, dimensionless; for order 2 the half range of x.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    order : {1, 2}
+        Order of the approximation; 2 is closer.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Raises
     ------
     NotFound
@@ -184,6 +401,13 @@ def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic
     undamped slip arc. It lacks a term of first order in eta, what the damping force adds along the arc. Order 2 has it:
     ``v_b (1 + (5 pi/8)(eta/v_m^2)(v_b0^2 - v_b^2))``, from ``r' = -h(r cos psi) cos psi`` integrated from the release
     at psi = 0 to the largest (pi/2) and smallest position (3 pi/2); it meets the amplitude of pure slip at v_b0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.stick_slip_amplitude(belt), 6)
+    0.210359
     """
     formula = v_b * sp.sqrt(1 + KAPPA**2) if _order(order) == 1 else v_b * (1 + EXCESS / 2)
     return formula if symbolic else value(formula, _sticking(scene, order))
@@ -193,10 +417,30 @@ def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic
 def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration on a slow belt, dimensionless.
 
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    order : {1, 2}
+        Order of the approximation; 2 is closer.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     v_b, Thomsen (30), whose error is of order ``v_b (eta - 2 beta)^2`` as an expansion of (28), not ``v_b eta beta``.
     Order 2 is the limit of `stick_slip_amplitude` at order 2, ``v_b (1 + (pi/2)(eta - 2 beta))``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.slow_belt_amplitude(belt), 6)
+    0.2
     """
     formula = v_b if _order(order) == 1 else v_b * (1 + sp.pi / 2 * (ETA - 2 * beta))
     return formula if symbolic else value(formula, _sticking(scene, order))
@@ -205,6 +449,19 @@ def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
 @alone(SYMBOLIC)
 def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of stick-slip vibration over the natural one.
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        A `sf.scenes.mass_on_belt` with the cubic law.
+    order : {1, 2}
+        Order of the approximation; 2 is closer.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
 
     Raises
     ------
@@ -218,6 +475,13 @@ def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic
     (eta/v_m^2)(v_b0^2 - v_b^2)``, so that sticking starts at ``psi = 2 pi - acos(1/(1 + d))``, a distance
     ``v_b sqrt(d^2 + 2 d)`` below the equilibrium. The values 0.86 and 0.83 given after (29) do not follow from
     the model.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> round(sf.theory.belt.stick_slip_frequency(belt), 6)
+    0.996554
     """
     early, before = sp.atan(KAPPA), KAPPA
     if _order(order) == 2:

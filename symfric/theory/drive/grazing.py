@@ -54,6 +54,16 @@ class SlidesCycle:
         At the smallest fs1, why this cycle does not exist below. "grazing": the end of the slip only touches w = 0, and
         a slip that misses it dies out; "longer slip": it comes back later, and cycles of several slips go on below;
         "fold": the cycle meets an unstable one; "inner grazing": an earlier part of the slip touches w = 0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> cycle = sf.theory.drive.two_slides_cycle(**pair, fs1=7.8)
+    >>> round(cycle.period, 6)
+    30.525932
+    >>> "period" in cycle.to_dict()
+    True
     """
 
     fs1: float
@@ -88,7 +98,13 @@ class SlidesCycle:
         return html_table("SlidesCycle", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python values."""
+        """Return plain Python values.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {
             "fs1": self.fs1,
             "period": self.period,
@@ -128,6 +144,13 @@ def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -
     Notes
     -----
     See `two_slides_onset`. With little damping cycles of several slips may go on below; its `end` tells.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> round(sf.theory.drive.two_slides_threshold(**pair), 6)
+    7.742902
     """
     pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
     return fc1 + difference(pair, _onset(pair, fc1)[0]) if _dips(pair) else float("inf")
@@ -140,6 +163,10 @@ def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> Sl
     ----------
     r, zeta, s1, s2, fc1, damping
         As in `two_slides_threshold`.
+
+    Returns
+    -------
+    SlidesCycle
 
     Raises
     ------
@@ -154,6 +181,13 @@ def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> Sl
     closed-form slip and stick whose slip ends with w = w' = 0. The first guess is the slip after a long stick, which
     starts at ``a + b delta``: of all times t the least ``delta(t)`` with w(t) = 0. Where delta falls from the grazing
     orbit on, into the family, its least value is a fold. Derived in derivations/guida.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> round(sf.theory.drive.two_slides_onset(**pair).period, 6)
+    30.34765
     """
     pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
     return _cycle(pair, fc1, *_onset(pair, fc1))
@@ -169,12 +203,23 @@ def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") 
     fs1 : float
         Static friction over ``m1 omega1 v``.
 
+    Returns
+    -------
+    SlidesCycle
+
     Raises
     ------
     NotFound
         If there is no cycle of one slip and one stick.
     SceneError
         If a parameter is bad.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> round(sf.theory.drive.two_slides_cycle(**pair, fs1=7.8).period, 6)
+    30.525932
     """
     pair, fc1 = Pair(*ratios(r, zeta, s1, s2, damping)), _kinetic(fc1)
     delta = finite(fs1, "fs1") - fc1
@@ -198,11 +243,28 @@ def two_slides_thresholds(
     parameter : {"r", "zeta", "s1", "s2"}
         Given by `values`; the others by themselves.
     values : sequence of float
+    r, zeta, s1, s2, fc1 : float
+        The others of the parameters of `two_slides_threshold`.
+    damping : {"omega1", "omega2"}
+        What s2 refers to.
 
     Returns
     -------
     ndarray, shape (n,)
         As `two_slides_threshold`.
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> found = sf.theory.drive.two_slides_thresholds("s1", [0.2, 0.25], r=0.5, zeta=2, s2=0.3)
+    >>> round(float(np.asarray(found)[0]), 6)
+    7.742902
     """
     given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
     if parameter not in given:

@@ -40,6 +40,13 @@ class SlopeLimits:
         mu above which the damping is positive definite: enough for stability.
     exact : float
         mu above which every eigenvalue has a negative real part; not above `definite`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> round(sf.theory.drive.slope_limits(**pair).to_dict()["definite"], 6)
+    -0.15
     """
 
     definite: float
@@ -49,7 +56,13 @@ class SlopeLimits:
         return f"SlopeLimits(definite {self.definite:.6g}, exact {self.exact:.6g})"
 
     def to_dict(self) -> dict:
-        """Return plain Python numbers."""
+        """Return plain Python numbers.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {"definite": self.definite, "exact": self.exact}
 
 
@@ -62,6 +75,18 @@ def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
     symmetric : bool
         The second equation divided by r, so that M = diag(1, 1/r) and B is symmetric; otherwise M is the unit matrix,
         as (24) is written.
+
+    Returns
+    -------
+    Matrix, shape (2, 2)
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.drive.damping_matrix()
+    Matrix([
+    [2*mu + 2*s1,             -2*mu],
+    [      -2*mu, (2*d2 + 2*mu*r)/r]])
     """
     second = 1 / r if symmetric else sp.Integer(1)
     return sp.Matrix([[FIRST, -2 * mu], [-2 * r * mu * second, SECOND * second]])
@@ -71,10 +96,20 @@ def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
 def definite_condition() -> sp.Expr:
     """Return r times the determinant of the symmetric B in `SYMBOLS`.
 
+    Returns
+    -------
+    Expr
+
     Notes
     -----
     ``4 (s1 d2 + mu (r s1 + d2))``: for mu < 0 it is positive exactly if B is positive definite. As a bound on mu it is
     Guida (27), ``s1 d2/(r s1 + d2) > -mu``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.drive.definite_condition()
+    4*d2*s1 + 4*mu*(d2 + r*s1)
     """
     return DEFINITE
 
@@ -83,10 +118,20 @@ def definite_condition() -> sp.Expr:
 def hurwitz_conditions() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return three expressions in `SYMBOLS`, all positive if and only if steady sliding is stable.
 
+    Returns
+    -------
+    tuple of Expr
+
     Notes
     -----
     ``B11 + B22``, ``k B11 + B22`` and ``(B11 + B22)(k B11 + B22) D + (1 - k)^2 B11 B22`` with k = 1/zeta^2 and D of
     `definite_condition`: Routh-Hurwitz in the form of Lienard and Chipart. Proved in derivations/guida.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> len(sf.theory.drive.hurwitz_conditions())
+    3
     """
     return FIRST + SECOND, STIFF, HURWITZ
 
@@ -113,6 +158,14 @@ def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = 
     Notes
     -----
     Largest negative zeros of `definite_condition` and of any of `hurwitz_conditions`; all are positive at mu = 0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
+    >>> limits = sf.theory.drive.slope_limits(**pair)
+    >>> sorted(limits.to_dict())
+    ['definite', 'exact']
     """
     values = ratios(r, zeta, s1, s2, damping)
     point = {symbol: sp.Rational(value) for symbol, value in zip(SYMBOLS, values, strict=False)}

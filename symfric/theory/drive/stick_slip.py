@@ -41,6 +41,12 @@ def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> 
     equilibrium w = 0 above the corner no orbit comes down from there. The kinetic friction drops out. Proved in
     derivations/guida. With p* = 0 exactly and 0 < 1 + mu1 < 1e-5 the speed at the corner underflows, and the answer
     for mu2 < 1 is 0.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.drive.threshold(-0.3, 0.3, -0.2), 6)
+    1.859099
     """
     mu1, mu2, p_star = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(p_star, "p_star")
     if not p_star > -1:

@@ -24,6 +24,15 @@ class PositioningError:
     type : {"a", "b", "c", "none"}
         "a": the speed stays below v*; "b", "c": it exceeds v*, with mu2 >= 1 and below 1; "none": the slide does not
         move, because its static friction carries the spring.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> error = sf.theory.drive.positioning_error(-0.5, 0.8, 4.0)
+    >>> error.type
+    'c'
+    >>> sorted(error.to_dict())
+    ['type', 'value']
     """
 
     value: float
@@ -36,7 +45,13 @@ class PositioningError:
         return html_table("PositioningError", self.to_dict())
 
     def to_dict(self) -> dict:
-        """Return plain Python values."""
+        """Return plain Python values.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         return {"value": self.value, "type": self.type}
 
 
@@ -87,6 +102,12 @@ def positioning_error(
     Guida (15), (20). With w = x' the motion is ``w'' + 2 mu(w) w' + w = 0`` from (w, w') = (0, lambda), and ends at
     w = 0 with ``w' = -Delta S_lambda``; ``Delta S = lambda + Delta S_lambda``. A slide at rest holds exactly if
     ``lambda <= eps``. The source's (19b) is the limit `steep_error`. Proved in derivations/guida.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.drive.positioning_error(-0.5, 0.8, 4.0)
+    PositioningError(6.28739, type c)
     """
     mu1, mu2, lam, epsilon = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(lam, "lam"), finite(epsilon, "epsilon")
     if epsilon < 0:
@@ -116,9 +137,24 @@ def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigm
     sigma : float
         Damping ratio >= 0.
 
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of its range.
+
     Notes
     -----
     Guida (8), (14): ``f(0) - f_c = 2 mu1 + 2 mu2 (V - 1)`` for V >= 1 and ``2 mu1 V`` below, to ground.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.drive.excess(-0.5, 0.8, 2.0), 6)
+    0.6
     """
     mu1, mu2, speed = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(speed, "speed")
     if not speed > 0:
@@ -131,10 +167,27 @@ def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigm
 def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the largest lambda of type "a"; 0 for mu1 <= -1.
 
+    Parameters
+    ----------
+    mu1 : float, optional
+        Half the slope of the force over the speed below the corner.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     ``exp(mu1 acos(mu1)/sqrt(1 - mu1^2))``: the free motion on the first section reaches its largest speed, here v*,
     after ``acos(mu1)/sqrt(1 - mu1^2)``; the point E* of Guida, figure 9.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.drive.type_limit(-0.5), 6)
+    0.298436
     """
     formula = sp.exp(MU1 * sp.acos(MU1) / sp.sqrt(1 - MU1**2))
     if symbolic:
@@ -149,9 +202,28 @@ def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | s
 def single_section_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
     """Return Delta S of type "a", ``|mu1| < 1``; Guida (19) line 1, which prints Delta S_lambda for it.
 
+    Parameters
+    ----------
+    mu1 : float, optional
+        Half the slope of the force over the speed below the corner.
+    lam : float, optional
+        Force of the spring at the stop less the kinetic friction at rest.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     ``lambda (1 + exp(-mu1 pi/sqrt(1 - mu1^2)))``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.drive.single_section_error(-0.5, 1.0), 6)
+    7.133707
     """
     formula = LAM * (1 + sp.exp(-MU1 * sp.pi / sp.sqrt(1 - MU1**2)))
     return formula if symbolic else _underdamped(formula, mu1, lam)
@@ -161,11 +233,30 @@ def single_section_error(mu1: float | None = None, lam: float | None = None, *, 
 def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
     """Return the limit of Delta S for mu2 -> infinity, ``|mu1| < 1``; Guida (19) line 2, where a factor is missing.
 
+    Parameters
+    ----------
+    mu1 : float, optional
+        Half the slope of the force over the speed below the corner.
+    lam : float, optional
+        Force of the spring at the stop less the kinetic friction at rest.
+    symbolic : bool
+        Return the formula in `SYMBOLS` instead of a number.
+
+    Returns
+    -------
+    float or Expr
+
     Notes
     -----
     ``lambda + exp(-mu1 acos(-mu1)/sqrt(1 - mu1^2))``; for mu1 < 0, with psi of (18), ``lambda - 2 mu1 psi(0, mu1)
     /psi(-1/(2 mu1), mu1)``. The speed stays v* until the slide is ``-2 mu1`` beyond the kinetic equilibrium. Nearly so
     for type "b"; it holds where lambda exceeds `type_limit`.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> round(sf.theory.drive.steep_error(-0.5, 4.0), 6)
+    5.830519
     """
     formula = LAM + sp.exp(-MU1 * sp.acos(-MU1) / sp.sqrt(1 - MU1**2))
     return formula if symbolic else _underdamped(formula, mu1, lam)

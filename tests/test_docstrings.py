@@ -1,0 +1,123 @@
+"""Every public name explains itself: arguments, results, exceptions, and an example that runs."""
+
+import doctest
+import inspect
+import re
+from collections import defaultdict
+from dataclasses import fields, is_dataclass
+
+import matplotlib
+import pytest
+
+import symfric as sf
+from docs.public_names import public_methods, public_names
+
+NAMES = {name: thing for name, thing in public_names().items() if callable(thing)}
+FUNCTIONS = {name: thing for name, thing in NAMES.items() if not inspect.isclass(thing)}
+CLASSES = {name: thing for name, thing in NAMES.items() if inspect.isclass(thing)}
+METHODS = {f"{n}.{m}": (kind, m) for n, kind in CLASSES.items() for m in public_methods(kind)}
+
+
+def sections(doc):
+    """Return the text of each section of a docstring in numpydoc's manner."""
+    parts = re.split(r"^(\S[^\n]*)\n-{3,}\n", f"{doc or ''}\n", flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def told(section):
+    """Return the names before the colons of a section, ``a, b : float`` as both."""
+    lines = [line for line in section.splitlines() if line and not line.startswith(" ")]
+    return {name.strip(" *") for line in lines for name in line.split(" :")[0].split(",")}
+
+
+def arguments(function):
+    return [p for p in inspect.signature(function).parameters if p not in ("self", "cls") and not p.startswith("_")]
+
+
+def raised(function):
+    """Return the exceptions that the source of a function raises itself."""
+    return set(
+        re.findall(r"raise (SceneError|NotFound|NoRoute|RunFailed)\(", inspect.getsource(inspect.unwrap(function)))
+    )
+
+
+def missing(name, function, example=True):
+    """Return what the docstring of a function does not tell."""
+    said = sections(inspect.getdoc(function))
+    found = [f"{name}: {p}" for p in arguments(function) if p not in told(said.get("Parameters", ""))]
+    if inspect.signature(function).return_annotation not in (None, "None") and "Returns" not in said:
+        found.append(f"{name}: Returns")
+    found += [f"{name}: {error}" for error in raised(function) if error not in said.get("Raises", "")]
+    return found + ([f"{name}: Examples"] if example and "Examples" not in said else [])
+
+
+def test_the_audit_sees_what_is_missing():
+    def bare(a, b):
+        """Do.
+
+        Parameters
+        ----------
+        a : float
+        """
+        if a:
+            raise sf.SceneError("no")
+        raise NotFound(b)
+
+    NotFound = sf.NotFound
+    assert missing("bare", bare) == ["bare: b", "bare: Returns", "bare: NotFound", "bare: Examples"]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_tell_everything(name):
+    assert missing(name, FUNCTIONS[name]) == []
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_classes_tell_everything(name):
+    kind = CLASSES[name]
+    said = sections(inspect.getdoc(kind))
+    own = [f.name for f in fields(kind) if f.repr and not f.name.startswith("_")] if is_dataclass(kind) else []
+    own += getattr(kind, "_fields", ())
+    listed = told(said.get("Attributes", "") + "\n" + said.get("Parameters", ""))
+    assert [f for f in own if f not in listed and f != "linear"] == []
+    for attribute, value in vars(kind).items():
+        if isinstance(value, property) and not attribute.startswith("_"):
+            assert value.__doc__, f"{name}.{attribute} has no docstring"
+    assert "Examples" in said
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_methods_tell_everything(name):
+    kind, method = METHODS[name]
+    shown = f".{method}(" in sections(inspect.getdoc(kind)).get("Examples", "")
+    assert missing(name, getattr(kind, method), example=not shown) == []
+
+
+def examples():
+    """Return the examples of all public names by the module that holds them."""
+    parser, found = doctest.DocTestParser(), defaultdict(list)
+    things = {**NAMES, **{n: getattr(kind, m) for n, (kind, m) in METHODS.items()}}
+    seen = set()
+    for name, thing in things.items():
+        text = inspect.getdoc(thing) or ""
+        if ">>>" in text and text not in seen:
+            seen.add(text)
+            module = inspect.unwrap(thing).__module__
+            found[module].append(parser.get_doctest(text, {}, name, module, 0))
+    return found
+
+
+EXAMPLES = examples()
+
+
+@pytest.mark.parametrize("module", EXAMPLES)
+def test_examples_run_and_print_what_they_say(module, tmp_path, monkeypatch):
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)  # some write files
+    runner, report = doctest.DocTestRunner(verbose=False), []
+    for test in EXAMPLES[module]:
+        runner.run(test, out=report.append)
+        plt.close("all")
+    assert runner.failures == 0, "".join(report)
