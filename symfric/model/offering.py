@@ -38,13 +38,26 @@ def offer(package: str) -> None:
     Parameters
     ----------
     package : str
-        Name of a loaded module with ``__all__``.
+        Name of a loaded module; modules among its public names are offered too.
     """
     module = sys.modules[package]
+    if "__all__" not in vars(module):
+        vars(module)["__all__"] = _own_names(module)
     for name in module.__all__:
-        if name in vars(module):
-            setattr(module, name, guarded(vars(module)[name], package))
+        thing = vars(module).get(name)
+        if type(thing) is ModuleType and thing.__name__.startswith("symfric."):
+            offer(thing.__name__)
+        elif thing is not None:
+            setattr(module, name, guarded(thing, package))
     module.__class__ = _Package
+
+
+def _own_names(module: ModuleType) -> list[str]:
+    """Return the public names of what a module defines: functions, classes, and constants of its classes."""
+    public = {n: t for n, t in vars(module).items() if not n.startswith("_")}
+    classes = tuple(t for t in public.values() if inspect.isclass(t) and t.__module__ == module.__name__)
+    own = (n for n, t in public.items() if getattr(t, "__module__", "") == module.__name__ or isinstance(t, classes))
+    return sorted(own)
 
 
 def guarded(thing, package: str):

@@ -30,7 +30,19 @@ _SHARP = 1e-12  # least distance of the energy from the top of a hill, relative 
 
 
 class WavinessSymbols(NamedTuple):
-    """Symbols of the closed forms, named as in `symfric.scenes.wavy_belt` and `symfric.laws.cubic`."""
+    """Symbols of the closed forms, named as in `symfric.scenes.wavy_belt` and `symfric.laws.cubic`.
+
+    Attributes
+    ----------
+    v_b, beta, gamma2, F, k, mu_s, mu_m, v_m : Symbol
+        As in the scene: belt speed, damping ratio, load, waves of the belt, coefficients of the law.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> sf.theory.waviness.SYMBOLS.k
+    k
+    """
 
     v_b: sp.Symbol
     beta: sp.Symbol
