@@ -96,6 +96,11 @@ def test_every_script_is_listed():
     assert len(SCRIPTS) >= 8
 
 
+def test_every_script_has_a_picture_for_the_gallery():
+    pictures = FOLDER.parent / "docs" / "gallery" / "pictures"
+    assert sorted(SCRIPTS) == sorted(p.stem for p in pictures.glob("*.py"))
+
+
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_a_script_answers_its_question(name, capsys):
     pytest.importorskip(NEEDS.get(name, "symfric"), reason="an extra that the example needs is not installed")

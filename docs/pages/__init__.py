@@ -13,6 +13,7 @@ def setup(app):
     mathml.setup(app)
     app.connect("builder-inited", _make)
     app.connect("autodoc-process-docstring", names.explain_data)
+    app.connect("autodoc-process-docstring", names.escape_bars)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 

@@ -33,6 +33,7 @@ PLACES = (
     ("scene", schema.OwnScene),
     ("friction", schema.FrictionTable),
     ("sweep", schema.Sweep),
+    ("identify", schema.Identify),
 )
 
 
@@ -61,7 +62,7 @@ def _rows(place: str, section: type[BaseModel]) -> list[str]:
         path = f"{place}.{key}" if place else key
         if name not in said:
             raise KeyError(f"{section.__name__}.{name} has no meaning; add it to the Attributes of its class")
-        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "design"))):
+        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "design", "identify"))):
             kind = f"table `[{path}]`" if inner else _kind(hints[name])
             rows.append(f"| `{path}` | {kind}{_default(field)} | {said[name]} |")
             if inner and name != "motion":

@@ -1,6 +1,7 @@
 """Reference pages of the public names, grouped by the layer that defines them."""
 
 import inspect
+import re
 import sys
 from pathlib import Path
 
@@ -53,6 +54,16 @@ def explain_data(_app, what: str, _name: str, thing, _options, lines: list[str])
         lines[:] = data_comment(thing)
 
 
+def escape_bars(_app, _what: str, _name: str, _thing, _options, lines: list[str]) -> None:
+    """Escape the bars of absolute values, which mean substitutions in reStructuredText, outside literals and code."""
+    code = False
+    for k, line in enumerate(lines):
+        code = line.strip().startswith((">>>", "...")) or (code and bool(line.strip()))
+        if not code and "|" in line:
+            parts = re.split(r"(`[^`]*`)", line)
+            lines[k] = "".join(p if p.startswith("`") else p.replace("|", "\\|") for p in parts)
+
+
 def data_comment(thing) -> list[str]:
     """Return the comment ``#:`` above the definition of a constant."""
     for module in [m for n, m in sys.modules.items() if n.startswith("symfric.")]:
@@ -101,5 +112,6 @@ def _page(title: str, words: str, members: list[tuple[str, object]]) -> str:
 def _first_line(thing) -> str:
     if not (inspect.isclass(thing) or callable(thing)):
         return " ".join(data_comment(thing))
-    words = (inspect.getdoc(thing) or "").split("\n\n")[0].replace("\n", " ")
-    return words or "\\"
+    lines = [" ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split())]
+    escape_bars(None, "", "", thing, None, lines)
+    return lines[0] or "\\"

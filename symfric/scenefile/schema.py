@@ -145,7 +145,23 @@ class Sweep(Section):
 
 
 class Identify(Section):
-    """The section ``[identify]``: a record, what it measures, and the unknowns with their bounds."""
+    """The section ``[identify]``: a record, what it measures, and the unknowns with their bounds.
+
+    Attributes
+    ----------
+    record
+        Path of a table with a column t, beside the scene file.
+    unknowns
+        Bounds of each value to fit; ``"NAME.offset"`` and the like for those of a column.
+    observed
+        What a column of the record measures; the state of its name unless given.
+    sigma
+        Standard deviation of the noise, one for all columns or one for each.
+    starts
+        Starts of the search.
+    seed
+        Of the starts.
+    """
 
     record: Text
     unknowns: Annotated[dict[str, Range], Field(min_length=1, max_length=MAX_TABLES)]
@@ -176,6 +192,8 @@ class Document(Section):
         Values of one parameter, and how the vibration is measured.
     design
         Designs to compute.
+    identify
+        A record, and what shall be found from it.
     units
         Unit of a state, a value or ``t``, for axes and tables.
     """
