@@ -51,6 +51,8 @@ class ContactDynamics:
         Parameters that the graphs take as numbers instead.
     free : mapping of Symbol to SX
         Parameters that are other graphs, and change along a run.
+    rows : mapping of Symbol to SX, optional
+        Graphs in place of the rows of a linear part; forces and loads then do not show how they depend on the states.
 
     Attributes
     ----------
@@ -82,6 +84,7 @@ class ContactDynamics:
         inputs: Sequence[sp.Symbol] = (),
         constants: Mapping[sp.Symbol, sp.Expr] | None = None,
         free: Mapping[sp.Symbol, ca.SX] | None = None,
+        rows: Mapping[sp.Symbol, ca.SX] | None = None,
     ):
         self.contacts = tuple(c for c in contacts if c.along_line)
         behind = tuple(c for c in contacts if not c.along_line)
@@ -98,7 +101,7 @@ class ContactDynamics:
         symbols |= dict(zip(system.states, ca.vertsplit(self.y), strict=True))
         symbols |= {s: self.p[i] for i, s in enumerate(self.parameters)}
         if system.linear is not None:
-            symbols |= rows_in(system.linear, self.q, self.u)
+            symbols |= rows_in(system.linear, self.q, self.u) if rows is None else rows
         for k, s in enumerate(self.inputs):
             start, value, slope = ca.vertsplit(self.p[own + 3 * k : own + 3 * k + 3])
             symbols[s] = value + slope * (self.t - start)

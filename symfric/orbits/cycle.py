@@ -10,8 +10,9 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
-from symfric.orbits.flow_map import FlowMap, Passage, flow_of
+from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.guess import Fades, Guess, settled
+from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run

@@ -8,76 +8,25 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.errors import NotFound, SceneError
+from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower
-from symfric.lower.mode_layout import backward, forward, slip_gap
+from symfric.lower.mode_layout import backward, forward
 from symfric.lower.relaxed_guards import LIFTS, lifted
-from symfric.lower.variational_equations import MANY, varied
 from symfric.model.constant_parameters import vanishing
 from symfric.model.excitation import excitation_of
-from symfric.model.outputs import RANGE, TURN, End, Row, Trajectory
+from symfric.model.outputs import RANGE, End, Row, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
-from symfric.orbits.sizes import filled
-from symfric.solve.loop.workspace import LoopArrays
-from symfric.solve.observables import Wanted
+from symfric.orbits.passages import Passage, runs_of
 from symfric.solve.program import Numbers
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
-from symfric.solve.status import Status
-from symfric.solve.taylor.route import Taylor
-from symfric.solve.taylor.sensitive_route import sensitive_model
 
-# budgets of one period; a motion off its orbit may need very many steps
-BUDGETS = Taylor(max_steps=50_000, max_events=5_000)
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
-_SLOTS = 6  # states by which one run differentiates, if there are many
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
 _FLOWS: dict[tuple, "FlowMap"] = {}  # compiled flow maps by their equations
-
-
-class Passage(NamedTuple):
-    """One evaluation of the flow map, with derivatives.
-
-    Attributes
-    ----------
-    end : ndarray, shape (n_x,)
-    by_start : ndarray, shape (n_x, n_x)
-        Derivatives of the end by the start: the monodromy matrix if the passage is a period.
-    by_value : ndarray, shape (n_x, n_p)
-        Derivatives of the end by the parameters of the flow map.
-    rate : ndarray, shape (n_x,)
-        State derivative at the end.
-    events : tuple of (float, int, int, int)
-        Time, contact, mode before and after.
-    modes : tuple of int
-        Of the contacts at the end.
-    gaps : ndarray, shape (3 n_c,)
-        Least local minimum of each guard (slip, reserve to either static bound); infinite if it has none.
-    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
-    low, high : ndarray, shape (n_x,)
-        Extremes of the states.
-    ranges : ndarray, shape (n_x,)
-        The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.filled`.
-    doubtful : bool
-        Whether the derivatives do not exist.
-    """
-
-    end: np.ndarray
-    by_start: np.ndarray
-    by_value: np.ndarray
-    rate: np.ndarray
-    events: tuple[tuple[float, int, int, int], ...]
-    modes: tuple[int, ...]
-    gaps: np.ndarray
-    gaps_by_start: np.ndarray
-    gaps_by_value: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    ranges: np.ndarray
-    doubtful: bool
 
 
 class Guard(NamedTuple):
@@ -128,16 +77,9 @@ class FlowMap:
         self.tolerance = tolerance
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
-        n_gaps = slip_gap(len(self.lines))
-        n_x = len(self.states)
-        self._slots = n_x if n_x <= MANY else _SLOTS
-        directions = (*self.states[: self._slots], *self.parameters)  # the states' columns start with what a run needs
-        variations = varied(self._automaton, self.scene, directions, n_gaps)
-        wanted = Wanted((*[Row(TURN, sp.S.Zero)] * n_gaps, *rows), {}, False, True)
-        self._model = sensitive_model(self.scene, variations, wanted, tolerance, BUDGETS)
+        self._runs = runs_of(self.scene, self._automaton, self.parameters, tolerance)
         own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.lines)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
-        self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
         self._guards = _guard_rates(self._automaton)
         self._motions: dict[float, Program] = {}
         self.period: Callable[[Mapping[str, float]], float] | None = None
@@ -210,63 +152,7 @@ class FlowMap:
         """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
         raised = np.zeros(LIFTS * len(self.lines)) if lift is None else lift
-        found: list[tuple[Passage, np.ndarray, np.ndarray]] = []
-        for first in self._starts:
-            workspace = self._model.workspace()
-            workspace.arrays.clock.t_end = time
-            status = workspace.drive(np.concatenate([y, first]), np.concatenate([p, raised]), None)
-            w = workspace.arrays
-            log = workspace.take_log()
-            if status == Status.OK:
-                found.append((self._passage(w, log), w.p.copy(), w.m.copy()))
-            self._model.give_back(workspace)
-            if status != Status.OK:
-                raise NotFound(f"the motion from this start ends early: {status.name}")
-        return self._together([passage for passage, _, _ in found]), *found[0][1:]
-
-    def _columns(self, k: int) -> np.ndarray:
-        """Return the start of the derivatives by the states from number k on, and by the parameters."""
-        columns = np.zeros((self._slots + len(self.parameters), len(self.states)))
-        for i in range(min(self._slots, len(self.states) - k)):
-            columns[i, k + i] = 1.0
-        return columns.ravel()
-
-    def _together(self, parts: list[Passage]) -> Passage:
-        """Return one passage with the derivatives by all states from several, each with those by some."""
-        if len(parts) == 1:
-            return parts[0]
-        n_x = len(self.states)
-        by_start = np.hstack([part.by_start for part in parts])[:, :n_x]
-        gaps = np.hstack([part.gaps_by_start for part in parts])[:, :n_x]
-        doubtful = any(part.doubtful for part in parts)
-        return parts[0]._replace(by_start=by_start, gaps_by_start=gaps, doubtful=doubtful)
-
-    def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
-        """Copy the results of a run from its arrays."""
-        n_x, n_p = len(self.states), len(self.parameters)
-        n_g, n_s = slip_gap(len(self.lines)), self._slots + n_p
-        n_e = n_x + n_g
-        V = w.y[n_x:-1].reshape(n_s, n_x).T
-        follow = w.total[n_e:, 0].reshape(n_g, n_s)
-        events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
-        modes = self._automaton.layout.modes(w.m)
-        rate = self._automaton.field(w.y[:n_x], w.y[-1], w.p, w.m)[0]
-        low, high = w.total[n_g:n_e, 0].copy(), w.total[n_g:n_e, 1].copy()
-        return Passage(
-            end=w.y[:n_x].copy(),
-            by_start=V[:, : self._slots].copy(),
-            by_value=V[:, self._slots :].copy(),
-            rate=np.array(rate).ravel(),
-            events=events,
-            modes=tuple(modes.tolist()),
-            gaps=w.total[:n_g, 0].copy(),
-            gaps_by_start=follow[:, : self._slots].copy(),
-            gaps_by_value=follow[:, self._slots :].copy(),
-            low=low,
-            high=high,
-            ranges=filled(high - low, self._automaton.n_q),
-            doubtful=bool(w.counts.doubts),
-        )
+        return self._runs.follow(y, np.concatenate([p, raised]), time)
 
 
 def _guard_rates(automaton: Automaton) -> ca.Function:

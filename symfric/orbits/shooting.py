@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.flow_map import FlowMap, Passage
+from symfric.orbits.flow_map import FlowMap
+from symfric.orbits.passages import Passage
 
 MOST_STEPS = 25
 CLOSED = 1e-12  # largest gap between end and start of a periodic orbit, relative to the range of a state

@@ -6,7 +6,8 @@ import numpy as np
 
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.errors import NotFound
-from symfric.orbits.flow_map import Passage, flow_of
+from symfric.orbits.flow_map import flow_of
+from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import ShootingSystem, TestFunction, solve
 
 _FAR = 0.2  # relative correction of the amplitude above which it belongs to another orbit

@@ -10,7 +10,8 @@ from symfric.errors import NotFound
 from symfric.lower.mode_layout import contact_of_gap, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lift_of
 from symfric.orbits.cycle import multipliers_of
-from symfric.orbits.flow_map import FlowMap, Guard, Passage
+from symfric.orbits.flow_map import FlowMap, Guard
+from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, TestFunction, solve, step_of
 
 LIFTED = 1e3  # shift of a relaxed guard in units of its size; no motion reaches it

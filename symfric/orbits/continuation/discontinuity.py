@@ -20,7 +20,7 @@ from symfric.orbits.continuation.bifurcations import (
     signature,
     slip_ends,
 )
-from symfric.orbits.flow_map import Passage
+from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # distances from a corner, relative to the span, at which its other side is sought

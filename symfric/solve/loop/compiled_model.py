@@ -65,6 +65,13 @@ class CompiledModel:
         for _, array in first.items():
             array.setflags(write=False)
 
+    def pausing(self) -> "CompiledModel":
+        """Return the same with a pause after every step, at which `progress` is called."""
+        limits = self.first.limits.copy()
+        limits.chunk = 1
+        first = replace(self.first, limits=limits)
+        return CompiledModel(self.loop, self._code, first, self.shared, self.wanted, self.n_x, self.horizon)
+
     def workspace(self) -> "Workspace":
         """Borrow a workspace for one run, to be returned by `give_back`."""
         try:

@@ -1,0 +1,228 @@
+"""Passages of a scene: runs over a time with derivatives by the start and by parameters, in one of two ways.
+
+With few states the variational equations are part of the run. With many states of a structure the run is recorded, and
+the derivatives are followed along it, see `symfric.orbits.variations`; other scenes with many states are run several
+times, each time with the derivatives by some of the states.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NoRoute, NotFound
+from symfric.lower.automaton import Automaton
+from symfric.lower.channels import channels_of
+from symfric.lower.mode_layout import slip_gap
+from symfric.lower.variational_equations import MANY, varied
+from symfric.model.outputs import RANGE, TURN, Row
+from symfric.model.scene import Scene
+from symfric.orbits.recorded_steps import Recorder
+from symfric.orbits.sizes import filled
+from symfric.orbits.variations import Variations
+from symfric.solve.loop.model import series_model
+from symfric.solve.loop.workspace import LoopArrays
+from symfric.solve.observables import Wanted
+from symfric.solve.status import Status
+from symfric.solve.taylor.expansion import is_branching
+from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
+from symfric.solve.taylor.sensitive_route import sensitive_model
+
+# budgets of one period; a motion off its orbit may need very many steps
+BUDGETS = Taylor(max_steps=50_000, max_events=5_000)
+_SLOTS = 6  # states by which one run differentiates, if there are many
+
+
+class Passage(NamedTuple):
+    """One evaluation of the flow map, with derivatives.
+
+    Attributes
+    ----------
+    end : ndarray, shape (n_x,)
+    by_start : ndarray, shape (n_x, n_x)
+        Derivatives of the end by the start: the monodromy matrix if the passage is a period.
+    by_value : ndarray, shape (n_x, n_p)
+        Derivatives of the end by the parameters of the flow map.
+    rate : ndarray, shape (n_x,)
+        State derivative at the end.
+    events : tuple of (float, int, int, int)
+        Time, contact, mode before and after.
+    modes : tuple of int
+        Of the contacts at the end.
+    gaps : ndarray, shape (3 n_c,)
+        Least local minimum of each guard (slip, reserve to either static bound); infinite if it has none.
+    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
+    low, high : ndarray, shape (n_x,)
+        Extremes of the states.
+    ranges : ndarray, shape (n_x,)
+        The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.filled`.
+    doubtful : bool
+        Whether the derivatives do not exist.
+    """
+
+    end: np.ndarray
+    by_start: np.ndarray
+    by_value: np.ndarray
+    rate: np.ndarray
+    events: tuple[tuple[float, int, int, int], ...]
+    modes: tuple[int, ...]
+    gaps: np.ndarray
+    gaps_by_start: np.ndarray
+    gaps_by_value: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    ranges: np.ndarray
+    doubtful: bool
+
+
+Followed = tuple[Passage, np.ndarray, np.ndarray]  # with parameters and modes at the end
+
+
+class Runs(Protocol):
+    """How passages are computed."""
+
+    def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
+        """Return the passage from state y with parameters p over a time, and parameters and modes at its end.
+
+        Raises
+        ------
+        NotFound
+            If the run ends early.
+        """
+        ...
+
+
+def runs_of(scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float) -> Runs:
+    """Return the way for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    automaton : Automaton
+        Whose first rows are the gaps of its contacts along lines, three each, and whose next rows are its states.
+    parameters : tuple of str
+        Parameters to differentiate by.
+    tolerance : float
+    """
+    if len(automaton.states) > MANY:
+        try:
+            return RecordedRun(scene, automaton, parameters, tolerance)
+        except NoRoute:
+            pass  # then in several runs
+    return DirectedRuns(scene, automaton, parameters, tolerance)
+
+
+def _wanted(automaton: Automaton, scene: Scene) -> Wanted:
+    rows = [Row(RANGE, s) for s in scene.system.states]
+    return Wanted((*[Row(TURN, sp.S.Zero)] * slip_gap(len(automaton.contacts)), *rows), {}, False, True)
+
+
+class DirectedRuns:
+    """Runs with the variational equations in all directions, or in some of them at a time."""
+
+    def __init__(self, scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float):
+        n_x = len(automaton.states)
+        self._automaton, self._parameters = automaton, parameters
+        self._slots = n_x if n_x <= MANY else _SLOTS
+        directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
+        variations = varied(automaton, scene, directions, slip_gap(len(automaton.contacts)))
+        self._model = sensitive_model(scene, variations, _wanted(automaton, scene), tolerance, BUDGETS)
+        self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
+
+    def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
+        """See `Runs`."""
+        found: list[Followed] = []
+        for first in self._starts:
+            workspace = self._model.workspace()
+            workspace.arrays.clock.t_end = time
+            status = workspace.drive(np.concatenate([y, first]), p, None)
+            w = workspace.arrays
+            log = workspace.take_log()
+            if status == Status.OK:
+                found.append((self._passage(w, log), w.p.copy(), w.m.copy()))
+            self._model.give_back(workspace)
+            if status != Status.OK:
+                raise NotFound(f"the motion from this start ends early: {status.name}")
+        return self._together([passage for passage, _, _ in found]), *found[0][1:]
+
+    def _columns(self, k: int) -> np.ndarray:
+        """Return the start of the derivatives by the states from number k on, and by the parameters."""
+        n_x = len(self._automaton.states)
+        columns = np.zeros((self._slots + len(self._parameters), n_x))
+        for i in range(min(self._slots, n_x - k)):
+            columns[i, k + i] = 1.0
+        return columns.ravel()
+
+    def _together(self, parts: list[Passage]) -> Passage:
+        """Return one passage with the derivatives by all states from several, each with those by some."""
+        if len(parts) == 1:
+            return parts[0]
+        n_x = len(self._automaton.states)
+        by_start = np.hstack([part.by_start for part in parts])[:, :n_x]
+        gaps = np.hstack([part.gaps_by_start for part in parts])[:, :n_x]
+        doubtful = any(part.doubtful for part in parts)
+        return parts[0]._replace(by_start=by_start, gaps_by_start=gaps, doubtful=doubtful)
+
+    def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
+        """Copy the results of a run from its arrays."""
+        n_x, n_p = len(self._automaton.states), len(self._parameters)
+        n_g, n_s = slip_gap(len(self._automaton.contacts)), self._slots + n_p
+        n_e = n_x + n_g
+        V = w.y[n_x:-1].reshape(n_s, n_x).T
+        follow = w.total[n_e:, 0].reshape(n_g, n_s)
+        by_start, by_value = np.split(V.copy(), [self._slots], axis=1)
+        gaps = tuple(np.split(follow.copy(), [self._slots], axis=1))
+        return _passage_of(self._automaton, w, log, (by_start, by_value), gaps, bool(w.counts.doubts))
+
+
+class RecordedRun:
+    """One run, and the derivatives along its recorded steps."""
+
+    def __init__(self, scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float):
+        n_rows = slip_gap(len(automaton.contacts))
+        channels = channels_of(scene, frozenset(parameters))
+        self._automaton = automaton
+        self._variations = Variations(automaton, channels, parameters, n_rows)
+        order = order_for(tolerance, len(automaton.states), is_branching(automaton.field))
+        budgets, fine = (BUDGETS.max_steps, BUDGETS.max_events), MARGIN * tolerance
+        variants, wanted = variants_of(automaton, order, -1), _wanted(automaton, scene)
+        self._model = series_model(scene, automaton, variants, wanted, budgets, (fine, fine)).pausing()
+        self._n_rows = n_rows
+
+    def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
+        """See `Runs`."""
+        recorder = Recorder(self._model, self._n_rows)
+        status = recorder.drive(y, p, time)
+        if status != Status.OK:
+            raise NotFound(f"the motion from this start ends early: {status.name}")
+        w, n_x = recorder.arrays, len(y)
+        try:
+            found = self._variations.along(recorder.steps(), p)
+        except NoRoute as reason:
+            raise NotFound(f"no derivatives along this motion: {reason}") from None
+        by = tuple(np.split(found.end, [n_x], axis=1))
+        gaps = tuple(np.split(found.rows, [n_x], axis=1))
+        return _passage_of(self._automaton, w, recorder.log(), by, gaps, found.doubtful), w.p.copy(), w.m.copy()
+
+
+def _passage_of(automaton: Automaton, w: LoopArrays, log, by: Sequence, gaps: Sequence, doubtful: bool) -> Passage:
+    """Return the passage of a run."""
+    n_x, n_g = len(automaton.states), slip_gap(len(automaton.contacts))
+    low, high = w.total[n_g : n_g + n_x, 0].copy(), w.total[n_g : n_g + n_x, 1].copy()
+    rate = automaton.field(w.y[:n_x], w.y[-1], w.p[: automaton.field.nnz_in(2)], w.m)[0]
+    return Passage(
+        end=w.y[:n_x].copy(),
+        by_start=by[0],
+        by_value=by[1],
+        rate=np.array(rate).ravel(),
+        events=tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True)),
+        modes=tuple(automaton.layout.modes(w.m).tolist()),
+        gaps=w.total[:n_g, 0].copy(),
+        gaps_by_start=gaps[0],
+        gaps_by_value=gaps[1],
+        low=low,
+        high=high,
+        ranges=filled(high - low, automaton.n_q),
+        doubtful=doubtful,
+    )
