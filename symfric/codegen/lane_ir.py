@@ -108,7 +108,7 @@ def _is(a: Value, x: float) -> bool:
 
 
 class LaneCode:
-    """One function ``void name(double* S, double* none, i64* F)`` of blocks of `width` lanes: fields, masks."""
+    """One function ``void name(double* S, double* N, i64* F)`` of blocks of `width` lanes: fields, notes, masks."""
 
     def __init__(self, name: str, width: int):
         self._name, self._width = name, width
@@ -257,9 +257,9 @@ class LaneCode:
         return self._new(WHOLE, f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
 
     # memory
-    def _place(self, k: int) -> str:
+    def _place(self, k: int, of: str = "%S") -> str:
         d = self._type[REAL]
-        return f"{d}* {self._plain(f'getelementptr {d}, {d}* %S, i64 {k}')}, align {8 * self._width}"
+        return f"{d}* {self._plain(f'getelementptr {d}, {d}* {of}, i64 {k}')}, align {8 * self._width}"
 
     def load(self, k: int) -> Lanes:
         """Return field k."""
@@ -268,6 +268,10 @@ class LaneCode:
     def store(self, k: int, a) -> None:
         """Set field k."""
         self._lines.append(f"store {self._type[REAL]} {self._ref(a)}, {self._place(k)}")
+
+    def note(self, k: int, a) -> None:
+        """Set note k."""
+        self._lines.append(f"store {self._type[REAL]} {self._ref(a)}, {self._place(k, '%N')}")
 
     def store_mask(self, k: int, mask) -> None:
         """Set word k of the masks, one bit for each lane."""

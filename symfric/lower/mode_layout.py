@@ -164,6 +164,14 @@ class ModeLayout:
             first += contact.variables
         return found
 
+    def is_along_line(self, g: int) -> bool:
+        """Whether a guard is one of a contact that slips along a line."""
+        return g < backward(len(self.lines))
+
+    def is_switch(self, g: int) -> bool:
+        """Whether a guard is that of a switch."""
+        return switch(0, len(self.lines)) <= g < self.first_load
+
     def sign(self, j: int) -> int:
         """Return the index in m of the sign of switch j."""
         return sign(j, len(self.lines))

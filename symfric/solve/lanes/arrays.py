@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from symfric.codegen.array_table import IntegerMatrix, Integers, Matrix, Scalars
-from symfric.solve.lanes.fields import MASKS, Plan
+from symfric.solve.lanes.fields import NOTED, OWED_OF, Plan
 from symfric.solve.loop.case_arrays import CaseArrays
 
 _ALIGNED = 128  # bytes
@@ -15,11 +15,13 @@ _ALIGNED = 128  # bytes
 class Kernels(Scalars, kind=int):
     """Addresses of machine code, what cases there are, and where the fields of each kind begin."""
 
-    smooth: int  # kernels; the last two are zero where the event loop settles all events
+    smooth: int  # kernels; those that there are not are zero
     event: int
     stick: int
+    settles: int  # whether lanes choose the mode after an event
     closing: int  # whether there are no cases beside those that are handed out
     wanting: int  # whether a lane waits for one
+    calls: int  # number of calls of the event loop so far
     n_x: int
     n_e: int
     sticker: int  # see `symfric.solve.loop.workspace.LoopLimits`
@@ -29,18 +31,20 @@ class Kernels(Scalars, kind=int):
     end: int
     steps: int
     mark_steps: int
-    events: int
-    mark_events: int
-    grazes: int
     start: int
     scale: int
     first: int
     second: int
     aux: int
-    mode: int
-    way: int
     fresh: int
     little: int
+    slack: int
+    which: int
+    events: int
+    mark_events: int
+    grazes: int
+    mode: int
+    way: int
     rest: int
     other: int
     p: int
@@ -58,18 +62,35 @@ class LaneArrays(CaseArrays):
     state: Integers  # what the lanes that wait need, (width,)
     tables: IntegerMatrix  # of the workspaces, with result and trouble, (2 width, 3)
     masks: Integers
+    notes: Matrix  # what a kernel notes of a step for rows that it leaves, (3 + rows (order + 1), width)
 
 
-def lane_arrays(cases: CaseArrays, plan: Plan, width: int, addresses: dict[str, int]) -> LaneArrays:
-    """Return the arrays of one thread, which share those of the cases with all others."""
+def lane_arrays(
+    cases: CaseArrays, plan: Plan, width: int, addresses: dict[str, int], loop: int, tables: np.ndarray
+) -> LaneArrays:
+    """Return the arrays of one thread, which share those of the cases with all others.
+
+    Parameters
+    ----------
+    cases : CaseArrays
+    plan : Plan
+    width : int
+    addresses : dict of str to int
+        Of the kernels.
+    loop : int
+        Address of the event loop.
+    tables : ndarray
+        As in `LaneArrays`.
+    """
     at, kernels = plan.names(), Kernels.zeros()
     given = {f.name: getattr(cases, f.name) for f in fields(CaseArrays)} | {"place": cases.place.copy()}
     for name in Kernels.names:
         place = at.get(name, at.get(f"{name}0", -1))
         setattr(kernels, name, addresses.get(name, 0) if name in ("smooth", "event", "stick") else place)
-    kernels.closing, kernels.wanting = 0, 0
+    kernels.closing, kernels.wanting, kernels.calls, kernels.settles = 0, 0, 0, plan.settles
     kernels.n_x, kernels.n_e = plan.n_x, len(plan.rows)
     kernels.sticker = plan.automaton.sticks.index(True) if len(plan.variants) > 1 else -1
+    given["place"].loop = loop
     return LaneArrays(
         **given,
         kernels=kernels,
@@ -78,8 +99,9 @@ def lane_arrays(cases: CaseArrays, plan: Plan, width: int, addresses: dict[str, 
         case_of=np.full((2, width), -1, dtype=np.int64),
         room_of=np.arange(2 * width, dtype=np.int64).reshape(2, width),
         state=np.zeros(width, dtype=np.int64),
-        tables=np.zeros((2 * width, 3), dtype=np.int64),
-        masks=np.zeros(MASKS, dtype=np.int64),
+        tables=tables,
+        masks=np.zeros(OWED_OF + len(plan.rows), dtype=np.int64),
+        notes=_aligned(NOTED + len(plan.rows) * (plan.order + 1), width),
     )
 
 

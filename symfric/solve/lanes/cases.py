@@ -6,7 +6,6 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import load_loop
-from symfric.solve.lanes.arrays import lane_arrays
 from symfric.solve.lanes.fields import WANTING
 from symfric.solve.lanes.model import LaneModel
 from symfric.solve.loop.case_arrays import CaseArrays, make_arrays
@@ -23,10 +22,8 @@ def run_in_lanes(
     loop, model = load_loop("symfric.solve.lanes.entry", "the loop over lanes"), lanes.model
 
     def work(share: Share) -> Iterator[int]:
-        b, rooms = lane_arrays(share.arrays, lanes.plan, lanes.width, lanes.addresses), lanes.workspaces()
-        b.place.loop = model.loop.address
-        tables = [Table(room) for room in rooms]
-        b.tables[:] = [(t.address, t.result, t.trouble) for t in tables]
+        workspace = lanes.workspace()
+        b = workspace.taking(share.arrays)
         table, fresh, taken = Table(b), True, 0
         b.place.next, b.place.end = block = share.take()
         while code := loop.launch(table, fresh):
@@ -38,7 +35,7 @@ def run_in_lanes(
                 b.kernels.wanting, b.kernels.closing = 0, block[0] == block[1]
             else:
                 yield 0
-        lanes.give_back(rooms)
+        lanes.give_back(workspace)
         yield taken
 
     arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size)

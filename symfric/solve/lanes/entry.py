@@ -8,14 +8,16 @@ once: events in lanes as well, what is rare by the event loop, one case after th
 from symfric.codegen.loop_calls import FAILED, call_loop
 from symfric.codegen.numba_types import call_code, compiled, opener
 from symfric.solve.lanes.arrays import LaneArrays
-from symfric.solve.lanes.fields import CALLED, HELD, LEFT, WANTING
-from symfric.solve.lanes.transfer import MOVES, STICKS, readiness, to_lane, to_loop
+from symfric.solve.lanes.fields import CALLED, HELD, LEFT, MET, OWED, WANTING
+from symfric.solve.lanes.owed_rows import pay
+from symfric.solve.lanes.transfer import BEGINS, NOT, STICKS, readiness, to_lane, to_loop
 from symfric.solve.loop.case_results import take
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.status import PAUSED, Status
 
-# what a lane that waits is: without a case, ready to move, before an event, sticking, before something rare, amid that
-EMPTY, READY, EVENT, STUCK, RARE, LOOPING = range(6)
+# what a lane that waits is: without a case, ready to move, before an event, sticking, at an event whose mode the event
+# loop chooses, before something rare, amid that
+EMPTY, READY, EVENT, STUCK, TURNS, RARE, LOOPING = range(7)
 MOVING, WAITING = 0, 1  # the blocks
 _OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 _MOST = 100_000  # steps, about a hundredth of a second; then Python may report or stop
@@ -48,8 +50,10 @@ def launch(address, fresh):
         if alive == 0:
             return PAUSED if _find(b, LOOPING) >= 0 else _OK
         while left == 0 and done <= _MOST:
-            call_code(b.kernels.smooth, b.moving.ctypes.data, b.moving.ctypes.data, b.masks.ctypes.data)
+            call_code(b.kernels.smooth, b.moving.ctypes.data, b.notes.ctypes.data, b.masks.ctypes.data)
             left = b.masks[LEFT] & alive
+            if b.masks[OWED] & alive:
+                done += pay(b, _loop_at, b.moving, MOVING, alive)
             done += width
         for k in range(width):
             if (left >> k) & 1:
@@ -100,9 +104,9 @@ def _process(b, width):
     while again and spent <= _MOST:
         again = False
         for k in range(width):
-            if b.state[k] == RARE:
-                to_loop(b, _loop_at(b.tables[b.room_of[WAITING, k], 0]), b.waiting, k)
-            if b.state[k] == RARE or b.state[k] == LOOPING:
+            if b.state[k] == RARE or b.state[k] == TURNS:
+                to_loop(b, _loop_at(b.tables[b.room_of[WAITING, k], 0]), b.waiting, k, b.state[k] == TURNS)
+            if b.state[k] >= TURNS:
                 spent += _loop_on(b, k, 0)
             while b.state[k] == EMPTY and _next_case(b, k):
                 spent += _loop_on(b, k, 1)
@@ -115,13 +119,17 @@ def _process(b, width):
                 continue
             b.masks[CALLED] = called
             code = b.kernels.event if kind == EVENT else b.kernels.stick
-            call_code(code, b.waiting.ctypes.data, b.waiting.ctypes.data, b.masks.ctypes.data)
+            call_code(code, b.waiting.ctypes.data, b.notes.ctypes.data, b.masks.ctypes.data)
             spent += width
+            if b.masks[OWED]:
+                spent += pay(b, _loop_at, b.waiting, WAITING, called)
             for k in range(width):
                 if (called >> k) & 1:
                     if (b.masks[LEFT] >> k) & 1:
                         b.state[k], again = RARE, True
-                    elif (b.masks[HELD] >> k) & 1:
+                    elif b.kernels.settles == 0 and (b.masks[MET] >> k) & 1:
+                        b.state[k], again = TURNS, True
+                    elif kind == STUCK if b.kernels.settles == 0 else (b.masks[HELD] >> k) & 1 != 0:
                         b.state[k] = STUCK
                         again = again or kind == STUCK
                     else:
@@ -157,15 +165,16 @@ def _loop_on(b, k, fresh):
     while True:
         code = call_loop(b.place.loop, b.tables[room, 1], b.tables[room, 2], b.tables[room, 0], fresh)
         fresh, spent = 0, spent + 8  # each takes as long as some steps in lanes
+        b.kernels.calls += 1
         if code >= 0 or code == FAILED:
             take(b, w, case)
             b.status[case] = _NAN if code == FAILED else code
             b.state[k], b.case_of[WAITING, k] = EMPTY, -1
             return spent
         found = readiness(b, w)
-        if found in (MOVES, STICKS):
+        if found != NOT:
             to_lane(b, w, b.waiting, k)
-            b.state[k] = READY if found == MOVES else STUCK
+            b.state[k] = STUCK if found == STICKS else EVENT if found == BEGINS else READY
             return spent
         if spent > _MOST:
             b.state[k] = LOOPING

@@ -7,14 +7,13 @@ step again.
 import math
 from collections.abc import Sequence
 
-from symfric.codegen.lane_ir import moves
 from symfric.codegen.llvm_ir import Written
 from symfric.lower.constraint_forces import HOLDS
 from symfric.lower.mode_layout import backward, forward
 from symfric.solve.lanes.fields import HELD, Plan
-from symfric.solve.lanes.step import Step
+from symfric.solve.lanes.located import LocatedStep
 from symfric.solve.loop.model import joined_gauge
-from symfric.solve.loop.precision import EPS, MARCHES, MOST_DOUBT, ROUNDING, TIE
+from symfric.solve.loop.precision import EPS, MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.loop.workspace import COUPLING, DROP, FORCES, LOAD, PULL, SLIP, TERMS
 
 SLIPS, STICKS = 0, 1  # variants of the series
@@ -25,32 +24,20 @@ def event_step(plan: Plan, width: int, name: str, variant: int) -> Written:
     return _EventStep(plan, name, width, variant).written()
 
 
-class _EventStep(Step):
+class _EventStep(LocatedStep):
     """Writes such a kernel."""
 
     def __init__(self, plan: Plan, name: str, width: int, variant: int):
-        super().__init__(plan, name, width, variant, called=True)
+        super().__init__(plan, name, width, variant)
         self.sticks = variant == STICKS
+        if self.sticks:
+            self.starting = ()  # the guards of forces
 
     def written(self) -> Written:
-        g, v, n_x, old = self.g, self.v, self.plan.n_x, dict(self.v)
-        c = self.series()
-        h, far, last = self.lengths(c)
-        _, totals = self.reaches(c, h, far)
-        tau, which = far, g.select(self.called, 0.0, far - far)
-        for i in range(self.plan.n_g):
-            if any(moves(e) for e in c[n_x + i][1:]):
-                tau, which = self.first(c[n_x + i], i, totals[i], far, tau, which)
-        hit = tau < far
-        tau = g.select(hit, tau, h)
-        self.require(tau > 0.0)
-        gains, _ = self.reaches(c, tau, tau)
-        self.accept(c, tau, gains)
-        self.advance(c, tau, gains, last & ~hit)
-        v["fresh"] = v["fresh"] - v["fresh"]
+        g, v, old = self.g, self.v, dict(self.v)
+        hit, which, last = self.to_event()
         names = [n for n in self.at if n.startswith(("y", "scale", "other", "aux"))]
-        names += ["mode", "way", "fresh", "little", "rest", "events", "grazes"]
-        hit = g.logic("and", g.logic("and", hit, self.plain), self.called)
+        names += ["mode", "way", "fresh0", "little0", "rest", "events", "grazes"]
 
         def settle(olds: Sequence) -> list:
             before = dict(v)
@@ -66,96 +53,8 @@ class _EventStep(Step):
         *news, right = g.branch(hit, [*(v[n] for n in names), True], settle)
         v.update(zip(names, news, strict=True))
         self.plain = g.logic("and", whole, right)
-        self.finish(old, {HELD: g.equal(v["mode"], 0.0)})
+        self.finish(old, last, {HELD: g.equal(v["mode"], 0.0)})
         return g.written()
-
-    # -- where guards become negative
-    def first(self, row: list, i: int, total, far, tau, which) -> tuple:
-        """Return the time of the first event and its guard, this guard included."""
-        g, begin = self.g, row[0]
-        near = g.min(far, g.max(tau * (1.0 + 8.0 * EPS), 1e-3 * far))
-        still = total + g.abs(begin) <= 8.0 * EPS * self.v[f"scale{self.plan.n_x + i}"]
-        need = g.logic("and", g.logic("and", ~(begin > total) & ~still, self.plain), self.called)
-        if not self.sticks:
-            self.require(~(need & (self.v["fresh"] > 0.0)))
-
-        def find(olds: Sequence) -> list:
-            t, doubt = self.crossing(row, i, total, near, need)
-            sooner = need & (t < olds[0])
-            tie = need & ~sooner & (olds[0] < far) & (t <= olds[0] * (1.0 + 4.0 * EPS))
-            return [g.select(sooner, t, olds[0]), g.select(sooner, float(i), olds[1]), doubt | tie]
-
-        tau, which, doubt = g.branch(need, [tau, which, False], find)
-        self.require(~doubt)
-        return tau, which
-
-    def crossing(self, row: list, i: int, total, near, need) -> tuple:
-        """Return when a guard becomes negative, and where that is in doubt; see `symfric.solve.loop.polynomials`."""
-        g, n, begin = self.g, self.plan.order, row[0]
-        scale = self.v[f"scale{self.plan.n_x + i}"]
-        doubt = need & ((begin < 0.0) | ((begin <= 2.0 * EPS * scale) & (row[1] < 0.0)))
-        bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
-        for k in range(2, n + 1):
-            bend = bend + g.rounded(weight * (power * g.abs(row[k])))
-            power = power * near
-            weight, more = weight + more, more + 2.0
-        straight = g.equal(bend, 0.0) if moves(bend) else True
-        steep = begin < -row[1] * near
-        line = g.select(steep, -begin / g.select(steep, row[1], 1.0), 2.0 * near)
-        if not moves(bend):
-            return line, doubt
-        search = need & ~doubt & ~straight & ~self.stays(row, n, begin, total, near)
-
-        def body(state: Sequence) -> list:
-            go, t, f, slope, found, lost, rounds = state
-            falls = slope < 0.0
-            root = g.sqrt(g.rounded(slope * slope) + g.rounded(2.0 * bend * f))
-            step = g.select(falls, 2.0 * f, slope + root) / g.select(falls, root - slope, bend)
-            near_enough = go & falls & (bend * step * step <= -1e-16 * slope * t)
-            new = t + step
-            inside = new < near
-            found = g.select(near_enough & inside, new, found)
-            go = go & ~near_enough & inside
-            lost = lost | (go & g.equal(new, 0.0))
-            f_new, slope_new = self.value_and_slope(row, n, new)
-            on = go & (f_new <= 0.0)
-            found = g.select(on, new, found)
-            rounds = rounds - 1.0
-            live = go & ~on & ~g.equal(new, 0.0)
-            late = live & ~(rounds > 0.0)
-            live = live & ~late
-            return [
-                live,
-                g.select(live, new, t),
-                g.select(live, f_new, f),
-                g.select(live, slope_new, slope),
-                found,
-                lost | late,
-                rounds,
-            ]
-
-        zero = near - near
-        never = g.select(straight, line, 2.0 * near)
-        start = [search, zero, begin, row[1], never, search & ~search, zero + float(MARCHES)]
-        _, _, _, _, found, lost, _ = g.loop(start, body)
-        return found, doubt | lost
-
-    def value_and_slope(self, b: list, n: int, t) -> tuple:
-        """Return a polynomial and its derivative, as the function of this name does for one case."""
-        g = self.g
-        apart = lambda x, y: g.rounded(g.mul(x, y))  # noqa: E731
-        square = apart(t, t)
-        fourth = apart(square, square)
-        a, d = [0.0] * 4, [0.0] * 4
-        power, weight = 1.0, 0.0
-        for k in range(0, n + 1, 4):
-            for j in range(4):
-                part = apart(power, b[k + j] if k + j <= n else 0.0)
-                a[j], d[j] = g.add(a[j], part), g.add(d[j], apart(weight + j, part))
-            power = apart(power, fourth)
-            weight += 4.0
-        value = (a[0] + apart(t, a[1])) + apart(square, a[2] + apart(t, a[3]))
-        return value, (d[1] + apart(t, d[2])) + (d[0] / t + apart(square, d[3]))
 
     # -- the mode that follows
     def settle(self, hit, which) -> None:
@@ -166,7 +65,7 @@ class _EventStep(Step):
         self.require((at[LOAD] >= 0.0) & (at[DROP] >= 0.0))
         self.require(v["events"] < v["mark_events"])
         v[f"y{place}"] = v[f"y{place}"] - g.rounded(at[SLIP] / factor)
-        v["little"] = g.max(TIE * at[PULL], ROUNDING * at[FORCES])
+        v["little0"] = g.max(TIE * at[PULL], ROUNDING * at[FORCES])
         old = v["mode"]
         aux = self.of("aux", plan.n_aux)
         if self.sticks:
@@ -199,7 +98,7 @@ class _EventStep(Step):
         v["events"] = g.select(changed, v["events"] + 1.0, v["events"])
         v["grazes"] = g.select(changed, v["grazes"], v["grazes"] + 1.0)
         v["mode"], v["way"] = new, g.select(held, v["way"], way)
-        v["fresh"] = g.select(held, 0.0, 1.0 + (v["t"] - v["t"]))
+        v["fresh0"] = g.select(held, 0.0, 1.0 + (v["t"] - v["t"]))
         self.rest(held)
 
     def gauge(self, y: list) -> list:
@@ -222,8 +121,8 @@ class _EventStep(Step):
         g, v, plan = self.g, self.v, self.plan
         found, aux = self.probe(SLIPS, [0.0, way], aux)
         _, first, second, third = found[plan.n_x + backward(0)]
-        little = g.max(v["little"], 4.0 * EPS * g.abs(v["t"]) * g.abs(second))
-        backs = (first < -little) | ((first <= little) & (second * plan.horizon < -v["little"]))
+        little = g.max(v["little0"], 4.0 * EPS * g.abs(v["t"]) * g.abs(second))
+        backs = (first < -little) | ((first <= little) & (second * plan.horizon < -v["little0"]))
         idles = self.is_zero(first) & self.is_zero(second) & self.is_zero(third)
         self.require(~(lanes & (backs | idles)))
         return [row[0] for row in found[plan.n_x : plan.n_x + plan.n_g]], aux
@@ -265,18 +164,8 @@ class _EventStep(Step):
         size = [g.abs(v[f"start{r}"]) + v[f"scale{r}"] if n_q <= r < 2 * n_q else v[f"y{r}"] for r in range(plan.n_x)]
         span = self.gauge(size)
         error = plan.doubt * (at[PULL] + span[TERMS] / time)
-        least = g.max(v["little"], g.min(MOST_DOUBT * at[PULL], error))
+        least = g.max(v["little0"], g.min(MOST_DOUBT * at[PULL], error))
         return g.select(at[COUPLING] > 0.0, least / at[COUPLING], 0.0)
-
-    def natural_time(self):
-        """Return range over speed of the coordinate for which it is longest."""
-        g, v, n, horizon = self.g, self.v, self.plan.automaton.n_q, self.plan.horizon
-        time = 0.0
-        for i in range(n):
-            moving = v[f"scale{n + i}"] > 0.0
-            own = v[f"scale{i}"] / g.select(moving, v[f"scale{n + i}"], 1.0)
-            time = g.max(time, g.select(moving, own, 0.0))
-        return g.select(time > 0.0, g.min(time, horizon), 1e-3 * horizon)
 
     def rest(self, held) -> None:
         """Note since when everything is at rest."""

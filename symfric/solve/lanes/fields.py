@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.mode_layout import backward
 from symfric.model.outputs import Row
 from symfric.solve.loop.series import Series
 
-# words of the masks: lanes that a kernel left as they were, lanes that stick now, and those that it is called for
-LEFT, HELD, CALLED = range(3)
-MASKS = 8  # words
+# words of the masks: lanes that a kernel left as they were or whose run or input ends, lanes that stick now, those that
+# it is called for, those that are at an event, those of which a row was left; next, of which row that is
+LEFT, HELD, CALLED, MET, OWED, OWED_OF = range(6)
+LENGTH, TIME, TIME_LOW, NOTED = range(4)  # notes of a step: its length, its start, then the coefficients of wanted rows
 WANTING = -4  # what the loop over lanes returns to get more cases; see `symfric.solve.status` for the others
 
 
@@ -25,8 +27,8 @@ class Plan:
     tolerance, doubt : float
         See `symfric.solve.loop.workspace.LoopClock`.
     horizon : float
-    events : bool
-        Whether events are found and settled in lanes; otherwise the event loop does that.
+    settles : bool
+        Whether the mode after an event is chosen in lanes; otherwise the event loop does that.
     """
 
     automaton: Automaton
@@ -35,7 +37,7 @@ class Plan:
     tolerance: float
     doubt: float
     horizon: float
-    events: bool
+    settles: bool
 
     @property
     def n_x(self) -> int:
@@ -67,22 +69,32 @@ class Plan:
         """Number of parameters that the machine code takes."""
         return self.variants[0].prelude.nnz_in(0)
 
+    @property
+    def starting(self) -> tuple[int, ...]:
+        """Guards that may start a mode at zero."""
+        return (backward(0),) if self.settles else tuple(range(self.n_g))
+
     def names(self) -> dict[str, int]:
         """Return the place of every field.
 
-        They are states, time, its rounding rest, the last step, where it ends, counts (steps, the number of them at
-        which the event loop looks whether the run advances, events, the number of them at which it does so, grazes),
-        starts of the states, scales of the rows, two numbers of every wanted row, values that depend on parameters and
-        mode; and where events are settled in lanes, the mode, the direction of the last slip, whether a slip begins and
-        what acceleration of it counts as none, the time of rest, scales of the guards in the other mode, parameters.
+        They are states, time, its rounding rest, the last step, where it ends (the run, or the slope of an input),
+        counts of steps and at which of them the event loop looks whether the run advances, starts of the states, scales
+        of the rows, two numbers of every wanted row, values that depend on parameters and mode; whether guards start at
+        zero, and what acceleration of a slip counts as none. Where the event loop chooses the mode after an event, by
+        how much loads are shifted, and the guard that an event has reached. Where lanes do, the number of events and at
+        which of them the event loop looks whether time advances, that of grazes, the mode, the direction of the last
+        slip, the time of rest, scales of the guards in the other mode, parameters.
         """
-        e, g = len(self.rows), self.n_g
-        found = [*_many("y", self.n_x), "t", "t_low", "h_last", "end"]
-        found += ["steps", "mark_steps", "events", "mark_events", "grazes"]
+        e, g, layout = len(self.rows), self.n_g, self.automaton.layout
+        found = [*_many("y", self.n_x), "t", "t_low", "h_last", "end", "steps", "mark_steps"]
         found += [*_many("start", self.n_x), *_many("scale", self.n_r), *_many("first", e), *_many("second", e)]
-        found += _many("aux", self.n_aux)
-        if self.events:
-            found += ["mode", "way", "fresh", "little", "rest", *_many("other", g), *_many("p", self.n_p)]
+        found += [*_many("aux", self.n_aux), *(f"fresh{i}" for i in self.starting)]
+        found += _many("little", len(layout.lines))
+        if self.settles:
+            found += ["events", "mark_events", "grazes", "mode", "way", "rest", *_many("other", g)]
+            found += _many("p", self.n_p)
+        else:
+            found += [*_many("slack", len(layout.loads)), "which"]
         return {name: k for k, name in enumerate(found)}
 
 

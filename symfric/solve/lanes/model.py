@@ -1,24 +1,31 @@
 """A scene prepared to run in lanes: the code of its steps, for the vectors of this processor."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import casadi as ca
 import llvmlite.binding as llvm
+import numpy as np
 
+from symfric.codegen.array_table import Table
 from symfric.codegen.functions import compile_functions
 from symfric.codegen.target import target_machine
 from symfric.lower.automaton import Automaton
-from symfric.model.outputs import INTEGRAL, RANGE
-from symfric.solve.lanes.event import SLIPS, STICKS, event_step
+from symfric.lower.mode_layout import LINE_GUARDS
+from symfric.solve.lanes.arrays import LaneArrays, lane_arrays
+from symfric.solve.lanes.event import event_step
 from symfric.solve.lanes.fields import Plan
-from symfric.solve.lanes.step import smooth_step
+from symfric.solve.lanes.located import located_step, smooth_step
+from symfric.solve.lanes.wanted_rows import CARRIED
+from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.compiled_model import CompiledModel, own
 from symfric.solve.loop.series import Series
 
-_LONGEST = 3000  # instructions of a series; longer ones take seconds to compile
+# instructions of a series, and number of guards; what is longer takes seconds to compile
+_LONGEST, _GUARDS = 5000, 16
 _KEPT = 4  # sets of workspaces for the next calls
 
 
@@ -30,24 +37,16 @@ def lane_width() -> int:
     return 8 if has.get("avx512f") else 4 if has.get("avx2") else 2
 
 
-def plan_of(model: CompiledModel, automaton: Automaton, variants: list[Series], horizon: float) -> Plan | None:
-    """Return how a scene runs in lanes; None if it does not.
-
-    That are scenes with sampled inputs, values at given times, long equations, loads that may vanish, switches or
-    several contacts.
-    """
-    rows, layout = model.wanted.rows, automaton.layout
+def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
+    """Return how a scene runs in lanes; None if it does not: one with long equations, or with derivatives."""
+    rows, layout, clock = model.wanted.rows, automaton.layout, model.first.clock
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
-    if automaton.inputs or any(r.kind not in (RANGE, INTEGRAL) for r in rows):
+    if layout.n_guards > _GUARDS or any(r.kind not in CARRIED for r in rows):
         return None
-    if layout.switches or layout.others or layout.loads or len(layout.lines) > 1:
-        return None
-    sticking = any(automaton.sticks)
-    if sticking and (len(variants) != 2 or automaton.anchors[0][0] < 0):
-        return None
-    clock = model.first.clock
-    return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, sticking)
+    alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs
+    settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0
+    return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, settles)
 
 
 class LaneModel:
@@ -63,25 +62,51 @@ class LaneModel:
 
     def __init__(self, plan: Plan, model: CompiledModel, width: int | None = None):
         self.plan, self.model, self.width = plan, model, width or lane_width()
-        kernels = [smooth_step(plan, self.width, "smooth")]
-        if plan.events:
-            kernels += [event_step(plan, self.width, name, k) for k, name in ((SLIPS, "event"), (STICKS, "stick"))]
+        kernels = [smooth_step(plan, self.width)]
+        if plan.n_g:
+            located = event_step if plan.settles else located_step
+            kernels += [
+                located(plan, self.width, name, k) for k, name in enumerate(("event", "stick")[: len(plan.variants)])
+            ]
         self._code = compile_functions(kernels)
         self.addresses = self._code.addresses
-        self._idle: deque[list[Any]] = deque(maxlen=_KEPT)
+        self._idle: deque[LaneWorkspace] = deque(maxlen=_KEPT)
 
-    def workspaces(self) -> list[Any]:
-        """Return the arrays of one run for each lane of two blocks; their loop pauses after every step."""
+    def workspace(self) -> "LaneWorkspace":
+        """Borrow the memory of one thread, to be returned by `give_back`."""
         try:
             return self._idle.pop()
         except IndexError:
-            return [self._one_step() for _ in range(2 * self.width)]
+            return LaneWorkspace(self)
 
-    def give_back(self, workspaces: list[Any]) -> None:
-        """Keep workspaces for another call."""
-        self._idle.append(workspaces)
+    def give_back(self, workspace: "LaneWorkspace") -> None:
+        """Keep the memory of a thread for another call."""
+        self._idle.append(workspace)
 
-    def _one_step(self):
-        arrays = replace(own(self.model.first, self.model.shared), limits=self.model.first.limits.copy())
-        arrays.limits.chunk = 1
-        return arrays
+
+class LaneWorkspace:
+    """The memory of one thread: two blocks of lanes, and the arrays of one run for each.
+
+    Attributes
+    ----------
+    arrays : LaneArrays
+        Without cases, see `taking`.
+    """
+
+    def __init__(self, lanes: LaneModel):
+        rooms = [_one_step(lanes.model) for _ in range(2 * lanes.width)]
+        self._rooms = [(room, Table(room)) for room in rooms]
+        self._addresses = np.array([(t.address, t.result, t.trouble) for _, t in self._rooms], dtype=np.int64)
+        self._lanes = lanes
+
+    def taking(self, cases: CaseArrays) -> LaneArrays:
+        """Return the arrays of this thread for some cases."""
+        lanes = self._lanes
+        return lane_arrays(cases, lanes.plan, lanes.width, lanes.addresses, lanes.model.loop.address, self._addresses)
+
+
+def _one_step(model: CompiledModel) -> Any:
+    """Return the arrays of a run that pauses after every step and every choice of its mode."""
+    arrays = replace(own(model.first, model.shared), limits=model.first.limits.copy())
+    arrays.limits.chunk = arrays.limits.apart = 1
+    return arrays

@@ -12,9 +12,8 @@ import numpy as np
 
 from symfric.codegen.lane_ir import LaneCode, moves
 from symfric.codegen.llvm_ir import Written
-from symfric.lower.mode_layout import backward
-from symfric.model.outputs import INTEGRAL
-from symfric.solve.lanes.fields import CALLED, LEFT, Plan
+from symfric.solve.lanes.fields import CALLED, LEFT, OWED, OWED_OF, Plan
+from symfric.solve.lanes.wanted_rows import WantedRows
 from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.series import reach
 
@@ -25,7 +24,7 @@ STRETCH = 1.05  # see `symfric.solve.loop.event_loop`
 SLACK, NOTHING = 50.0, 1e-150  # see `symfric.solve.loop.step_acceptance`
 
 
-class Step:
+class Step(WantedRows):
     """Writes a kernel.
 
     Parameters
@@ -48,23 +47,31 @@ class Step:
         self.called: Any = self.g.load_mask(CALLED) if called else True
         self.exposed = sorted({r for v in plan.variants for r in v.exposed})
         self.checked = bool(self.exposed)
+        self.starting = plan.starting if called or plan.settles else ()  # guards that may start at zero
         self.plain: Any = True  # lanes in which nothing is left to the event loop
+        self.owed: dict[int, Any] = {}
 
     def of(self, name: str, n: int) -> list:
         """Return some fields of one kind."""
         return [self.v[f"{name}{i}"] for i in range(n)]
 
-    def require(self, mask) -> None:
-        """Leave lanes that are not in the mask to the event loop."""
-        self.plain = self.g.logic("and", self.plain, mask)
+    def fresh(self, i: int):
+        """Return where guard i starts its mode at zero; False if it never does so here."""
+        return self.v[f"fresh{i}"] > 0.0 if i in self.starting else False
 
-    def finish(self, old: dict, masks: dict[int, object]) -> None:
-        """Store the fields that changed, and the masks."""
+    def finish(self, old: dict, last, masks: dict[int, object]) -> None:
+        """Store the fields that changed, and the masks; `last` says where the run or the slope of an input ends."""
         kept = self.g.logic("and", self.plain, self.called)
         for name, k in self.at.items():
             if self.v[name] is not old[name]:
                 self.g.store(k, self.g.select(kept, self.v[name], old[name]))
-        self.g.store_mask(LEFT, self.g.logic("xor", self.plain, True))
+        self.g.store_mask(LEFT, self.g.logic("or", self.g.logic("xor", self.plain, True), last))
+        owed: Any = False
+        for e in range(len(self.plan.rows)):
+            lanes = self.g.logic("and", kept, self.owed.get(e, False))
+            owed = self.g.logic("or", owed, lanes)
+            self.g.store_mask(OWED_OF + e, lanes)
+        self.g.store_mask(OWED, owed)
         for k, mask in masks.items():
             self.g.store_mask(k, self.g.logic("and", kept, mask))
 
@@ -115,8 +122,8 @@ class Step:
             scale = g.max(g.max(v[f"scale{r}"], g.abs(row[1]) * v["h_last"]), EPS / fine * g.abs(row[0]))
             if self.checked and self.plan.n_x <= r < self.plan.n_x + self.plan.n_g:
                 near = g.max(g.max(g.abs(row[0]), g.abs(row[1]) * v["h_last"]), EPS / fine * scale)
-                begins = self.plan.events and r == self.plan.n_x + backward(0)
-                scale = g.select(v["fresh"] > 0.0, scale, near) if begins else near
+                fresh = self.fresh(r - self.plan.n_x)
+                scale = near if fresh is False else g.select(fresh, scale, near)
             self.require((scale >= TINY) | g.compare_whole("eq", most, 0))
             size = g.bits(scale)
             for k, e in enumerate(ends):
@@ -142,34 +149,6 @@ class Step:
         part = g.whole("shl", g.whole("and", x, 2**30 - 1), CUT)
         part = g.from_bits(g.whole("or", part, 1023 << 52))
         return whole * (0.6870 + part * (part * 0.3435 - 0.0305))
-
-    # -- guards
-    def stays(self, row: Sequence, n: int, begin, total, far):
-        """Whether a polynomial stays positive: by its magnitude, or by its first three terms."""
-        g = self.g
-        plain = begin > total
-        if n < 2:
-            return plain
-        first, second = row[1] * far, row[2] * far * far
-        rest = g.max(total - g.abs(first) - g.abs(second), 0.0) + 1e-15 * total
-        lowest = g.min(begin, begin + first + second)
-        inside = (second > 0.0) & (-2.0 * second < first) & (first < 0.0)
-        turn = begin - 0.25 * first * first / g.select(inside, second, 1.0)
-        return plain | (g.select(inside, turn, lowest) > rest)
-
-    def begins(self, row: Sequence, total, far):
-        """Whether the guard of a slip, which may start it at zero, stays positive; without its leading zeros."""
-        g, v, n = self.g, self.v, self.plan.order
-        fresh = v["fresh"] > 0.0
-        second = 2.0 * row[2]
-        little = g.max(v["little"], 4.0 * EPS * g.abs(v["t"]) * g.abs(second))
-        twice = fresh & (g.abs(row[1]) <= little)
-        square = far * far
-        self.require(~twice | (g.abs(row[2]) * square > 1e-13 * total))
-        b = [g.select(twice, row[k + 2], g.select(fresh, row[k + 1], row[k])) for k in range(3)]
-        whole = total / g.select(twice, square, g.select(fresh, far, 1.0))
-        known = g.select(fresh, g.abs(b[0]), 0.0) + g.select(twice, g.abs(row[1]) / far, 0.0)
-        return self.stays(b, n, b[0], whole - known + 1e-15 * whole, far)
 
     # -- step acceptance
     def accept(self, c: list[list], h, gains: list) -> None:
@@ -240,8 +219,7 @@ class Step:
                 s = g.max(s, g.abs(row[0]))
             else:
                 e = r - plan.n_x - plan.n_g
-                of = self._area if plan.rows[e].kind == INTEGRAL else self._range
-                new[f"first{e}"], new[f"second{e}"] = of(row, h, v[f"first{e}"], v[f"second{e}"])
+                new[f"first{e}"], new[f"second{e}"] = self.extended(e, row, h)
                 s = g.max(s, g.abs(row[1]) * h)
             new[f"scale{r}"] = s
         gain = h + v["t_low"]
@@ -250,129 +228,8 @@ class Step:
         new["t_low"] = g.select(last, 0.0, gain - (t - v["t"]))
         new["h_last"] = g.max(h, 0.1 * v["h_last"])
         new["steps"] = v["steps"] + 1.0
+        new |= {f"fresh{i}": v[f"fresh{i}"] - v[f"fresh{i}"] for i in self.starting}
         v.update(new)
-
-    def _area(self, row: list, h, total, low) -> tuple:
-        """Add the integral of a row over a step."""
-        area = 0.0
-        for k in range(self.plan.order, -1, -1):
-            area = area * h + row[k] / (k + 1)
-        area = area * h + low
-        new = total + area
-        return new, area - (new - total)
-
-    def _range(self, row: list, h, low, high) -> tuple:
-        """Extend a range by a row over a step; a row that may turn twice is left to the event loop."""
-        g, n = self.g, self.plan.order
-        if not any(moves(e) for e in row[1:]):
-            return g.min(low, row[0]), g.max(high, row[0])
-        b, power = [row[0]], h
-        for k in range(1, n + 1):
-            b.append(g.rounded(row[k] * power))
-            power = power * h
-        first, second, rest, steep, bend = b[1], b[2], 0.0, 0.0, 0.0
-        for k in range(3, n + 1):
-            size = g.abs(b[k])
-            rest, steep, bend = rest + size, steep + k * size, bend + float(k * (k - 1)) * size
-        bottom, top = g.min(b[0], b[0] + first + second), g.max(b[0], b[0] + first + second)
-        if moves(second):
-            bent = (g.abs(first) < 2.0 * g.abs(second)) & (first * second < 0.0)
-            turn = b[0] - 0.25 * first * first / g.select(bent, second, 1.0)
-            bottom, top = g.select(bent, g.min(bottom, turn), bottom), g.select(bent, g.max(top, turn), top)
-        inside = (bottom - rest >= low) & (top + rest <= high)
-        need = g.logic("and", g.logic("and", g.logic("xor", inside, True), self.plain), self.called)
-
-        def look(olds: Sequence) -> list:
-            old_low, old_high, _ = olds
-            end = b[n]
-            for k in range(n - 1, -1, -1):
-                end = end + b[k]
-            new_low = g.min(g.min(old_low, b[0]), end)
-            new_high = g.max(g.max(old_high, b[0]), end)
-            turns = g.logic("and", need, g.logic("xor", g.abs(first) > 2.0 * g.abs(second) + steep, True))
-            least = 2.0 * g.abs(second) > bend
-            *found, many = g.branch(turns, [new_low, new_high, False], lambda o: self._turn(b, turns, least, *o))
-            return [*(g.select(need, a, o) for a, o in zip(found, olds, strict=False)), many]
-
-        low, high, many = g.branch(need, [low, high, False], look)
-        self.require(g.logic("xor", many, True))
-        return low, high
-
-    def _turn(self, b: list, lanes, one_way, low, high, _) -> list:
-        """Extend a range by the value where the slope of b is zero; where that may be so twice it is left."""
-        g, n = self.g, self.plan.order
-        slope = [g.rounded((k + 1) * b[k + 1]) for k in range(n)]
-        first, last = slope[0], slope[n - 1]
-        for k in range(n - 2, -1, -1):
-            last = last + slope[k]
-        turns = lanes & ((first < 0.0) ^ (last < 0.0))
-        t = g.select(turns, self.polish(slope, n - 1, first, last, turns), 0.5)
-        curve = change = 0.0
-        for k in range(n, 1, -1):
-            curve = curve * t + float(k * (k - 1)) * b[k]
-            change = change + float(k * (k - 1) * (k - 2)) * g.abs(b[k])
-        one_way = g.logic("or", one_way, g.abs(curve) > change * g.max(t, 1.0 - t))
-        inner = b[n]
-        for k in range(n - 1, -1, -1):
-            inner = inner * t + b[k]
-        low, high = g.select(turns, g.min(low, inner), low), g.select(turns, g.max(high, inner), high)
-        return [low, high, g.logic("and", lanes, g.logic("xor", one_way, True))]
-
-    def polish(self, b: list, n: int, f_lo, f_hi, lanes):
-        """Return the only root of b in (0, 1), by Newton's method kept between ends of different signs."""
-        g = self.g
-        zero = f_lo - f_lo
-        small, large = g.min(g.abs(f_lo), g.abs(f_hi)), g.max(g.abs(f_lo), g.abs(f_hi))
-        clear = small > 1e-6 * large
-        s = g.select(clear, f_lo / (f_lo - g.select(clear, f_hi, f_lo - 1.0)), zero + 0.5)
-        begins = f_lo >= 0.0
-
-        def body(state: Sequence) -> list:
-            go, s, lo, hi, rounds = state
-            inside = (lo < s) & (s < hi)
-            s = g.select(inside, s, 0.5 * (lo + hi))
-            stuck = ~((lo < s) & (s < hi))
-            f, rate = b[n], 0.0
-            for k in range(n - 1, -1, -1):
-                rate, f = rate * s + f, f * s + b[k]
-            same = g.logic("xor", g.logic("xor", f >= 0.0, begins), True)
-            low, high = g.select(same, s, lo), g.select(same, hi, s)
-            flat = g.equal(rate, 0.0)
-            new = g.select(flat, 0.5 * (low + high), s - f / g.select(flat, 1.0, rate))
-            done = (low <= new) & (new <= high) & (g.abs(new - s) <= 1e-9 * s)
-            rounds = rounds - 1.0
-            live = go & ~stuck
-            return [
-                live & ~done & (rounds > 0.0),
-                g.select(live, new, g.select(go, hi, state[1])),
-                g.select(live, low, lo),
-                g.select(live, high, hi),
-                rounds,
-            ]
-
-        return g.loop([lanes, s, zero, zero + 1.0, zero + 100.0], body)[1]
-
-
-def smooth_step(plan: Plan, width: int, name: str = "smooth") -> Written:
-    """Return the kernel of steps without events, in the one mode that there are series for or in that of slipping."""
-    k = Step(plan, name, width)
-    g, old, n_x = k.g, dict(k.v), plan.n_x
-    c = k.series()
-    h, far, last = k.lengths(c)
-    gains, totals = k.reaches(c, h, far)
-    for i in range(plan.n_g):
-        row = c[n_x + i]
-        if any(moves(e) for e in row[1:]):
-            begins = plan.events and i == backward(0)
-            k.require(k.begins(row, totals[i], far) if begins else k.stays(row, plan.order, row[0], totals[i], far))
-        elif moves(row[0]):
-            k.require(row[0] > 0.0)
-    k.accept(c, h, gains)
-    k.advance(c, h, gains, last)
-    if plan.events:
-        k.v["fresh"] = k.v["fresh"] - k.v["fresh"]
-    k.finish(old, {})
-    return g.written()
 
 
 def _bits(x: float) -> int:

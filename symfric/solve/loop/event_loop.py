@@ -8,10 +8,11 @@ from symfric.model.outputs import FOLLOW, INTEGRAL, TURN, VALUES
 from symfric.solve.loop.calls import expand, prelude
 from symfric.solve.loop.layout import contact_of, is_along_line, is_load, is_slip, is_switch, mode, sign, switch
 from symfric.solve.loop.mode_selection import keep_scales, settle
-from symfric.solve.loop.polynomials import extend_range, first_crossing, value
+from symfric.solve.loop.noted_values import note_values
+from symfric.solve.loop.polynomials import extend_range, first_crossing
 from symfric.solve.loop.precision import EPS, TOUCH
 from symfric.solve.loop.resting_edges import decisive, size_of
-from symfric.solve.loop.run_arrays import EXPAND, GO, HIT, LOADED, SETTLE
+from symfric.solve.loop.run_arrays import EXPAND, GO, HIT, LOADED, SEGMENT, SETTLE
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.loop.singular_start import start_singular
@@ -23,7 +24,7 @@ from symfric.solve.loop.workspace import (
     FORCES,
     TERMS,
 )
-from symfric.solve.status import Status
+from symfric.solve.status import PAUSED, Status
 
 _OK, _COLLAPSE = int(Status.OK), int(Status.STEP_COLLAPSE)
 _NAN, _LOST = int(Status.NOT_FINITE), int(Status.LOST_CONTACT)
@@ -78,10 +79,14 @@ def drive(w):
             if w.y[n_x] - w.clock.mark_steps_t < _LEAST_PROGRESS * w.clock.t_end:
                 return _COLLAPSE
             w.counts.mark_steps, w.clock.mark_steps_t = w.counts.steps + _MANY_STEPS, w.y[n_x]
+        if w.counts.phase == SEGMENT:
+            _next_segment(w)
         if w.counts.phase == SETTLE:
             status = _switch(w, n_x, n_c)
             if status != _OK:
                 return status
+            if w.limits.apart:
+                return PAUSED
         if w.counts.phase == EXPAND:
             expand(w)
             w.counts.phase = GO
@@ -117,7 +122,7 @@ def drive(w):
         if last:
             w.y[n_x], w.clock.t_low = limit, 0.0
             if limit < w.clock.t_end:
-                _next_segment(w)
+                w.counts.phase = SEGMENT
                 continue
         w.counts.phase = SETTLE if w.counts.flagged else EXPAND
         if w.counts.flagged == LOADED:
@@ -255,7 +260,7 @@ def _accumulate(w, first, tau):
             continue
         if w.kind[e] == VALUES:
             void = w.kind.size - e <= w.limits.followed * w.limits.varied and w.counts.doubts > 0
-            _note_values(w, e, c, order, tau, void)
+            note_values(w, e, c, order, tau, void)
             continue
         if w.kind[e] == FOLLOW:
             follow(w, e, c, tau)
@@ -272,21 +277,6 @@ def _accumulate(w, first, tau):
         w.total[e, 0], w.total[e, 1] = low, high
         if e < w.limits.followed:
             note_places(w, e, tau, old_low, old_high)
-
-
-@compiled(fused=True)
-def _note_values(w, e, c, order, tau, void):
-    """Store the values of an observable at its times within a step; the next step may overwrite one at the end."""
-    k, end = w.next_due[e], w.first_due[e + 1]
-    while k < end:
-        since = (w.due[k] - w.y[w.y.size - 1]) - w.clock.t_low
-        if since > tau * (1.0 + 1e-9):
-            break
-        if since >= -1e-9 * tau or not abs(w.seen[k]) < np.inf:  # or between steps
-            w.seen[k] = np.nan if void else value(c, order, max(since, 0.0))
-        k += 1
-        if since < tau * (1.0 - 1e-9):
-            w.next_due[e] = k
 
 
 @compiled(inline=True, fused=True)

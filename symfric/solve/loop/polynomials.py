@@ -9,7 +9,7 @@ zero and returns within a step; the signs of the Bernstein coefficients cannot, 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.precision import MARCHES
+from symfric.solve.loop.precision import HALF_OF_DIGITS, MARCHES
 
 
 @compiled(fused=True, from_python=True)
@@ -61,6 +61,42 @@ def polish(b, n, lo, hi, f_lo, f_hi):
             hi = s
         new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
         if lo <= new <= hi and abs(new - s) <= 1e-9 * s:  # converged: the next step is about the square of this one
+            return new
+        s = new
+    return hi
+
+
+@compiled(inline=True, fused=False, ieee_division=True, from_python=True)
+def _guess(first, last, slope):
+    """Return the root between 0 and 1 of the parabola with these ends and this slope at 0; see `_march`."""
+    bend = (last - first) - slope
+    root = np.sqrt(max(slope * slope - 4.0 * (first * bend), 0.0))
+    return 2.0 * abs(first) / (root + (slope if first < 0.0 else -slope))
+
+
+@compiled(fused=True, from_python=True)
+def _summit(b, n, f_lo, f_hi):
+    """Return the only root in (0, 1) of b, the slope of a polynomial, well enough for its extremum there.
+
+    Half of the digits of the place are all of those of the extremum, and the last step of Newton's method doubles them.
+    """
+    lo, hi = 0.0, 1.0
+    s = _guess(f_lo, f_hi, b[1])
+    for _ in range(100):
+        if not lo < s < hi:
+            s = 0.5 * (lo + hi)
+            if not lo < s < hi:
+                break
+        f, slope = b[n], 0.0
+        for k in range(n - 1, -1, -1):
+            slope = slope * s + f
+            f = f * s + b[k]
+        if (f >= 0.0) == (f_lo >= 0.0):
+            lo = s
+        else:
+            hi = s
+        new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+        if lo <= new <= hi and abs(new - s) <= HALF_OF_DIGITS:
             return new
         s = new
     return hi
@@ -253,7 +289,7 @@ def extend_range(b, n, low, high, table, stack, found, slope):
         slope[k] = (k + 1) * b[k + 1]
     last = value(slope, n - 1, 1.0)
     turns = (first < 0.0) != (last < 0.0)
-    t = polish(slope, n - 1, 0.0, 1.0, first, last) if turns else 0.5
+    t = _summit(slope, n - 1, first, last) if turns else 0.5
     if 2.0 * abs(second) > bend or _bends_one_way(b, n, t):  # the slope is monotone: at most one extremum
         if not turns:
             return low, high

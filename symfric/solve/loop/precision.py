@@ -5,4 +5,5 @@ ROUNDING = 64 * EPS  # rounding error of a sum of a few terms, relative to their
 TIE = 1e-13  # derivative relative to its scale that counts as zero
 MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attributed to the error of the run
 TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
+HALF_OF_DIGITS = 1e-5  # step to the place of an extremum, as part of a step of the run, after which it is known to half
 MARCHES = 12  # steps towards a crossing before subdivision takes over; a simple root needs about five

@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals, Scalars
 
-SETTLE, EXPAND, GO = range(3)  # values of `Counts.phase`
+SETTLE, EXPAND, GO, SEGMENT = range(4)  # values of `Counts.phase`
 HIT, LOADED = 1, 2  # values of `Counts.flagged`
 
 CHUNK = 1_000_000  # number of steps between two reports of the progress
@@ -24,7 +24,7 @@ class Counts(Scalars, kind=int):
     kept_steps: int  # stored steps of the trajectory
     kept_events: int
     segment: int  # current segment of the inputs
-    phase: int  # next phase of the loop: SETTLE, EXPAND or GO
+    phase: int  # next phase of the loop: SETTLE, EXPAND, GO or SEGMENT
     stall: int  # events since time has advanced
     mark_events: int  # events when `Clock.mark_t` was set
     mark_steps: int  # steps when `Clock.mark_steps_t` is set next

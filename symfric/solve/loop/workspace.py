@@ -54,6 +54,7 @@ class LoopLimits(Limits, kind=int):
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
     first_variable: int  # index in m of the first variable of other contacts; these start at zero
+    apart: int  # whether a run pauses after every choice of its mode
 
 
 class LoopClock(Clock):

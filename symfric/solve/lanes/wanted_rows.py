@@ -1,0 +1,169 @@
+"""What is wanted of a motion, over one step in all lanes: integrals, ranges, and whether a value is due.
+
+As in `symfric.solve.loop.event_loop` and `symfric.solve.loop.polynomials`, operation by operation.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from symfric.codegen.lane_ir import LaneCode, moves
+from symfric.model.outputs import INTEGRAL, RANGE, VALUES
+from symfric.solve.lanes.fields import NOTED, Plan
+from symfric.solve.loop.precision import HALF_OF_DIGITS
+
+CARRIED = (RANGE, INTEGRAL, VALUES)  # kinds of rows that lanes can carry
+LATE = 1.0 + 1e-9  # part of a step behind its end at which a value is not yet due
+
+
+class WantedRows:
+    """Writes what a step does to the rows that are wanted.
+
+    Attributes
+    ----------
+    g : LaneCode
+    plan : Plan
+    v : dict
+        Values of the fields, by name.
+    plain, called : mask or bool
+        Lanes in which nothing is left to the event loop, and lanes that the kernel is for.
+    owed : dict of int to mask
+        Lanes in which a wanted row is left to the loop over lanes, which has the code of the event loop for that.
+    """
+
+    g: LaneCode
+    plan: Plan
+    v: dict[str, Any]
+    plain: Any
+    called: Any
+    owed: dict[int, Any]
+
+    def require(self, mask) -> None:
+        """Leave lanes that are not in the mask to the event loop."""
+        self.plain = self.g.logic("and", self.plain, mask)
+
+    def extended(self, e: int, row: list, h) -> tuple:
+        """Return the two numbers of a wanted row after a step."""
+        first, second = self.v[f"first{e}"], self.v[f"second{e}"]
+        kind = self.plan.rows[e].kind
+        if kind == INTEGRAL:
+            return self._area(row, h, first, second)
+        if kind == VALUES:  # the first number is the time of the next one
+            left = ~((first - self.v["t"]) - self.v["t_low"] > h * LATE)
+        else:
+            first, second, left = self._range(row, h, first, second)
+        self._leave(e, left, row, h)
+        return first, second
+
+    def _leave(self, e: int, lanes, row: list, h) -> None:
+        """Leave a row of some lanes to the loop over lanes."""
+        g, n = self.g, self.plan.order + 1
+        self.owed[e] = lanes
+
+        def note(_: Sequence) -> list:
+            for k, value in enumerate((h, self.v["t"], self.v["t_low"])):
+                g.note(k, value)
+            for k in range(n):
+                g.note(NOTED + e * n + k, row[k])
+            return []
+
+        if moves(lanes):
+            g.branch(lanes, [], note)
+
+    def _area(self, row: list, h, total, low) -> tuple:
+        """Add the integral of a row over a step."""
+        area = 0.0
+        for k in range(self.plan.order, -1, -1):
+            area = area * h + row[k] / (k + 1)
+        area = area * h + low
+        new = total + area
+        return new, area - (new - total)
+
+    def _range(self, row: list, h, low, high) -> tuple:
+        """Return a range extended by a row over a step, and where that is left because the row may turn twice."""
+        g, n = self.g, self.plan.order
+        if not any(moves(e) for e in row[1:]):
+            return g.min(low, row[0]), g.max(high, row[0]), False
+        b, power = [row[0]], h
+        for k in range(1, n + 1):
+            b.append(g.rounded(row[k] * power))
+            power = power * h
+        first, second, rest, steep, bend = b[1], b[2], 0.0, 0.0, 0.0
+        for k in range(3, n + 1):
+            size = g.abs(b[k])
+            rest, steep, bend = rest + size, steep + k * size, bend + float(k * (k - 1)) * size
+        bottom, top = g.min(b[0], b[0] + first + second), g.max(b[0], b[0] + first + second)
+        if moves(second):
+            bent = (g.abs(first) < 2.0 * g.abs(second)) & (first * second < 0.0)
+            turn = b[0] - 0.25 * first * first / g.select(bent, second, 1.0)
+            bottom, top = g.select(bent, g.min(bottom, turn), bottom), g.select(bent, g.max(top, turn), top)
+        inside = (bottom - rest >= low) & (top + rest <= high)
+        need = g.logic("and", g.logic("and", g.logic("xor", inside, True), self.plain), self.called)
+
+        def look(olds: Sequence) -> list:
+            old_low, old_high, _ = olds
+            end = b[n]
+            for k in range(n - 1, -1, -1):
+                end = end + b[k]
+            new_low = g.min(g.min(old_low, b[0]), end)
+            new_high = g.max(g.max(old_high, b[0]), end)
+            turns = g.logic("and", need, g.logic("xor", g.abs(first) > 2.0 * g.abs(second) + steep, True))
+            least = 2.0 * g.abs(second) > bend
+            *found, many = g.branch(turns, [new_low, new_high, False], lambda o: self._turn(b, turns, least, *o))
+            return [*(g.select(need, a, o) for a, o in zip(found, olds, strict=False)), many]
+
+        new_low, new_high, many = g.branch(need, [low, high, False], look)
+        return g.select(many, low, new_low), g.select(many, high, new_high), many
+
+    def _turn(self, b: list, lanes, one_way, low, high, _) -> list:
+        """Extend a range by the value where the slope of b is zero; where that may be so twice it is left."""
+        g, n = self.g, self.plan.order
+        slope = [g.rounded((k + 1) * b[k + 1]) for k in range(n)]
+        first, last = slope[0], slope[n - 1]
+        for k in range(n - 2, -1, -1):
+            last = last + slope[k]
+        turns = lanes & ((first < 0.0) ^ (last < 0.0))
+        t = g.select(turns, self.summit(slope, n - 1, first, last, turns), 0.5)
+        curve = change = 0.0
+        for k in range(n, 1, -1):
+            curve = curve * t + float(k * (k - 1)) * b[k]
+            change = change + float(k * (k - 1) * (k - 2)) * g.abs(b[k])
+        one_way = g.logic("or", one_way, g.abs(curve) > change * g.max(t, 1.0 - t))
+        inner = b[n]
+        for k in range(n - 1, -1, -1):
+            inner = inner * t + b[k]
+        low, high = g.select(turns, g.min(low, inner), low), g.select(turns, g.max(high, inner), high)
+        return [low, high, g.logic("and", lanes, g.logic("xor", one_way, True))]
+
+    def summit(self, b: list, n: int, f_lo, f_hi, lanes):
+        """Return the only root of b in (0, 1) to half of the digits, by Newton's method kept between its ends."""
+        g = self.g
+        zero = f_lo - f_lo
+        rises, bend = f_lo < 0.0, (f_hi - f_lo) - b[1]
+        root = g.sqrt(g.max(g.rounded(b[1] * b[1]) - g.rounded(4.0 * g.rounded(f_lo * bend)), 0.0))
+        s = 2.0 * g.abs(f_lo) / (root + g.select(rises, b[1], -b[1]))
+        begins = f_lo >= 0.0
+
+        def body(state: Sequence) -> list:
+            go, s, lo, hi, rounds = state
+            inside = (lo < s) & (s < hi)
+            s = g.select(inside, s, 0.5 * (lo + hi))
+            stuck = ~((lo < s) & (s < hi))
+            f, rate = b[n], 0.0
+            for k in range(n - 1, -1, -1):
+                rate, f = rate * s + f, f * s + b[k]
+            same = g.logic("xor", g.logic("xor", f >= 0.0, begins), True)
+            low, high = g.select(same, s, lo), g.select(same, hi, s)
+            flat = g.equal(rate, 0.0)
+            new = g.select(flat, 0.5 * (low + high), s - f / g.select(flat, 1.0, rate))
+            done = (low <= new) & (new <= high) & (g.abs(new - s) <= HALF_OF_DIGITS)
+            rounds = rounds - 1.0
+            live = go & ~stuck
+            return [
+                live & ~done & (rounds > 0.0),
+                g.select(live, new, g.select(go, hi, state[1])),
+                g.select(live, low, lo),
+                g.select(live, high, hi),
+                rounds,
+            ]
+
+        return g.loop([lanes, s, zero, zero + 1.0, zero + 100.0], body)[1]
