@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import casadi as ca
 import llvmlite.binding as llvm
 
-from symfric.codegen.llvm_ir import Written, assembly
+from symfric.codegen.llvm_ir import Drafted, Written, assembly
 from symfric.codegen.object_cache import load, store
 from symfric.codegen.target import link, target_key, target_machine
 from symfric.locks import SYMBOLIC, alone
 
 _LONG = 4000  # instructions of a function that is called seldom, beyond which compiling takes longer than it saves
-_FORMAT = 5  # version of the generated code, part of the cache key
+Code = ca.Function | Written | Drafted
+_FORMAT = 6  # version of the generated code, part of the cache key
 
 
 @dataclass(frozen=True)
@@ -38,12 +39,12 @@ class MachineCode:
 
 
 @alone(SYMBOLIC)
-def compile_functions(functions: Sequence[ca.Function | Written], rare: Sequence[ca.Function] = ()) -> MachineCode:
+def compile_functions(functions: Sequence[Code], rare: Sequence[ca.Function] = ()) -> MachineCode:
     """Compile SX functions into one object, or load it from the cache.
 
     Parameters
     ----------
-    functions : sequence of Function or Written
+    functions : sequence of Function, Written or Drafted
     rare : sequence of Function
         Others that are called seldom; long ones among them are compiled fast instead of made fast.
 
@@ -53,15 +54,16 @@ def compile_functions(functions: Sequence[ca.Function | Written], rare: Sequence
         If an operation has no machine-code translation; named.
     """
     long = [f for f in rare if f.n_instructions() > _LONG]
-    first: list[ca.Function | Written] = [*functions, *(f for f in rare if f.n_instructions() <= _LONG)]
-    groups: list[tuple[Sequence[ca.Function | Written], int]] = [(first, 2), *([(long, 0)] if long else [])]
+    first: list[Code] = [*functions, *(f for f in rare if f.n_instructions() <= _LONG)]
+    groups: list[tuple[Sequence[Code], int]] = [(first, 2), *([(long, 0)] if long else [])]
     addresses: dict[str, int] = {}
     cached, engines = True, []
     for group, opt in groups:
         key = _key(group)
         code = load(key)
         if code is None:
-            code = target_machine(opt=opt).emit_object(llvm.parse_assembly(assembly(group)))
+            text = assembly([f.write() if isinstance(f, Drafted) else f for f in group])
+            code = target_machine(opt=opt).emit_object(llvm.parse_assembly(text))
             store(key, code)
             cached = False
         engine = link(code)
@@ -70,6 +72,6 @@ def compile_functions(functions: Sequence[ca.Function | Written], rare: Sequence
     return MachineCode(addresses, cached, engines)
 
 
-def _key(functions: Sequence[ca.Function | Written]) -> str:
+def _key(functions: Sequence[Code]) -> str:
     parts = [str(_FORMAT), target_key(), *(f.serialize() for f in functions)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()

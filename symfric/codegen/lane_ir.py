@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Written
+from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Instructions, Written
 from symfric.errors import SceneError
 
 REAL, FLAG, WHOLE = "d", "b", "i"  # kinds of values
@@ -114,6 +114,7 @@ class LaneCode:
         self._name, self._width = name, width
         self._lines: list[str] = []
         self._n, self._block = 0, "entry"
+        self._contract = True  # whether a product and a sum may become one instruction, as in the loop for one case
         self._type = {REAL: f"<{width} x double>", FLAG: f"<{width} x i1>", WHOLE: f"<{width} x i64>"}
 
     def written(self) -> Written:
@@ -123,6 +124,7 @@ class LaneCode:
         unary = "fabs", "sqrt", "arithmetic.fence"
         of_vectors = {f"declare {d} @llvm.{n}.v{w}f64({d})": f"llvm.{n}.v" for n in unary}
         of_vectors |= {f"declare {d} @llvm.{n}.v{w}f64({d}, {d})": f"llvm.{n}.v" for n in ("minnum", "maxnum")}
+        of_vectors |= {f"declare {d} @llvm.fma.v{w}f64({d}, {d}, {d})": "llvm.fma.v"}
         head = f"define void @{self._name}({d}* noalias nocapture %S, {d}* noalias %N, i64* noalias %F) nounwind {{"
         used = tuple(text for text, what in of_vectors.items() if what in calls)
         return Written(self._name, "\n".join([head, "entry:", *self._lines, "ret void", "}"]), used)
@@ -150,18 +152,22 @@ class LaneCode:
         a, b = (_real(a), _real(b)) if kind == REAL else (a, b)
         return self._new(kind, f"{text} {self._type[kind]} {self._ref(a)}, {self._ref(b)}")
 
-    # arithmetic; a product and a sum may become one instruction, as in the code for one case
+    def _arithmetic(self, op: int, a: Value, b: Value) -> Lanes:
+        how = " contract" if self._contract and op != ca.OP_DIV else ""
+        return self._op(ARITHMETIC[op] + how, REAL, a, b)
+
+    # arithmetic
     def add(self, a, b):
         """Return a + b."""
         if not moves(a) and not moves(b):
             return a + b
-        return b if _is(a, 0) else a if _is(b, 0) else self._op(ARITHMETIC[ca.OP_ADD], REAL, a, b)
+        return b if _is(a, 0) else a if _is(b, 0) else self._arithmetic(ca.OP_ADD, a, b)
 
     def sub(self, a, b):
         """Return a - b."""
         if not moves(a) and not moves(b):
             return a - b
-        return a if _is(b, 0) else self.neg(b) if _is(a, 0) else self._op(ARITHMETIC[ca.OP_SUB], REAL, a, b)
+        return a if _is(b, 0) else self.neg(b) if _is(a, 0) else self._arithmetic(ca.OP_SUB, a, b)
 
     def mul(self, a, b):
         """Return a b; zero if one of them is known to be that."""
@@ -169,13 +175,21 @@ class LaneCode:
             return a * b
         if _is(a, 0) or _is(b, 0):
             return 0.0
-        return b if _is(a, 1) else a if _is(b, 1) else self._op(ARITHMETIC[ca.OP_MUL], REAL, a, b)
+        return b if _is(a, 1) else a if _is(b, 1) else self._arithmetic(ca.OP_MUL, a, b)
 
     def div(self, a, b):
         """Return a / b."""
         if not moves(a) and not moves(b):
             return a / b
-        return 0.0 if _is(a, 0) else self._op(ARITHMETIC[ca.OP_DIV], REAL, a, b)
+        return 0.0 if _is(a, 0) else self._arithmetic(ca.OP_DIV, a, b)
+
+    def fma(self, a, b, c):
+        """Return a b + c with one rounding."""
+        if _is(a, 0) or _is(b, 0):
+            return c
+        if _is(a, 1) or _is(b, 1):
+            return self.add(b if _is(a, 1) else a, c)
+        return self._intrinsic("fma", *map(_real, (a, b, c)))
 
     def twice(self, a):
         """Return 2 a."""
@@ -337,18 +351,32 @@ class LaneCode:
 
     def graph(self, f: ca.Function, inputs: Sequence[Sequence]) -> list[list]:
         """Return the outputs of a CasADi SX function as lists, given its inputs as lists; rounded, as in memory."""
-        work: dict[int, Any] = {}
+        given = Instructions.of(f)
+        within = {given.sources[k][j] for k, j in given.fused.items()}
+        value: list[Any] = [None] * len(given.ops)
         outs: list[list] = [[0.0] * f.nnz_out(i) for i in range(f.n_out())]
-        for k in range(f.n_instructions()):
-            op, to, of = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+        self._contract = False
+        for k, op in enumerate(given.ops):
+            if k in within:
+                continue
             if op == ca.OP_INPUT:
-                work[to[0]] = inputs[of[0]][of[1]]
+                place = f.instruction_input(k)
+                value[k] = inputs[place[0]][place[1]]
             elif op == ca.OP_CONST:
-                work[to[0]] = float(f.instruction_constant(k))
+                value[k] = float(f.instruction_constant(k))
             elif op == ca.OP_OUTPUT:
-                outs[to[0]][to[1]] = self._number(work[of[0]])
-            else:
-                work[to[0]] = self._operation(op, [work[a] for a in of])
+                place = f.instruction_output(k)
+                outs[place[0]][place[1]] = self._number(value[given.sources[k][0]])
+            elif k in given.fused:
+                j = given.fused[k]
+                a, b = (self._number(value[s]) for s in given.factors(given.sources[k][j]))
+                c = self._number(value[given.sources[k][1 - j]])
+                if op == ca.OP_SUB:
+                    b, c = (self.neg(b), c) if j == 1 else (b, self.neg(c))
+                value[k] = self.fma(a, b, c)
+            elif op not in (ca.OP_ASSIGN, ca.OP_LIFT):
+                value[k] = self._operation(op, [value[s] for s in given.sources[k]])
+        self._contract = True
         return [[self.rounded(a) for a in out] for out in outs]
 
     def rounded(self, a):
@@ -391,6 +419,4 @@ _PLAIN: dict[int, Callable] = {
     ca.OP_SQ: lambda g, a: g.mul(a, a),
     ca.OP_TWICE: lambda g, a: g.twice(a),
     ca.OP_INV: lambda g, a: g.div(1.0, a),
-    ca.OP_ASSIGN: lambda g, a: a,
-    ca.OP_LIFT: lambda g, a, b: a,
 }

@@ -1,7 +1,7 @@
 """Translate straight-line CasADi SX functions to LLVM assembly; long ones are split into parts."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -12,14 +12,7 @@ from symfric.errors import SceneError
 # The time to compile a function grows faster than its length. One of more than WHOLE instructions is cut into functions
 # of PART instructions, which pass values in memory; this does not slow down the code, as measured.
 WHOLE, PART = 2000, 500
-# `contract` allows fused multiply-add: fewer roundings and shorter chains, at the price of
-# last bits that differ between processors; sums are never reordered
-ARITHMETIC = {
-    ca.OP_ADD: "fadd contract",
-    ca.OP_SUB: "fsub contract",
-    ca.OP_MUL: "fmul contract",
-    ca.OP_DIV: "fdiv",
-}
+ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
 CALLS = {
     ca.OP_EXP: "exp",
@@ -67,6 +60,32 @@ class Written:
         return self.text
 
 
+@dataclass(frozen=True)
+class Drafted:
+    """A function that is written only if its code is not in the cache.
+
+    Attributes
+    ----------
+    label : str
+        Its name.
+    key : str
+        Of all that it is written from.
+    write : callable
+    """
+
+    label: str
+    key: str
+    write: Callable[[], Written]
+
+    def name(self) -> str:
+        """Return the name of the function."""
+        return self.label
+
+    def serialize(self) -> str:
+        """Return the key."""
+        return self.key
+
+
 def assembly(functions: Sequence[ca.Function | Written]) -> str:
     """Return LLVM assembly for the functions, one instruction for each of CasADi's.
 
@@ -80,8 +99,63 @@ def assembly(functions: Sequence[ca.Function | Written]) -> str:
     header += [f"declare double @{n}(double{', double' if n in _BINARY_CALLS else ''})" for n in names]
     header += [f"declare double @llvm.{n}.f64(double)" for n in ("sqrt", "fabs")]
     header += [f"declare double @llvm.{n}.f64(double, double)" for n in ("minnum", "maxnum")]
+    header += ["declare double @llvm.fma.f64(double, double, double)"]
     header += sorted({line for f in functions if isinstance(f, Written) for line in f.declared})
     return "\n".join([*header, *(f.text if isinstance(f, Written) else _Function(f).text() for f in functions)])
+
+
+@dataclass(frozen=True)
+class Instructions:
+    """The instructions of a CasADi SX function; a value is named by the index of its instruction.
+
+    A product that only one sum needs becomes one instruction with it, with one rounding: which of two, is said here and
+    not left to the compiler, so that code for one case and code for vectors of cases end at the same bits. Sums are
+    never reordered.
+
+    Attributes
+    ----------
+    ops : tuple of int
+    sources : tuple of tuple of int
+        Operands.
+    part : int
+        Number of instructions of a part of the function.
+    fused : dict of int to int
+        For sums and differences, the operand (0 or 1) that is a product and becomes one instruction with them.
+    """
+
+    ops: tuple[int, ...]
+    sources: tuple[tuple[int, ...], ...]
+    part: int
+    fused: dict[int, int]
+
+    @classmethod
+    def of(cls, f: ca.Function, cut: bool = True) -> "Instructions":
+        """Read a function."""
+        ops = tuple(f.instruction_id(k) for k in range(f.n_instructions()))
+        part = PART if cut and len(ops) > WHOLE else max(len(ops), 1)
+        held: dict[int, int] = {}  # instruction whose value is in a work register
+        sources: list[tuple[int, ...]] = []
+        for k, op in enumerate(ops):
+            sources.append(() if op in (ca.OP_INPUT, ca.OP_CONST) else tuple(held[a] for a in f.instruction_input(k)))
+            if op != ca.OP_OUTPUT:
+                held[f.instruction_output(k)[0]] = sources[k][0] if op in (ca.OP_ASSIGN, ca.OP_LIFT) else k
+        uses = [0] * len(ops)
+        for op, of in zip(ops, sources, strict=True):
+            for s in of if op not in (ca.OP_ASSIGN, ca.OP_LIFT) else ():
+                uses[s] += 1
+        fused = {}
+        for k, op in enumerate(ops):
+            if op in (ca.OP_ADD, ca.OP_SUB):
+                for j in (0, 1):
+                    s = sources[k][j]
+                    if ops[s] in (ca.OP_MUL, ca.OP_SQ) and uses[s] == 1 and s // part == k // part:
+                        fused[k] = j
+                        break
+        return cls(ops, tuple(sources), part, fused)
+
+    def factors(self, k: int) -> tuple[int, int]:
+        """Return the factors of a product."""
+        return self.sources[k][0], self.sources[k][-1]
 
 
 def body(f: ca.Function) -> list[str]:
@@ -93,22 +167,12 @@ class _Function:
     """Writer of one function; the value of an instruction is named by its index."""
 
     def __init__(self, f: ca.Function, cut: bool = True):
-        self._f = f
-        self._ops = [f.instruction_id(k) for k in range(f.n_instructions())]
-        self._part = PART if cut and len(self._ops) > WHOLE else max(len(self._ops), 1)
-        self._sources = self._read()
+        self._f, self._given = f, Instructions.of(f, cut)
+        self._ops, self._sources, self._part = self._given.ops, self._given.sources, self._given.part
+        self._within = {
+            self._sources[k][j] for k, j in self._given.fused.items()
+        }  # products without a value of their own
         self._slots, self._room = self._place()
-
-    def _read(self) -> list[tuple[int, ...]]:
-        """Return the operands of each instruction, as indices of instructions."""
-        held: dict[int, int] = {}  # instruction whose value is in a work register
-        sources = []
-        for k, op in enumerate(self._ops):
-            own = op in (ca.OP_INPUT, ca.OP_CONST)
-            sources.append(() if own else tuple(held[a] for a in self._f.instruction_input(k)))
-            if op != ca.OP_OUTPUT:
-                held[self._f.instruction_output(k)[0]] = sources[k][0] if op in (ca.OP_ASSIGN, ca.OP_LIFT) else k
-        return sources
 
     def _place(self) -> tuple[dict[int, int], int]:
         """Return the memory slots of values that later parts need, and the number of slots, which are reused."""
@@ -156,7 +220,11 @@ class _Function:
         known: dict[int, str] = {}
         for k in range(part * self._part, min((part + 1) * self._part, len(self._ops))):
             op = self._ops[k]
-            if op in (ca.OP_INPUT, ca.OP_CONST, ca.OP_ASSIGN, ca.OP_LIFT):
+            if op in (ca.OP_INPUT, ca.OP_CONST, ca.OP_ASSIGN, ca.OP_LIFT) or k in self._within:
+                continue
+            if k in self._given.fused:
+                known[k] = self._fused(lines, known, k)
+                self._keep(lines, known, k)
                 continue
             values = [self._value(lines, known, s) for s in self._sources[k]]
             if op == ca.OP_OUTPUT:
@@ -164,9 +232,25 @@ class _Function:
                 _store(lines, f"%a{k}", values[0], f"%o{output}", element)
                 continue
             known[k] = _operation(lines, k, op, values)
-            if k in self._slots:
-                _store(lines, f"%s{k}", known[k], "%slots", self._slots[k])
+            self._keep(lines, known, k)
         return lines
+
+    def _keep(self, lines: list[str], known: dict[int, str], k: int) -> None:
+        """Store a value that later parts need."""
+        if k in self._slots:
+            _store(lines, f"%s{k}", known[k], "%slots", self._slots[k])
+
+    def _fused(self, lines: list[str], known: dict[int, str], k: int) -> str:
+        """Append a sum or difference with one of its products; return its name."""
+        j = self._given.fused[k]
+        a, b = (self._value(lines, known, s) for s in self._given.factors(self._sources[k][j]))
+        c = self._value(lines, known, self._sources[k][1 - j])
+        if self._ops[k] == ca.OP_SUB:
+            turned = b if j == 1 else c
+            lines.append(f"%n{k} = fneg double {turned}")
+            b, c = (f"%n{k}", c) if j == 1 else (b, f"%n{k}")
+        lines.append(f"%r{k} = call double @llvm.fma.f64(double {a}, double {b}, double {c})")
+        return f"%r{k}"
 
     def _value(self, lines: list[str], known: dict[int, str], k: int) -> str:
         """Return the name of a value, loaded from its slot at its first use in this part."""
@@ -201,7 +285,7 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
     if op in ARITHMETIC:
         lines.append(f"{r} = {ARITHMETIC[op]} double {v[0]}, {v[1]}")
     elif op == ca.OP_SQ:
-        lines.append(f"{r} = fmul contract double {v[0]}, {v[0]}")
+        lines.append(f"{r} = fmul double {v[0]}, {v[0]}")
     elif op == ca.OP_TWICE:
         lines.append(f"{r} = fadd double {v[0]}, {v[0]}")
     elif op == ca.OP_NEG:

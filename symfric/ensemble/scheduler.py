@@ -15,6 +15,7 @@ from symfric.ensemble.progress import INTERVAL, Meter
 from symfric.ensemble.store import Store
 from symfric.ensemble.worker import Halted, Task, program_or_reason, run_cases, run_chunk
 from symfric.errors import RunFailed
+from symfric.solve.program import Compiled
 from symfric.solve.routes import Program
 
 # time of work that a thread, or a worker of an executor, takes at once; so much is lost if the sweep is killed
@@ -71,6 +72,10 @@ class Queue:
         self._taken: dict[int, int] = dict.fromkeys(self._rest, 0)
         self._workers, self._lock = workers, threading.Lock()
 
+    def left(self, scene: int) -> int:
+        """Return how many cases of a scene are left."""
+        return self._rest[scene].size
+
     def next(self, present: int | None, size: int) -> tuple[int, np.ndarray] | None:
         """Return a scene and some of its cases, from the current scene if it has any left; None if the queue is empty.
 
@@ -110,7 +115,10 @@ def run_on_threads(
                 programs[scene] = program_or_reason(task)
                 while len(programs) > jobs:
                     programs.popitem(last=False)
-            return programs[scene]
+            program = programs[scene]
+            if isinstance(program, Compiled):
+                program.expect(task.names, queue.left(scene))
+            return program
 
     def stop_if_halted(_fraction: float) -> None:
         if halt.is_set():

@@ -12,7 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symfric.ensemble.grid import fingerprint
 from symfric.errors import NoRoute, RunFailed, SceneError
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
 from symfric.solve.routes import Program, Settings, prepare
 from symfric.solve.status import Status
@@ -20,8 +22,9 @@ from symfric.solve.widened import widened
 
 REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run
 CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
-KEPT = 8  # most programs kept in a process of an executor
+KEPT = 8  # most programs kept in a process, and in one of an executor
 _HERE = threading.local()
+_made: dict[tuple, Program] = {}  # the last ones at the end
 
 
 class Halted(BaseException):
@@ -53,10 +56,20 @@ class Task:
     starts: tuple[str, ...] = ()
 
 
+@alone(SYMBOLIC)
 def make_program(task: Task) -> Program:
-    """Prepare the program of a task, also the one in which all varied parameters are free."""
-    program = prepare(task.scene, task.tolerance, task.route)
-    widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
+    """Prepare the program of a task, also the one in which all varied parameters are free.
+
+    The last ones are kept, since a program may be shared: a sweep that is repeated does not wait for its own again.
+    """
+    key = fingerprint(task.scene), task.tolerance, repr(task.route), task.names
+    program = _made.pop(key, None)
+    if program is None:
+        program = prepare(task.scene, task.tolerance, task.route)
+        widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
+    _made[key] = program
+    while len(_made) > KEPT:
+        del _made[next(iter(_made))]
     return program
 
 

@@ -1,7 +1,7 @@
 """Common parts of the compiled routes: the numbers of a run, and programs that run again with other numbers."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -193,6 +193,14 @@ class Compiled:
         """
         refuse_lists(self.scene.outputs)
         return self._map(read_cases(values, initial), workers_of(threads), progress)
+
+    def expect(self, names: Iterable[str], cases: int) -> None:
+        """Get ready for so many cases in all with other values of some parameters, which may come in parts."""
+        general: Any = widened(self, dict.fromkeys(names, math.nan)) or self  # NaN differs from every value
+        general._get_ready(cases)
+
+    def _get_ready(self, cases: int) -> None:
+        """Prepare what pays for so many cases."""
 
     def _map(self, cases: CaseValues, threads: int, progress: Callable[[float], None] | None) -> Batch:
         other = np.zeros(cases.size, dtype=bool)  # cases with values that differ from built-in ones

@@ -6,6 +6,7 @@ import sympy as sp
 from longer import longer
 
 import symfric as sf
+from symfric.bench.stress.random_scenes import Dice, structure
 from symfric.solve.lanes import model, step
 from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.lanes.model import LaneModel, lane_width
@@ -161,6 +162,23 @@ def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
         same(run_in_lanes(lanes, y[n - few :], p[n - few :], 1, None), some(batch, slice(n - few, n)))
 
 
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("seed", longer((1, 57, 61, 66, 70), (57, 66, 70)))
+def test_random_scenes_have_the_bits_of_the_event_loop(seed):
+    n, drawn = 40, structure(seed)
+    x, dice, rng = drawn.system.q[0], Dice(drawn), np.random.default_rng(seed)
+    outputs = {"h": sf.HalfRange(x), "w": sf.Integral(x**2), "s": sf.Samples(x, [3.3, 15.0]), "stop": sf.StopTime()}
+    program = sf.prepare(drawn.until(20.0).wanting(outputs), 10.0 ** -rng.integers(4, 12), sf.Taylor(max_steps=20_000))
+    numbers = program._numbers
+    y, p = (np.tile(start, (n, 1)) for start in numbers.start)
+    for k in range(n):
+        draw = dice.draw(seed, k)
+        for name in draw.values.keys() & numbers._place.keys():
+            p[k, numbers._place[name]] = draw.values[name]
+        y[k] = [draw.initial[name] for name in numbers._states]
+    same(run_in_lanes(program._lanes(), y, p, 1, None), run_cases(program._model, y, p, 1, None))
+
+
 @pytest.mark.parametrize("name", ["belt, all outputs", "two belts", "a regularised law", "bristles", "samples"])
 def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     program, y, p = cases(name, 60)
@@ -232,7 +250,7 @@ def test_map_takes_lanes_for_many_cases(monkeypatch):
     np.testing.assert_array_equal(alone["half"], few["half"])
 
 
-@pytest.mark.parametrize("made", [two([], horizon=5.0).wanting({"end": sf.End()}), BELT.wanting(HALF)])
+@pytest.mark.parametrize("made", [scene(-P * X, [], HALF), BELT.wanting(HALF)])
 def test_scenes_that_are_left_to_the_event_loop(made, monkeypatch):
     monkeypatch.setattr(route, "LEAST", 1)
     monkeypatch.setattr(model, "_LONGEST", 10)

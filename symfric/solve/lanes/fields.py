@@ -1,5 +1,6 @@
 """The fields of a lane: what of a run is kept in vectors."""
 
+import hashlib
 from dataclasses import dataclass
 
 from symfric.lower.automaton import Automaton
@@ -68,6 +69,17 @@ class Plan:
     def n_p(self) -> int:
         """Number of parameters that the machine code takes."""
         return self.variants[0].prelude.nnz_in(0)
+
+    def key(self) -> str:
+        """Return a hash of all that kernels are written from."""
+        automaton = self.automaton
+        parts = [str(self.tolerance), str(self.doubt), str(self.horizon), str(self.settles), str(self.order)]
+        parts += [str(automaton.layout), str(automaton.anchors), str(automaton.n_q), automaton.gauge.serialize()]
+        parts += [str([row.kind for row in self.rows]), str(self.n_x)]
+        for v in self.variants:
+            functions = [f.serialize() for f in (v.prelude, v.series, v.probe, v.unseen) if f is not None]
+            parts += [*functions, str(v.exposed)]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     @property
     def starting(self) -> tuple[int, ...]:

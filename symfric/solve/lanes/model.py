@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import casadi as ca
@@ -12,6 +12,8 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.functions import compile_functions
+from symfric.codegen.llvm_ir import Drafted
+from symfric.codegen.loop_loader import sources_key
 from symfric.codegen.target import target_machine
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import LINE_GUARDS
@@ -35,6 +37,12 @@ def lane_width() -> int:
     target_machine(opt=0)  # makes LLVM ready
     has = llvm.get_host_cpu_features()
     return 8 if has.get("avx512f") else 4 if has.get("avx2") else 2
+
+
+@cache
+def _written_by() -> str:
+    """Return a key of the sources that write the kernels."""
+    return sources_key("symfric.solve.lanes.event") + sources_key("symfric.solve.lanes.located")
 
 
 def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
@@ -62,12 +70,11 @@ class LaneModel:
 
     def __init__(self, plan: Plan, model: CompiledModel, width: int | None = None):
         self.plan, self.model, self.width = plan, model, width or lane_width()
-        kernels = [smooth_step(plan, self.width)]
+        key = f"{_written_by()} {plan.key()} {self.width}"
+        kernels = [Drafted("smooth", key, partial(smooth_step, plan, self.width))]
         if plan.n_g:
-            located = event_step if plan.settles else located_step
-            kernels += [
-                located(plan, self.width, name, k) for k, name in enumerate(("event", "stick")[: len(plan.variants)])
-            ]
+            located, names = event_step if plan.settles else located_step, ("event", "stick")[: len(plan.variants)]
+            kernels += [Drafted(name, key, partial(located, plan, self.width, name, k)) for k, name in enumerate(names)]
         self._code = compile_functions(kernels)
         self.addresses = self._code.addresses
         self._idle: deque[LaneWorkspace] = deque(maxlen=_KEPT)

@@ -124,8 +124,9 @@ class Step(WantedRows):
                 near = g.max(g.max(g.abs(row[0]), g.abs(row[1]) * v["h_last"]), EPS / fine * scale)
                 fresh = self.fresh(r - self.plan.n_x)
                 scale = near if fresh is False else g.select(fresh, scale, near)
-            self.require((scale >= TINY) | g.compare_whole("eq", most, 0))
-            size = g.bits(scale)
+            ends_early = g.compare_whole("eq", most, 0)  # nothing to compare with the scale, which may be zero
+            self.require((scale >= TINY) | ends_early)
+            size = g.bits(g.select(ends_early, 1.0, scale))
             for k, e in enumerate(ends):
                 if moves(e):
                     part = g.whole("sub", g.bits(g.abs(e)), size)

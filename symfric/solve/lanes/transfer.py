@@ -9,6 +9,7 @@ from symfric.solve.loop.noted_values import next_due
 from symfric.solve.loop.precision import ROUNDING, TIE
 from symfric.solve.loop.run_arrays import EXPAND, SEGMENT, SETTLE
 from symfric.solve.loop.run_rules import WINDOW
+from symfric.solve.loop.step_acceptance import note_rates
 from symfric.solve.loop.workspace import FORCES, PULL
 
 # how a run may go on in a lane: it moves, a guard is at zero, it sticks, not at all
@@ -85,7 +86,8 @@ def to_loop(b, w, block, k, met):
     for i in range(n_x):
         w.y[i] = block[i, k]
     w.y[n_x], w.clock.t_low, w.clock.h_last = block[at.t, k], block[at.t_low, k], block[at.h_last, k]
-    if block[at.steps, k] > w.counts.steps:
+    advanced = block[at.steps, k] > w.counts.steps
+    if advanced:
         w.counts.stall = 0
         for g in range(w.fresh.size):
             w.fresh[g] = 0
@@ -106,6 +108,10 @@ def to_loop(b, w, block, k, met):
         w.counts.phase = SEGMENT
     if at.settles:
         _mode_to_loop(b, w, block, k)
+    if w.limits.checked and advanced:
+        for i in range(n_x + 1):
+            w.trial[i] = w.y[i]
+        note_rates(w)
 
 
 @compiled

@@ -54,6 +54,8 @@ def reset(w):
     w.hit[:] = 0
     w.fresh[:] = 0
     w.slack[:] = 0.0
+    for r in range(n_x):
+        w.base[1, r], w.base[2, r] = 0.0, 0.0
     for e in range(w.kind.size):
         w.total[e, 0], w.total[e, 1], w.total[e, 3] = np.inf, -np.inf, 0.0
         w.total[e, 2] = 0.0

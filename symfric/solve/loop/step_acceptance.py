@@ -129,13 +129,10 @@ def _obeys(w, n_x, t, tau):
     """Whether rates and exposed rows of the polynomial after the time t satisfy the equations (small defect)."""
     _try_end(w, n_x, t)
     w.trial[n_x] = w.y[n_x] + (w.clock.t_low + t)
-    probe_trial(w)
-    for r in range(w.limits.n_q):
-        w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
+    note_rates(w)
     tolerance = _SLACK * w.clock.tolerance
     for r in range(w.limits.n_q, n_x):
         rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
-        w.base[1, r], w.base[2, r] = truth, w.probe[r, 2]
         scale = max(w.scale[r], start * t, abs(truth) * t)
         allowed = tolerance * scale + t * (1e-12 * (start + abs(truth)) + _NOTHING)
         error = abs(rate - truth) * t
@@ -151,6 +148,14 @@ def _obeys(w, n_x, t, tau):
         if error > allowed and error > allowed + _rounding(w, r):
             return not abs(truth) < np.inf
     return True
+
+
+@compiled(inline=True)
+def note_rates(w):
+    """Compute rates and curvatures at the trial state, from where `start_singular` may have to go on."""
+    probe_trial(w)
+    for r in range(w.trial.size - 1):
+        w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
 
 
 @compiled(fused=True)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from symfric.solve.lanes.model import LaneModel
 
 LEAST = 1000  # cases for which lanes are compiled, which takes as long as some thousands of them; the bits are the same
+FEWEST = 16  # cases that pay in lanes that there are
 MARGIN = 0.2  # tolerance of a step relative to that of the run, so that the error of a run stays below it
 
 
@@ -155,12 +156,17 @@ class TaylorProgram(Compiled):
         self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
     ) -> CaseArrays:
         """Run many cases in lanes of vectors where the scene can, as long as compiling the lanes pays."""
-        lanes = self._lanes() if len(y) >= LEAST else None
+        self._get_ready(len(y))
+        lanes = self._lane_models[0] if self._lane_models and len(y) >= FEWEST else None
         if lanes is None:
             return run_cases(self._model, y, p, threads, progress)
         from symfric.solve.lanes.cases import run_in_lanes  # numba: not for a single run
 
         return run_in_lanes(lanes, y, p, threads, progress)
+
+    def _get_ready(self, cases: int) -> None:
+        if cases >= LEAST:
+            self._lanes()
 
     def _lanes(self) -> "LaneModel | None":
         from symfric.solve.lanes.model import LaneModel, plan_of
