@@ -11,100 +11,9 @@ from typing import Any
 
 import casadi as ca
 
+from symfric.codegen.lane_values import FLAG, REAL, WHOLE, Lanes, Value, is_number, kind_of, moves, real
 from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Instructions, Written
 from symfric.errors import SceneError
-
-REAL, FLAG, WHOLE = "d", "b", "i"  # kinds of values
-
-
-class Lanes:
-    """A value in every lane; plain numbers fold.
-
-    Comparisons are ordered: false for NaN.
-    """
-
-    __slots__ = ("g", "kind", "name")
-
-    def __init__(self, g: "LaneCode", name: str, kind: str):
-        self.g, self.name, self.kind = g, name, kind
-
-    def __add__(self, other):
-        return self.g.add(self, other)
-
-    def __radd__(self, other):
-        return self.g.add(other, self)
-
-    def __sub__(self, other):
-        return self.g.sub(self, other)
-
-    def __rsub__(self, other):
-        return self.g.sub(other, self)
-
-    def __mul__(self, other):
-        return self.g.mul(self, other)
-
-    def __rmul__(self, other):
-        return self.g.mul(other, self)
-
-    def __truediv__(self, other):
-        return self.g.div(self, other)
-
-    def __rtruediv__(self, other):
-        return self.g.div(other, self)
-
-    def __neg__(self):
-        return self.g.neg(self)
-
-    def __lt__(self, other):
-        return self.g.compare("olt", self, other)
-
-    def __le__(self, other):
-        return self.g.compare("ole", self, other)
-
-    def __gt__(self, other):
-        return self.g.compare("ogt", self, other)
-
-    def __ge__(self, other):
-        return self.g.compare("oge", self, other)
-
-    def __and__(self, other):
-        return self.g.logic("and", self, other)
-
-    __rand__ = __and__
-
-    def __or__(self, other):
-        return self.g.logic("or", self, other)
-
-    __ror__ = __or__
-
-    def __xor__(self, other):
-        return self.g.logic("xor", self, other)
-
-    def __invert__(self):
-        return self.g.logic("xor", self, True)
-
-    __hash__ = None  # type: ignore[assignment]
-
-
-Value = Any  # Lanes, or a number that is the same in all of them
-
-
-def kind_of(a: Value) -> str:
-    """Return the kind of a value."""
-    return a.kind if isinstance(a, Lanes) else FLAG if isinstance(a, bool) else REAL
-
-
-def moves(a: Value) -> bool:
-    """Whether a value is anything but a number that is known now."""
-    return isinstance(a, Lanes)
-
-
-def _real(a: Value) -> Value:
-    return a if isinstance(a, Lanes) else float(a)
-
-
-def _is(a: Value, x: float) -> bool:
-    return not isinstance(a, Lanes) and a == x
 
 
 class LaneCode:
@@ -149,7 +58,7 @@ class LaneCode:
         return "<" + ", ".join([entry] * self._width) + ">"
 
     def _op(self, text: str, kind: str, a: Value, b: Value) -> Lanes:
-        a, b = (_real(a), _real(b)) if kind == REAL else (a, b)
+        a, b = (real(a), real(b)) if kind == REAL else (a, b)
         return self._new(kind, f"{text} {self._type[kind]} {self._ref(a)}, {self._ref(b)}")
 
     def _arithmetic(self, op: int, a: Value, b: Value) -> Lanes:
@@ -161,35 +70,35 @@ class LaneCode:
         """Return a + b."""
         if not moves(a) and not moves(b):
             return a + b
-        return b if _is(a, 0) else a if _is(b, 0) else self._arithmetic(ca.OP_ADD, a, b)
+        return b if is_number(a, 0) else a if is_number(b, 0) else self._arithmetic(ca.OP_ADD, a, b)
 
     def sub(self, a, b):
         """Return a - b."""
         if not moves(a) and not moves(b):
             return a - b
-        return a if _is(b, 0) else self.neg(b) if _is(a, 0) else self._arithmetic(ca.OP_SUB, a, b)
+        return a if is_number(b, 0) else self.neg(b) if is_number(a, 0) else self._arithmetic(ca.OP_SUB, a, b)
 
     def mul(self, a, b):
         """Return a b; zero if one of them is known to be that."""
         if not moves(a) and not moves(b):
             return a * b
-        if _is(a, 0) or _is(b, 0):
+        if is_number(a, 0) or is_number(b, 0):
             return 0.0
-        return b if _is(a, 1) else a if _is(b, 1) else self._arithmetic(ca.OP_MUL, a, b)
+        return b if is_number(a, 1) else a if is_number(b, 1) else self._arithmetic(ca.OP_MUL, a, b)
 
     def div(self, a, b):
         """Return a / b."""
         if not moves(a) and not moves(b):
             return a / b
-        return 0.0 if _is(a, 0) else self._arithmetic(ca.OP_DIV, a, b)
+        return 0.0 if is_number(a, 0) else self._arithmetic(ca.OP_DIV, a, b)
 
     def fma(self, a, b, c):
         """Return a b + c with one rounding."""
-        if _is(a, 0) or _is(b, 0):
+        if is_number(a, 0) or is_number(b, 0):
             return c
-        if _is(a, 1) or _is(b, 1):
-            return self.add(b if _is(a, 1) else a, c)
-        return self._intrinsic("fma", *map(_real, (a, b, c)))
+        if is_number(a, 1) or is_number(b, 1):
+            return self.add(b if is_number(a, 1) else a, c)
+        return self._intrinsic("fma", *map(real, (a, b, c)))
 
     def twice(self, a):
         """Return 2 a."""
@@ -214,7 +123,7 @@ class LaneCode:
 
     def compare(self, how: str, a, b) -> Lanes:
         """Return a mask."""
-        return self._new(FLAG, f"fcmp {how} {self._type[REAL]} {self._ref(_real(a))}, {self._ref(_real(b))}")
+        return self._new(FLAG, f"fcmp {how} {self._type[REAL]} {self._ref(real(a))}, {self._ref(real(b))}")
 
     def equal(self, a, b) -> Lanes:
         """Return where two numbers are equal."""

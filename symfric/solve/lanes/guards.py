@@ -6,7 +6,7 @@ What is found is what `symfric.solve.loop.event_loop` finds, to the bit; where i
 from collections.abc import Sequence
 from typing import Any
 
-from symfric.codegen.lane_ir import moves
+from symfric.codegen.lane_values import moves
 from symfric.lower.mode_layout import contact_of, is_slip
 from symfric.solve.lanes.step import Step
 from symfric.solve.loop.precision import EPS, MARCHES, TIE, TOUCH

@@ -1,6 +1,6 @@
 """Steps without events, and steps that may end at one, for all lanes at once."""
 
-from symfric.codegen.lane_ir import moves
+from symfric.codegen.lane_values import moves
 from symfric.codegen.llvm_ir import Written
 from symfric.solve.lanes.fields import MET, Plan
 from symfric.solve.lanes.guards import GuardedStep

@@ -10,7 +10,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from symfric.codegen.lane_ir import LaneCode, moves
+from symfric.codegen.lane_ir import LaneCode
+from symfric.codegen.lane_values import moves
 from symfric.codegen.llvm_ir import Written
 from symfric.solve.lanes.fields import CALLED, LEFT, OWED, OWED_OF, Plan
 from symfric.solve.lanes.wanted_rows import WantedRows

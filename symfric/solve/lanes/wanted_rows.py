@@ -6,7 +6,8 @@ As in `symfric.solve.loop.event_loop` and `symfric.solve.loop.polynomials`, oper
 from collections.abc import Sequence
 from typing import Any
 
-from symfric.codegen.lane_ir import LaneCode, moves
+from symfric.codegen.lane_ir import LaneCode
+from symfric.codegen.lane_values import moves
 from symfric.model.outputs import INTEGRAL, RANGE, VALUES
 from symfric.solve.lanes.fields import NOTED, Plan
 from symfric.solve.loop.precision import HALF_OF_DIGITS
