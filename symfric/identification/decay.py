@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.identification.direct import Formula, fit_formula, noise_of, with_notes
+from symfric.identification.direct import Formula, fit_formula, noise_of
 from symfric.identification.extremes import Extremes, extremes
 from symfric.identification.fit import Fit
 from symfric.identification.records import Channel, check_row, numbers
@@ -150,7 +150,7 @@ def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadrat
     fit = replace(fit, scenes={"": _scene(fit, found)})
     loss = 1 - abs(found.x[2] - fit.values["offset"]) / abs(found.x[0] - fit.values["offset"])
     rough = f"each swing loses {100 * loss:.0f} %, too much for an envelope; use sf.identify on fit.scene"
-    return with_notes(fit, rough) if loss > ROUGH else fit
+    return replace(fit, notes=(rough, *fit.notes)) if loss > ROUGH else fit
 
 
 @alone(SYMBOLIC)

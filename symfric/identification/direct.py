@@ -1,7 +1,7 @@
 """Fits of formulas to measured points, on the same least squares as fits of scenes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
-from symfric.identification.identify import made_fit
 from symfric.identification.local_fit import Problem, polished, stepped_over
+from symfric.identification.making import made_fit
 from symfric.identification.prediction import Prediction
 from symfric.identification.records import Channel, places
 from symfric.identification.starts import best_of, chosen_starts
@@ -99,8 +99,3 @@ def noise_of(sigma: Any, size: int) -> np.ndarray | None:
     if not np.all(row > 0):
         raise SceneError("sigma is not positive; give standard deviations of the noise")
     return row
-
-
-def with_notes(fit: Fit, *notes: str) -> Fit:
-    """Return a fit with further notes in front."""
-    return replace(fit, notes=(*notes, *fit.notes))

@@ -8,9 +8,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from symfric.errors import NotFound, SceneError
-from symfric.identification.crossings import crossings_near
 from symfric.identification.fit import Fit
+from symfric.identification.joined_fit import joined_fit
 from symfric.identification.local_fit import Minimum, Problem, polished, stepped_over
+from symfric.identification.making import made_fit
 from symfric.identification.prediction import PredictionModel, Predictor
 from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
@@ -22,7 +23,6 @@ from symfric.solve.program import check_tolerance
 
 UNLIKE = 100.0  # ratio of a record to what the scene can do, beyond which the record is in another unit
 TRIALS = 64  # cases that such a comparison takes
-LARGE, EXACT = 0.9, 1e-6  # residuals over the variation of a record: no fit at all, and no noise at all
 REWEIGHTED, SAME = 10, 1e-3  # rounds of estimating the noise of several records, and the change that ends them
 
 
@@ -34,6 +34,7 @@ def identify(
     sigma: Any = None,
     starts: int = 8,
     *,
+    segments: int = 1,
     seed: int = 0,
     tolerance: float = 1e-10,
     threads: int = 1,
@@ -59,6 +60,10 @@ def identify(
     starts : int
         How many starts; the scene's own values are the first if they lie between the bounds, the others are the best
         ones of 32 times as many Sobol points, by the whole record and by its first part in turn.
+    segments : int
+        Pieces of time into which the records are cut for multiple shooting: every piece runs from a start of its own
+        that is fitted too, and the pieces have to join. For long records, in which the cost of one run has many
+        minima, and for chaotic ones, which one run cannot follow; a few swings a piece.
     seed : int
         Of the Sobol points.
     tolerance : float
@@ -84,7 +89,8 @@ def identify(
     because it grazes or two events coincide, they are differences. The cost has an edge or a jump where the sequence of
     events changes; points behind such places are tried before a minimum is accepted. Unknowns between positive bounds
     of a ratio of 100 or more are searched by their logarithm. ``covariance = s^2 (J' J)^-1``, with s^2 = 1 for given
-    noise; Seber and Wild, Nonlinear Regression (1989), section 5.1.
+    noise; Seber and Wild, Nonlinear Regression (1989), section 5.1. With `segments` see
+    `symfric.identification.shooting.join`.
 
     Examples
     --------
@@ -102,6 +108,8 @@ def identify(
     unknowns = read_unknowns(parameters, scenes, channels)
     if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
         raise SceneError(f"starts is {starts!r}; give how many starts the fit makes, at least 1")
+    if isinstance(segments, bool) or not isinstance(segments, int | np.integer) or segments < 1:
+        raise SceneError(f"segments is {segments!r}; give into how many pieces the records are cut, at least 1")
     samples = sum(c.y.size for c in channels)
     if samples < unknowns.size:
         raise SceneError(
@@ -113,7 +121,10 @@ def identify(
     weight = np.concatenate([1 / c.sigma if c.sigma is not None else _first_weight(c.y, channels) for c in channels])
     problem = Problem(predictor, y, weight)
     _check_units(problem)
-    found = best_of(problem, chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns)))
+    begins = chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns))
+    if segments > 1:
+        return joined_fit(problem, begins, int(segments), known)
+    found = best_of(problem, begins)
     if not found or not np.isfinite(found[0].cost):
         raise NotFound(
             "no run between the bounds reaches the end of the records; simulate the scene with values between them to "
@@ -203,73 +214,3 @@ def _rows(predictor: PredictionModel):
 def _spread(rest: np.ndarray, share: float, y: np.ndarray) -> float:
     """Return the standard deviation of residuals, of exact ones no less than rounding."""
     return max(float(np.sqrt(np.mean(rest**2) / max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))
-
-
-def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool) -> Fit:
-    """Return the fit at a minimum."""
-    predictor, unknowns = problem.predictor, problem.predictor.unknowns
-    at = predictor.at(best.values)
-    jacobian = problem.weight[:, None] * np.where(np.isfinite(at.slopes), at.slopes, 0.0)
-    values = dict(zip(unknowns.names, best.values.tolist(), strict=True))
-    on = (best.values == unknowns.low) | (best.values == unknowns.high)
-    active = tuple(n for n, a in zip(unknowns.names, on, strict=True) if a)
-    scenes = predictor.scenes_at(best.values)
-    rest = (problem.y - at.y) * problem.weight
-    freedom = max(1, int(np.count_nonzero(problem.weight)) - int(np.count_nonzero(~on)))
-    scale = 1.0 if known else float(np.sqrt(rest @ rest / freedom))
-    sigma = {c.key: scale * float(np.mean(1 / problem.weight[r])) for c, r in _rows(predictor)}
-    fit = Fit(
-        names=unknowns.names,
-        values=values,
-        scenes=scenes,
-        tries=tuple(tries),
-        crossings=crossings_near(problem, best, jacobian, 1.0 if known else scale**2, at.sequence),
-        notes=(),
-        active=active,
-        sigma=sigma,
-        law=None,
-        evaluations=best.evaluations + sum(m.evaluations for m in tries[1:]),
-        _problem=problem,
-        _known=known,
-        _y=at.y,
-        _jacobian=jacobian,
-    )
-    return replace(fit, notes=tuple(_notes(fit, at.secants)))
-
-
-def _notes(fit: Fit, secants: int):
-    """Yield what a reader should know before using the numbers."""
-    for name in fit.active:
-        yield f"{name} is at its bound; widen it, or take the value as unknown beyond it"
-    for direction in fit.unidentifiable:
-        yield str(direction)
-    for crossing in fit.crossings:
-        shown = ", ".join(f"{n} = {v:.6g}" for n, v in crossing.values.items())
-        if not np.isfinite(crossing.jump):
-            yield f"within one standard error, beyond {shown}, no run reaches the end of the records; use profiles"
-            continue
-        kind = f"jumps by {100 * crossing.jump:.2g} %" if abs(crossing.jump) > 1e-3 else "has an edge"
-        yield (
-            f"within one standard error, at {shown}, the number of events goes from {crossing.events[0]} to "
-            f"{crossing.events[1]} and the cost {kind}; use profiles in place of standard errors"
-        )
-    if secants:
-        yield "the motion grazes or has simultaneous events here: parts of the derivatives are differences"
-    for name, found in fit.diagnostics.items():
-        size = float(np.std(fit.records[name][1]))
-        if found.rms > LARGE * size and np.isfinite(found.white):
-            yield (
-                f"the fit explains hardly anything of {name}: its residuals are as large as its variation; check what "
-                f"it measures, the units of its values and times, and the bounds"
-            )
-        elif not found.is_white and found.rms > EXACT * size:
-            yield (
-                f"the residuals of {name} are not white noise (autocorrelation {found.autocorrelation:.2f}): the scene "
-                "or the sensor lacks something, and standard errors are too small"
-            )
-    if fit._known and fit.freedom > 0:
-        ratio = 2 * fit.cost / fit.freedom
-        spread = 4 * np.sqrt(2 / fit.freedom)
-        if abs(ratio - 1) > spread:
-            word = "larger" if ratio > 1 else "smaller"
-            yield f"the residuals are {np.sqrt(ratio):.3g} times as large as sigma says, {word} than chance explains"

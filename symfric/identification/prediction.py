@@ -115,7 +115,7 @@ class Predictor:
         scene = self.scenes[label].until(max(float(c.t[-1]) for c in own)).wanting(outputs)
         if values is not None:
             return self.filled(scene, label, values)
-        if all(scene.values[scene.parameter(n)] is not None for n in self._names(label, VALUE)):
+        if all(scene.values[scene.parameter(n)] is not None for n in self.names(label, VALUE)):
             return self.filled(scene, label, self.unknowns.outer(np.full(self.unknowns.size, 0.5)), starts_only=True)
         refusal = None
         for point in qmc.Sobol(self.unknowns.size, seed=0).random(TRIALS):  # the first that the scene accepts
@@ -127,7 +127,7 @@ class Predictor:
 
     def filled(self, scene: Scene, label: str, values: np.ndarray, starts_only: bool = False) -> Scene:
         """Return a scene with the values and starts of a fit."""
-        changes, starts = ({n: float(v) for n, v in part.items()} for part in self._changes(label, values))
+        changes, starts = ({n: float(v) for n, v in part.items()} for part in self.changes(label, values))
         scene = scene.where(changes) if changes and not starts_only else scene
         return scene.starting(starts) if starts else scene
 
@@ -144,7 +144,7 @@ class Predictor:
         """Programs with derivatives; None for a scene that has no unknowns but those of its sensors."""
         found = {}
         for label in self.labels:
-            names = [target.name for _, target in self._own(label)]
+            names = [target.name for _, target in self.own(label)]
             scene = self.scene_of(label)
             scene = scene.wanting({**scene.outputs, "events of the run": Events()})
             found[label] = (
@@ -152,7 +152,7 @@ class Predictor:
             )
         return found
 
-    def _own(self, label: str) -> list:
+    def own(self, label: str) -> list:
         """Return index and target of the unknowns that set something of a scene itself."""
         return [
             (k, target)
@@ -161,17 +161,18 @@ class Predictor:
             if target.label == label and target.kind in (VALUE, START)
         ]
 
-    def _names(self, label: str, kind: str) -> list[str]:
-        return [target.name for _, target in self._own(label) if target.kind == kind]
+    def names(self, label: str, kind: str) -> list[str]:
+        """Return the names of the values, or the starts, of a scene that are fitted."""
+        return [target.name for _, target in self.own(label) if target.kind == kind]
 
-    def _changes(self, label: str, values: np.ndarray) -> tuple[dict, dict]:
+    def changes(self, label: str, values: np.ndarray) -> tuple[dict, dict]:
         """Return the values and the starts of a scene, for one (n_p,) or many sets of values (n, n_p)."""
         found: tuple[dict, dict] = {}, {}
-        for k, target in self._own(label):
+        for k, target in self.own(label):
             found[target.kind == START][target.name] = values[..., k]
         return found
 
-    def _sensors(self, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    def sensors(self, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return scale and offset of every channel, for one or many sets of values."""
         found = []
         for channel in self.channels:
@@ -186,9 +187,9 @@ class Predictor:
     def many(self, values: np.ndarray) -> np.ndarray:
         """Return the predictions for many sets of values, shape (n, n_p) to (samples, n); NaN where a run failed."""
         found = np.full((self.size, len(values)), np.nan)
-        sensors = self._sensors(values)
+        sensors = self.sensors(values)
         for label, program in self._plain.items():
-            changes, starts = self._changes(label, values)
+            changes, starts = self.changes(label, values)
             batch = program.map(changes, starts, self.threads) if changes or starts else program.map()
             for channel, rows, (scale, offset) in zip(self.channels, self.rows, sensors, strict=True):
                 if channel.scene == label:
@@ -210,7 +211,7 @@ class Predictor:
         """
         y, slopes = np.full(self.size, np.nan), np.zeros((self.size, self.unknowns.size))
         sequence: list = []
-        sensors = self._sensors(values)
+        sensors = self.sensors(values)
         for label in self.labels:
             run = self._run(label, values, settings or {})
             sequence.append(() if run is None else _sequence(run))
@@ -228,7 +229,7 @@ class Predictor:
 
     def _run(self, label: str, values: np.ndarray, settings: Mapping[str, float]) -> Run | None:
         """Return the run of a scene with derivatives, None if it failed."""
-        changes, starts = ({n: float(v) for n, v in part.items()} for part in self._changes(label, values))
+        changes, starts = ({n: float(v) for n, v in part.items()} for part in self.changes(label, values))
         try:
             run = self._sensitive[label].run({**changes, **settings}, starts)
         except SceneError:  # values that the scene refuses
