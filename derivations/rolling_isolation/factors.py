@@ -6,6 +6,7 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from derivations.rolling_isolation.structure import D, L, f
+from symfric.theory import scaling
 
 PART = Ledger("rolling_isolation", "2.3: scale factors")
 
@@ -121,6 +122,43 @@ def _(low, high):
     bounds = max((d - half) / s**3 for s, d in entries), min((d + half) / s**3 for s, d in entries)
     inside = sp.Integer(0 if bounds[0] < MASS < bounds[1] < 1 / sp.Rational("122.5") else 1)
     return bounds[0] - low, bounds[1] - high, inside
+
+
+# --- Beyond the source: dampers C |w|^alpha, friction that depends on the speed, the density for a table --------------
+ALPHA = sp.Symbol("alpha", positive=True)
+
+
+@PART.verified(
+    "beyond 2.3 damper", "factor of C with the force C |w|^alpha", f.damper(ALPHA), note="alpha = 1 is the printed row"
+)
+def _(claim):
+    by_dimension = _factor("force") / _factor("velocity") ** ALPHA
+    return (
+        sp.simplify(by_dimension - claim),
+        sp.simplify(claim - D ** (ALPHA / 2) / L**2),
+        sp.simplify(claim.subs(ALPHA, 1) - f.damping),
+    )
+
+
+@PART.verified("beyond 2.3 speeds", "factor of the speeds at which a law of friction changes, v_c", 1 / sp.sqrt(D))
+def _(claim):
+    return _factor("velocity") - claim
+
+
+@PART.verified(
+    "beyond 2.3 density",
+    "D with which accelerations scale by 1; factor of the mass then; L at which the mass of table 2 balances",
+    L,
+    1 / L**2,
+    1 / sp.sqrt(MASS),
+    note="11.0682: between the models 1:10 and 1:13, whose accelerations scale by 1.225 and 0.725",
+)
+def _(density, mass, balance):
+    (found,) = sp.solve(f.acceleration - 1, D)
+    (length,) = sp.solve(f.acceleration.subs(D, MASS * L**3) - 1, L)
+    package = scaling.for_table(1.0, float(MASS))
+    beside = [int(abs(a - b) > 1e-9) for a, b in ((package.L, float(balance)), (package.D, float(balance)))]
+    return found - density, f.mass.subs(D, density) - mass, length - balance, *beside
 
 
 @PART.verified("Section 2.3 extra mass", "added mass over that of a model of density 1, table 2", MASS * L**3 - 1)

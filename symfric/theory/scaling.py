@@ -1,6 +1,7 @@
 """Similarity of shaking-table models of a rolling isolator: scale factors, and responses converted to full scale."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,15 +9,22 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model import scenes
+from symfric.model.laws import Law
 from symfric.model.offering import offer
-from symfric.model.symbols import finite
+from symfric.model.scene import Scene
+from symfric.model.symbols import SPEED, finite
+from symfric.model.system import Signal
 
 __all__ = [
     "FACTORS",
     "SYMBOLS",
     "Factors",
     "ScalingSymbols",
+    "TableModel",
     "factors",
+    "for_table",
+    "isolator_model",
     "returned_ratio",
 ]
 
@@ -83,6 +91,30 @@ class Factors:
     def friction_distortion(self) -> float | sp.Expr:
         """Apparent over true coefficient of friction of a model under unscaled gravity."""
         return self.gravity_2 / self.gravity_1
+
+    def damper(self, alpha: float = 1.0) -> float | sp.Expr:
+        """Return the factor of C of a damper with the force ``C |w|^alpha``: ``D^(alpha/2)/L^2``.
+
+        Parameters
+        ----------
+        alpha : float
+            Its exponent, > 0; 1 gives `damping`.
+
+        Returns
+        -------
+        float or Expr
+
+        Notes
+        -----
+        Its force scales by 1/L^2, the speed by D^(-1/2). Beyond the source; derivations/rolling_isolation/factors.py.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.theory.scaling.factors(4, D=4.0).damper(0.5)
+        0.08838834764831843
+        """
+        return self.force / self.velocity**alpha
 
     def __repr__(self) -> str:
         return f"Factors(length={self.length}, density={self.density}, acceleration={self.acceleration})"
@@ -164,6 +196,165 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
     D = _positive(1.0 if D is None else D, "D") if mass is None else _positive(mass, "mass") * L**3
     values = {name: float(formula.subs({_L: L, _D: D})) for name, formula in FACTORS.to_dict().items()}
     return Factors(**values)
+
+
+class TableModel(NamedTuple):
+    """A model for a shaking table, under the gravity that there is.
+
+    Attributes
+    ----------
+    L, D : float
+        Length of the prototype over that of the model; density of the model over that of the prototype.
+    mass : float
+        Of the model, kg.
+    extra_mass : float
+        Of it, what must be added to a model of the prototype's material, kg; negative if it must be lighter.
+    friction_distortion : float
+        Apparent over true coefficient of friction; 1 if gravity is as similarity demands it. The model's coefficient
+        over this one makes up for it.
+    """
+
+    L: float
+    D: float
+    mass: float
+    extra_mass: float
+    friction_distortion: float
+
+
+@alone(SYMBOLIC)
+def for_table(mass: float, load: float, L: float | None = None) -> TableModel:
+    """Choose the density of a model, by masses added to it, for the load that a shaking table carries.
+
+    Parameters
+    ----------
+    mass : float
+        Of the prototype, kg.
+    load : float
+        Largest mass of a model on the table, kg.
+    L : float, optional
+        Length of the prototype over that of the model, >= 1; unless given, the largest model that needs no other
+        gravity.
+
+    Returns
+    -------
+    TableModel
+        With ``D = L``, where accelerations scale by 1 and gravity is that of the model, if the table carries it; else
+        with as much mass as it carries.
+
+    Raises
+    ------
+    SceneError
+        If an argument is out of range.
+
+    Notes
+    -----
+    The acceleration scales by L/D, the mass by ``D/L^3``: with D = L by ``1/L^2``, so that ``L = sqrt(mass/load)`` is
+    the largest model without distorted gravity. The source's table 2 keeps the mass at 0.008163 of the prototype's,
+    which balances at L = 11.068; its conclusion (1) proposes to adjust the density so. Proved in
+    derivations/rolling_isolation/factors.py.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> model = sf.theory.scaling.for_table(mass=3e5, load=0.008163 * 3e5)
+    >>> f"1:{model.L:.4f}, D = {model.D:.4f}, {model.extra_mass:.0f} of {model.mass:.0f} kg added"
+    '1:11.0682, D = 11.0682, 2228 of 2449 kg added'
+    >>> f"{sf.theory.scaling.for_table(mass=3e5, load=2449, L=7).friction_distortion:.3f}"
+    '0.400'
+    """
+    mass, load = _positive(mass, "mass"), _positive(load, "load")
+    L = max(1.0, float(np.sqrt(mass / load))) if L is None else _positive(L, "L")
+    if L < 1:
+        raise SceneError(f"L is {L:g}; a model is not larger than its prototype, so give L >= 1")
+    D = min(L, load * L**3 / mass)
+    own = mass / L**3
+    return TableModel(L, D, D * own, (D - 1) * own, D / L)
+
+
+@alone(SYMBOLIC)
+def isolator_model(
+    factors: Factors,
+    *,
+    C,
+    m,
+    motion,
+    profile,
+    alpha=1.0,
+    law: Law | None = None,
+    rest_speed=1e-5,
+    g=9.81,
+    gravity: str = "scaled",
+) -> Scene:
+    """Return the model of a rolling isolator: the ready scene with everything scaled.
+
+    Parameters
+    ----------
+    factors : Factors
+        From `factors`.
+    C, m, motion, profile, alpha, law, rest_speed, g
+        The prototype's, as in `symfric.scenes.rolling_isolator`.
+    gravity : {"scaled", "table"}
+        Gravity as similarity demands it, or as it is on a shaking table.
+
+    Returns
+    -------
+    Scene
+        Of `symfric.scenes.rolling_isolator`.
+
+    Raises
+    ------
+    SceneError
+        If an argument is wrong.
+
+    Notes
+    -----
+    The damper's constant scales by ``D^(alpha/2)/L^2``, the speeds of a law by ``D^(-1/2)``, the record by the factors
+    of acceleration and time, a profile by its positions. With scaled gravity every response is then that of the
+    prototype times its factor: the source's solution where friction depends on the speed, which it leaves open.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> scaling, motion = sf.theory.scaling, sf.motions.sine_burst(3.0, 1.5, cycles=6)
+    >>> prototype = {"C": 1e5, "m": 3e5, "motion": motion, "profile": 0.02, "alpha": 1.5}
+    >>> prototype["law"] = sf.laws.stribeck(1.0, 0.6, 0.1)
+    >>> peaks = [
+    ...     sf.simulate(scaling.isolator_model(by, **prototype))["peak_displacement"] / by.length
+    ...     for by in (scaling.factors(1), scaling.factors(7, D=2.8))
+    ... ]
+    >>> f"{peaks[1] / peaks[0]:.9f}"
+    '1.000000000'
+    """
+    if gravity not in ("scaled", "table"):
+        raise SceneError(f"gravity is {gravity!r}; it is 'scaled' or that of a 'table'")
+    f = factors
+    if law is not None:
+        if law.memory is not None:
+            raise SceneError("the law has memory, whose displacements are not scaled here; scale its parameters")
+        breaks, steep = (tuple(f.velocity * e for e in speeds) for speeds in (law.breaks, law.steep))
+        law = replace(law, kinetic=law.kinetic.subs(SPEED, SPEED / f.velocity), breaks=breaks, steep=steep)
+    record = motion if isinstance(motion, Signal) else Signal(motion.samples, motion.dt)
+    return scenes.rolling_isolator(
+        C=C * f.damper(alpha),
+        m=m * f.mass,
+        motion=Signal(record.samples * f.acceleration, record.dt * f.time, record.t0 * f.time),
+        profile=_scaled_profile(profile, f),
+        g=g * (f.gravity_1 if gravity == "scaled" else f.gravity_2),
+        alpha=alpha,
+        law=law,
+        rest_speed=rest_speed * f.velocity,
+        horizon=(record.t_end + 20.0) * f.time,
+    )
+
+
+def _scaled_profile(profile, f: Factors):
+    """Return a profile of friction with its positions scaled."""
+    if not isinstance(profile, Sequence | np.ndarray):
+        return profile
+    first, second = profile
+    if np.ndim(first) == 0:
+        return first, second * f.friction_increment
+    return np.asarray(first, dtype=float) * f.length, second
 
 
 def returned_ratio(model, prototype, factor):

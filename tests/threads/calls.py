@@ -160,6 +160,10 @@ THEORY = {
     "theory.presliding.iwan_backbone": lambda k: sf.theory.presliding.iwan_backbone(1.0 + k, -0.5, 1.0, 0.7),
     "theory.presliding.iwan_dissipation": lambda k: sf.theory.presliding.iwan_dissipation(1.0 + k, -0.5, 0.7),
     "theory.scaling.factors": lambda k: sf.theory.scaling.factors(4.0 + k),
+    "theory.scaling.for_table": lambda k: sf.theory.scaling.for_table(3e5, 2e3 + k),
+    "theory.scaling.isolator_model": lambda k: sf.theory.scaling.isolator_model(
+        sf.theory.scaling.factors(4.0 + k), C=1.0, m=10.0, motion=MOTION, profile=0.02, alpha=2.0
+    ).numbers(),
     "theory.scaling.returned_ratio": lambda k: sf.theory.scaling.returned_ratio(1.0 + k, 2.0, 3.0),
     "theory.transient.amplitude_rate": lambda k: sf.theory.transient.amplitude_rate(),
     "theory.transient.averaged_decay_time": lambda k: sf.theory.transient.averaged_decay_time(3.5, 0.1 + 0.01 * k),
