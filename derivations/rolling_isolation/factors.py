@@ -5,7 +5,9 @@ from functools import cache, partial
 import sympy as sp
 
 from derivations.ledger import Ledger
+from derivations.residuals import agree
 from derivations.rolling_isolation.structure import D, L, f
+from symfric.motions import sine_burst
 from symfric.theory import scaling
 
 PART = Ledger("rolling_isolation", "2.3: scale factors")
@@ -143,6 +145,26 @@ def _(claim):
 @PART.verified("beyond 2.3 speeds", "factor of the speeds at which a law of friction changes, v_c", 1 / sp.sqrt(D))
 def _(claim):
     return _factor("velocity") - claim
+
+
+@PART.verified(
+    "beyond 2.3 model",
+    "C, m and g of the package's model 1:7 with D = 2.8 of a prototype with 1, 1, 1 and a damper C |w|^(1/2)",
+    *(
+        sp.Float(v)
+        for name, v in sorted(
+            (s.name, v)
+            for s, v in scaling.isolator_model(
+                scaling.factors(7, D=2.8), C=1, m=1, g=1, motion=sine_burst(1.0, 1.0, cycles=4), profile=0.1, alpha=0.5
+            ).values.items()
+        )
+        if name in ("C", "g", "m")
+    ),
+    numbers="12 digits, by dimensions",
+)
+def _(*claim):
+    powers = (_factor("force") / _factor("velocity") ** sp.Rational(1, 2), _factor("gravity_1"), _factor("mass"))
+    return [agree(e.subs({L: 7, D: sp.Rational("2.8")}), c) for e, c in zip(powers, claim, strict=True)]
 
 
 @PART.verified(
