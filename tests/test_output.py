@@ -45,6 +45,7 @@ CALLS = {  # every command that ends by itself, with arguments that make it prin
     "sweep": ["sweep", "{file}", "-o", "{out}", "-j", "1"],
     "identify": ["identify", "{file}", "-o", "{out}"],
     "scenes": ["scenes"],
+    "new": ["new", "{out}.toml"],
     "reproduce": ["reproduce", "rolling-table-2", "-o", "{out}"],
     "bench": ["bench", "--problem", "P1", "--rounds", "1", "-o", "{out}"],
     "stress": ["stress", "--scenes", "1", "-j", "1"],

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
+from symfric.errors import SceneError
 
 FILE = click.Path(path_type=Path)
 
@@ -17,7 +18,7 @@ FILE = click.Path(path_type=Path)
 def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
     """Study a scene file (motion, stability, sweep, designs) and write one HTML page.
 
-    Writes study.html, study.json and, if the file sweeps a value, amplitude.csv.
+    Writes study.html, study.json, motion.csv and, if the file sweeps a value, amplitude.csv.
 
     \b
     Example: symfric study examples/belt.toml -o out/
@@ -28,7 +29,7 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.study import study as report
-        from symfric.report.study.data import amplitude_csv, to_dict
+        from symfric.report.study.data import amplitude_csv, motion_csv, to_dict
         from symfric.report.study.page import page
 
         result = report.study(found, progress)
@@ -37,6 +38,7 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
         files = {
             "study.html": page(result),
             "amplitude.csv": amplitude_csv(result),
+            "motion.csv": motion_csv(result),
             "study.json": json.dumps(data, indent=2, allow_nan=False),
         }
         write_results({folder / name: text for name, text in files.items() if text is not None})
@@ -135,6 +137,10 @@ def _one_line(function) -> str:
 
     parameters = inspect.signature(function).parameters
     if function in friction_laws().values() and not {"kinetic", "speeds"} & set(parameters):
-        law = function(*(sp.Symbol(name) for name in parameters))
-        return f"mu(v) = {law.kinetic}"
+        try:
+            law = function(**{name: sp.Symbol(name) for name in parameters})
+        except SceneError:  # a number of elements, or the name of a form, is no symbol
+            law = None
+        if law is not None and not law.memory:
+            return f"mu(v) = {law.kinetic}"
     return (inspect.getdoc(function) or "").split("\n")[0].split(": :math:")[0].rstrip(".").replace("`", "") + "."

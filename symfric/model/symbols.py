@@ -90,3 +90,8 @@ def expression(value, what: str) -> sp.Expr:
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result
+
+
+def counted(n: int, noun: str) -> str:
+    """Return a count with its noun in singular or plural."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cache, partial
 
@@ -32,8 +32,9 @@ class Units(Mapping[str, str]):
     A mapping to texts: as the file writes them, those that follow in the same manner, "" for plain numbers.
     """
 
-    def __init__(self, written: Mapping[str, str], known: Dimensions):
+    def __init__(self, written: Mapping[str, str], known: Dimensions, given: Iterable[str] | None = None):
         self._written, self._known = dict(written), known
+        self._given = tuple(written.values()) if given is None else tuple(given)
 
     def __getitem__(self, name: str) -> str:
         return self._written[name]
@@ -81,10 +82,10 @@ class Units(Mapping[str, str]):
         time = self.get(TIME.name, "")
         if time and (found * _read(time)).is_plain:
             return f"1/{time}"
-        for text in (*self.values(), *_COMMON):
+        for text in (*self._given, *_COMMON):
             if text and (found / _read(text)).is_plain:
                 return text
-        known = [text for text in (*self.values(), *_COMMON) if text and _read(text).base == found.base]
+        known = [text for text in (*self._given, *_COMMON) if text and _read(text).base == found.base]
         if known:
             return f"{factor(found / _read(known[0])):.6g} {known[0]}"
         return _in_base_units(found)
@@ -118,7 +119,8 @@ def units_of(scene: Scene, given: Mapping[str, str], laws=()) -> Units:
         units = Units(dict(given), known)
         names = [s.name for s in (*scene.system.states, *scene.parameters, TIME)]
         found = {name: units._text(known.of_name(name)) for name in names if name not in given}
-    return Units({**{n: "" if t in _NUMBER else t for n, t in given.items()}, **found}, known)
+    shown = {name: "" if text in _NUMBER else text for name, text in given.items()}
+    return Units({**shown, **found}, known, shown.values())
 
 
 def _said(place: str, error: Mismatch, units: Units) -> str:

@@ -81,6 +81,7 @@ normal = 1
 {quoted(evil)} = "max(x)"
 [units]
 x = {quoted(unit)}
+v_b = {quoted(unit + "/s")}
 t = "s"
 [sweep]
 from = 0.1

@@ -18,6 +18,7 @@ from symfric.model.system import Contact
 from symfric.scenefile import LawSpec, friction_laws
 
 SHOWN = {  # functions as SymPy prints them, and their replacements
+    "<mo>-</mo>": "<mo>−</mo>",
     "<mo>&lt;=</mo>": "<mo>≤</mo>",
     "<mo>&gt;=</mo>": "<mo>≥</mo>",
     "<mo>==</mo>": "<mo>=</mo>",
@@ -28,8 +29,14 @@ SHOWN = {  # functions as SymPy prints them, and their replacements
 }
 ENTITY = re.compile(r"&(#x?)?\w+;")
 _W = sp.Symbol("w", real=True)
-W, MU, BAR, EQUALS = Markup("<mi>w</mi>"), Markup("<mi>μ</mi>"), Markup("<mo>|</mo>"), Markup("<mo>=</mo>")
-OPEN, CLOSE, DOT = Markup("<mo>(</mo>"), Markup("<mo>)</mo>"), Markup("<mo>·</mo>")
+W, MU, BAR, EQUALS = (
+    Markup("<mi>w</mi>"),
+    Markup("<mi>μ</mi>"),
+    Markup("<mo stretchy='false'>|</mo>"),
+    Markup("<mo>=</mo>"),
+)
+OPEN, CLOSE = Markup("<mo stretchy='false'>(</mo>"), Markup("<mo stretchy='false'>)</mo>")
+DOT = Markup("<mo>·</mo>")
 COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
 HIDDEN = "D_of_"  # prefix of a velocity's name that stands for its rate, written with a dot
 
@@ -79,6 +86,11 @@ class _Printer(MathMLPresentationPrinter):
         node.appendChild(self.dom.createTextNode(words.replace(" ", "\u2002")))
         return node
 
+    def _as_ordered_terms(self, expr, order=None):
+        """Return the terms of a sum, those without a minus first."""
+        terms = super()._as_ordered_terms(expr, order=order)
+        return sorted(terms, key=lambda term: term.could_extract_minus_sign())
+
     def _print_Float(self, expr):
         number = self.dom.createElement("mn")
         number.appendChild(self.dom.createTextNode(format(float(expr), ".6g")))
@@ -88,10 +100,16 @@ class _Printer(MathMLPresentationPrinter):
 @alone(SYMBOLIC)
 def to_mathml(expr) -> Markup:
     """Return the contents of a ``<math>`` element."""
-    text = _Printer().doprint(sp.sympify(expr))
+    text = _Printer().doprint(_with_exponentials(sp.sympify(expr)))
     for printed, shown in SHOWN.items():
         text = text.replace(printed, shown)
     return Markup(text)
+
+
+def _with_exponentials(expr):
+    """Return an expression in which a product with an exponential is no fraction: a exp(-v/b), not a / exp(v/b)."""
+    written = sp.Function("exp")
+    return expr.replace(sp.exp, lambda e: written(e)) if isinstance(expr, sp.Basic) and expr.has(sp.exp) else expr
 
 
 def block(parts: Iterable[Markup], label: str) -> Markup:
@@ -137,8 +155,7 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     same = [_dotted(q) + EQUALS + to_mathml(u) for q, u in zip(system.q, system.u, strict=True)]
     lines.append(block([COMMA.join(same)], "velocities are the rates of the coordinates"))
     for i, force in enumerate(system.force):
-        left = sum((m * r for m, r in zip(system.mass.row(i), rates, strict=True)), sp.Integer(0))
-        parts = [to_mathml(left), EQUALS]
+        parts = [*_inertia(system.mass.row(i), rates), EQUALS]
         pulls = [(c, c.slip.diff(system.u[i])) for c in scene.contacts]
         pulls = [(c, slope) for c, slope in pulls if not slope.is_zero]
         if not (force.is_zero and pulls):
@@ -154,6 +171,22 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     for z, rate in zip(system.z, system.z_rate, strict=True):
         lines.append(block([_dotted(z), EQUALS, to_mathml(rate)], f"rate of {z.name}"))
     return lines
+
+
+def _inertia(row, rates) -> list[Markup]:
+    """Return the sum of masses times accelerations, each mass before its acceleration."""
+    parts: list[Markup] = []
+    for mass, rate in zip(row, rates, strict=True):
+        if mass.is_zero:
+            continue
+        negative = mass.could_extract_minus_sign()
+        size = -mass if negative else mass
+        if parts or negative:
+            parts.append(operator("−" if negative else "+"))
+        if size != 1:
+            parts.append(_in_brackets(size))
+        parts.append(to_mathml(rate))
+    return parts or [Markup("<mn>0</mn>")]
 
 
 def _dotted(symbol: sp.Symbol) -> Markup:

@@ -80,7 +80,8 @@ def _friction(result: StudyResult) -> list[Picture]:
     for curve in result.friction:
         velocities = {result.file.units.get(u.name, "") for u in result.file.scene.system.u}
         ax = figures.plot_friction(curve, velocities.pop() if len(velocities) == 1 else "")
-        alt = f"Coefficient of friction of contact {curve.contact} against sliding speed"
+        what = "Force" if curve.is_force else "Coefficient"
+        alt = f"{what} of friction of contact {curve.contact} against sliding speed"
         if curve.effective:
             alt += ", and the effective one under fast excitation"
         shown.append(Picture(figures.to_svg(ax), alt, f"Friction of contact {curve.contact}."))

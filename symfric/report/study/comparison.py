@@ -23,12 +23,15 @@ class ComparisonRow:
     ----------
     quantity, formula : str
     predicted, computed : float
+    unit : str
+        Of both; "" if none is known.
     """
 
     quantity: str
     predicted: float
     computed: float
     formula: str
+    unit: str = ""
 
     @property
     def difference(self) -> float:
@@ -93,14 +96,17 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Com
             return []
         place = float(equilibrium.x[equilibrium.names.index(name)])
         words = "of the slow motion" if is_excited(file.scene) else "of steady sliding"
-        return [ComparisonRow(f"mean of {name}", place, steady.mean, f"equilibrium {words}")]
+        return [ComparisonRow(f"mean of {name}", place, steady.mean, f"equilibrium {words}", file.units.get(name, ""))]
     if is_excited(file.scene):
         return []
     amplitude = float(stable[-1])
     period = 2 * math.pi / float(flow.frequency_at(amplitude))
+    words, units = "averaging, first order", file.units
+    if steady.stick_fraction > 0:
+        words += "; made for motion without sticking, and this one sticks"
     return [
-        ComparisonRow(f"half range of {name}", amplitude, steady.half_range, "averaging, first order"),
-        ComparisonRow("period", period, steady.period, "averaging, first order"),
+        ComparisonRow(f"half range of {name}", amplitude, steady.half_range, words, units.get(name, "")),
+        ComparisonRow("period", period, steady.period, words, units.get("t", "")),
     ]
 
 
@@ -170,7 +176,11 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Compari
         rows += _of_damper(plan.arguments, design)
     if isinstance(design.check, Comparison):
         words = f"[design.{plan.kind}]; computed: event-driven"
-        rows += [ComparisonRow(r.quantity, r.predicted, r.computed, words) for r in design.check.rows]
+        unit = file.units.get((file.sweep.coordinate if file.sweep else file.scene.system.q[0].name), "")
+        rows += [
+            ComparisonRow(r.quantity, r.predicted, r.computed, words, unit if "half range" in r.quantity else "")
+            for r in design.check.rows
+        ]
     return rows
 
 

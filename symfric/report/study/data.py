@@ -48,6 +48,7 @@ def to_dict(result: StudyResult) -> dict:
             "equilibrium": _asked(result.equilibrium),
             "stability": _asked(result.stability),
             "hopf": _asked(result.hopf),
+            "safe_speed": _asked(result.safe),
             "motion": _motion(result),
             "steady": _steady(result),
             "sweep": _sweep(result),
@@ -60,6 +61,7 @@ def to_dict(result: StudyResult) -> dict:
                     "computed": r.computed,
                     "difference": r.difference,
                     "formula": r.formula,
+                    "unit": r.unit,
                 }
                 for r in result.rows
             ],
@@ -133,6 +135,18 @@ def _sweep(result: StudyResult) -> dict | None:
 def _quench(result: StudyResult) -> dict | None:
     found = result.quench.value
     return None if found is None else found.design.to_dict()
+
+
+def motion_csv(result: StudyResult) -> str | None:
+    """Return the motion as CSV: time and states, one line for each sample; None if it was not computed."""
+    motion = result.motion.value
+    if motion is None:
+        return None
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["t", *motion.names])
+    writer.writerows([repr(float(v)) for v in row] for row in np.column_stack([motion.t, motion.x.T]))
+    return stream.getvalue()
 
 
 def amplitude_csv(result: StudyResult) -> str | None:

@@ -1,9 +1,12 @@
 """Texts and table rows of the designs of a study, as plain text that the page escapes."""
 
+import math
 from collections.abc import Mapping
 
+from symfric.design.damper.design import DamperCheck
+from symfric.design.quench.multipliers import MultiplierCheck
 from symfric.design.result import Design
-from symfric.scenefile import DesignPlan, SceneFile
+from symfric.scenefile import DesignPlan, SceneFile, belt_speeds
 
 HEADINGS = {
     "quench": "Stopping the vibration by a fast excitation",
@@ -24,9 +27,14 @@ STATUS = {
 }
 
 
-def interval(pair) -> str:
+def interval(pair, unit: str = "") -> str:
     """Return a range as text."""
-    return f"{pair[0]:g} to {pair[1]:g}"
+    return f"{pair[0]:g} to {number(pair[1], unit)}"
+
+
+def number(value: float, unit: str = "") -> str:
+    """Return a number with its unit."""
+    return f"{value:g} {unit}" if unit else f"{value:g}"
 
 
 def heading(plan: DesignPlan) -> str:
@@ -34,53 +42,62 @@ def heading(plan: DesignPlan) -> str:
     return HEADINGS[plan.kind]
 
 
-def asked(plan: DesignPlan) -> str:
+def asked(plan: DesignPlan, file: SceneFile) -> str:
     """Return the design problem as a sentence."""
-    return f"Asked: {_QUESTIONS[plan.kind](plan.arguments)}{_limits(plan.arguments)}."
+    return f"Asked: {_QUESTIONS[plan.kind](plan.arguments, file)}{_limits(plan.arguments)}."
 
 
-def _quench(given: Mapping) -> str:
-    words = (
-        f"the smallest {given['minimise']} that stops the vibration for belt speeds from {interval(given['speeds'])}"
-    )
+def _speeds(given: Mapping, file: SceneFile) -> str:
+    """Return the range of speeds with its unit."""
+    name = given.get("speed") or next((s.name for s in belt_speeds(file.scene)), "")
+    return interval(given["speeds"], file.units.get(name, ""))
+
+
+def _quench(given: Mapping, file: SceneFile) -> str:
+    words = f"the smallest {given['minimise']} that stops the vibration for speeds from {_speeds(given, file)}"
     return words + (f", with a damping of {given['margin']:g} left" if given["margin"] else "")
 
 
-def _damper(given: Mapping) -> str:
-    words = f"the smallest {given['parameter']} from {interval(given['bounds'])} with which "
-    at = f" at speeds from {interval(given['speeds'])}" if "speeds" in given else ""
-    most = f"a half range of at most {given['half_range']:g}"
+def _damper(given: Mapping, file: SceneFile) -> str:
+    coordinate = file.sweep.coordinate if file.sweep else file.scene.system.q[0].name
+    bounds = interval(given["bounds"], file.units.get(given["parameter"], ""))
+    words = f"the smallest {given['parameter']} from {bounds} with which "
+    at = f" at speeds from {_speeds(given, file)}" if "speeds" in given else ""
+    most = f"a half range of at most {number(given['half_range'], file.units.get(coordinate, ''))}"
     if "settle" in given:
         words += f"{most} is left" if given["half_range"] else "the motion is at rest"
-        return f"{words} by t = {given['settle']:g}{at}"
+        return f"{words} by t = {number(given['settle'], file.units.get('t', ''))}{at}"
     words += f"the vibration has {most}" if given["half_range"] else "nothing vibrates"
     return words + ("" if given["sticking"] else ", without sticking") + at
 
 
-def _positioning(given: Mapping) -> str:
+def _positioning(given: Mapping, file: SceneFile) -> str:
+    bounds = interval(given["bounds"], file.units.get(given["parameter"], ""))
     return (
-        f"{given['parameter']} from {interval(given['bounds'])} for the least positioning error without stick-slip at "
-        f"speeds from {interval(given['speeds'])}"
+        f"{given['parameter']} from {bounds} for the least positioning error without stick-slip at "
+        f"speeds from {_speeds(given, file)}"
     )
 
 
-def _absorber(given: Mapping) -> str:
+def _absorber(given: Mapping, file: SceneFile) -> str:
     words = f"tuning and damping for {CRITERIA[given['criterion']]}, with the mass ratio {given['mass_ratio']:g}"
     return words + (f" and dry friction {given['friction']:g}" if "contact" in given else "")
 
 
-def _bounds(given: Mapping) -> str:
-    return " and ".join(f"{name} from {interval(pair)}" for name, pair in given["bounds"].items())
+def _bounds(given: Mapping, file: SceneFile) -> str:
+    return " and ".join(
+        f"{name} from {interval(pair, file.units.get(name, ''))}" for name, pair in given["bounds"].items()
+    )
 
 
-def _isolator(given: Mapping) -> str:
+def _isolator(given: Mapping, file: SceneFile) -> str:
     count = len(given["motions"])
     over = f"the {given['over']} of {count} motions" if count > 1 else "one motion"
-    return f"{_bounds(given)} for the least {given['minimise']}, {over}"
+    return f"{_bounds(given, file)} for the least {given['minimise']}, {over}"
 
 
-def _contact_damper(given: Mapping) -> str:
-    words = f"{_bounds(given)} for the soonest rest"
+def _contact_damper(given: Mapping, file: SceneFile) -> str:
+    words = f"{_bounds(given, file)} for the soonest rest"
     words += f", within {given['residual']:g} of the middle" if "residual" in given else ""
     return words + (f", by {100 * given['margin']:g} % within the stick limit" if given["margin"] else "")
 
@@ -136,11 +153,39 @@ def objective(plan: DesignPlan, file: SceneFile) -> tuple[str, str]:
     return f"{given['over']} {given['minimise']}", unit
 
 
+def working(plan: DesignPlan, design: Design) -> tuple[dict[str, float], float]:
+    """Return values with which the requirement was met on the full model, and by how much they exceed the optimum."""
+    check, values = design.check, dict(design.corrected or design.values)
+    if isinstance(check, MultiplierCheck) and values.get("a"):
+        return {**values, "a": values["a"] * (1 + check.step)}, check.step
+    if isinstance(check, DamperCheck):
+        (name,) = design.values
+        least = design.values[name]
+        return {name: check.above.damping}, check.above.damping / least - 1 if least else math.inf
+    if plan.kind == "damper":
+        return {name: _rounded_up(value) for name, value in values.items()}, 0.0
+    return values, 0.0
+
+
+def _rounded_up(value: float) -> float:
+    """Return a number with five digits that is not smaller."""
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 4) if value else 1.0
+    return math.ceil(value / unit) * unit
+
+
 def sentence(plan: DesignPlan, design: Design, file: SceneFile) -> str:
-    """Return the sentence of the summary."""
-    pairs = ((k, v, file.units.get(k, "")) for k, v in design.values.items())
-    values = ", ".join(f"{k} = {v:.5g}{' ' + unit if unit else ''}" for k, v, unit in pairs)
+    """Return the sentence of the summary, with values that the full model confirms."""
+    found, margin = working(plan, design)
+    values = ", ".join(f"{k} = {with_unit(v, file.units.get(k, ''))}" for k, v in found.items())
+    head = heading(plan)
+    if not design.check.agrees:
+        return f"{head}: {values} by the design's own model; the full model does not confirm it, see below."
+    more = f", {100 * margin:.2g} % more than the least that will do" if 0 < margin < math.inf else ""
     if plan.kind == "quench":
-        speeds = interval(plan.arguments["speeds"])
-        return f"The excitation {values} is designed to keep it quiet for belt speeds from {speeds}."
-    return f"{heading(plan)}: {values}."
+        return f"{head}: {values} keep it quiet for speeds from {_speeds(plan.arguments, file)}{more}."
+    return f"{head}: {values}{more}."
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Return a number of five digits with its unit."""
+    return f"{value:.5g} {unit}" if unit else f"{value:.5g}"

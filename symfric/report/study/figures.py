@@ -13,7 +13,7 @@ from symfric.locks import DRAWING, alone
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#d9730d", "#2b8a3e", "#b3261e", "#6b7280"
 COLOURS = (BLUE, ORANGE, GREEN, "#7048a8", RED, "#0b7285")
-SIZE = (7.0, 4.2)  # inches
+SIZE = (5.4, 3.5)  # inches, so that letters stay legible on a narrow screen
 
 
 def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
@@ -86,7 +86,7 @@ def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: 
     ax.plot(x[0], v[0], "o", color="black", markersize=5, fillstyle="none", label="start")
     ax.set_xlabel(label(q, units))
     ax.set_ylabel(label(u, units))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     return tidy(ax)
 
 
@@ -102,7 +102,7 @@ def plot_friction(curve, unit: str = "", ax=None):
     ax.set_xlim(left=-0.02 * curve.speed[-1], right=curve.speed[-1])
     ax.set_ylim(bottom=min(0.0, float(np.nanmin(curve.coefficient))))
     ax.set_xlabel("sliding speed" + in_brackets(unit))
-    ax.set_ylabel("coefficient of friction")
+    ax.set_ylabel("friction force" if curve.is_force else "coefficient of friction")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     return tidy(ax)
 

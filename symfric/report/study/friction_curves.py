@@ -30,6 +30,8 @@ class FrictionCurve:
         Sliding speed of steady sliding.
     note : str
         Why an effective curve is missing, if one was expected.
+    is_force : bool
+        Whether the normal load is one, so that the law itself gives the force.
     """
 
     contact: str
@@ -39,6 +41,7 @@ class FrictionCurve:
     effective: tuple[tuple[str, np.ndarray], ...]
     operating: float | None
     note: str = ""
+    is_force: bool = False
 
 
 def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, design) -> tuple[FrictionCurve, ...]:
@@ -83,4 +86,5 @@ def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> Fricti
     speed = np.linspace(top * 1e-9, top, POINTS)
     effective = tuple((words, s.contacts[i].law.where(s.values)(speed)) for words, s in slow)
     stick = float(law.stick)
-    return FrictionCurve(contact.name, speed, law(speed), stick, effective, operating, note)
+    force = contact.normal * contact.profile == 1
+    return FrictionCurve(contact.name, speed, law(speed), stick, effective, operating, note, force)

@@ -1,15 +1,19 @@
 """Text of a study, as plain sentences that the page escapes."""
 
 import math
+import re
 
 import numpy as np
 import sympy as sp
 
 from symfric.model.excitation import is_excited
+from symfric.model.symbols import counted
 from symfric.report.study import designs
 from symfric.report.study.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
 
+_EXPONENT = re.compile(r"(?<=\d)e([+-]\d+)\b")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
 
 
@@ -25,11 +29,6 @@ def shown(value) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-def counted(n: int, noun: str) -> str:
-    """Return a count with its noun in singular or plural."""
-    return f"{n} {noun}{'' if n == 1 else 's'}"
-
-
 def percent(value: float) -> str:
     """Return a relative difference as a percentage."""
     if not math.isfinite(value):
@@ -42,8 +41,23 @@ def percent(value: float) -> str:
 
 
 def _measure(value: float, name: str, file: SceneFile) -> str:
-    unit = file.units.get(name, "")
-    return f"{value:.5g}{' ' + unit if unit else ''}"
+    return measured(value, file.units.get(name, ""))
+
+
+def measured(value: float, unit: str) -> str:
+    """Return a number of five digits with its unit."""
+    return f"{powers_of_ten(f'{value:.5g}')}{' ' + unit if unit else ''}"
+
+
+def powers_of_ten(text: str) -> str:
+    """Return a number in text with a power of ten in the place of an e."""
+    return _EXPONENT.sub(lambda m: "·10" + str(int(m.group(1))).translate(_RAISED), text)
+
+
+def angular_frequency(value: float, file: SceneFile) -> str:
+    """Return an angular frequency with its unit, and in Hz where time has one."""
+    hertz = file.units.hertz
+    return measured(value, file.units.angular) + (f" ({value * hertz:.4g} Hz)" if math.isfinite(hertz) else "")
 
 
 def scene_in_words(file: SceneFile) -> str:
@@ -51,7 +65,8 @@ def scene_in_words(file: SceneFile) -> str:
     scene = file.scene
     q, u = scene.system.q, scene.system.u
     pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
-    start = ", ".join(f"{s.name} = {float(scene.numbers()[s]):g}" for s in scene.system.states)
+    numbers = scene.numbers()
+    start = ", ".join(f"{s.name} = {_measure(float(numbers[s]), s.name, file)}" for s in scene.system.states)
     origin = f"The ready scene {file.model}" if file.model else "Own equations"
     count = counted(len(q), "coordinate")
     rubs = ", ".join(
@@ -75,7 +90,8 @@ def role(symbol: sp.Symbol, file: SceneFile) -> str:
     if symbol in belt_speeds(file.scene):
         roles.append("drives a contact")
     if file.sweep is not None and file.sweep.parameter == symbol.name:
-        roles.append(f"swept from {file.sweep.start:g} to {file.sweep.stop:g}")
+        low, high = f"{file.sweep.start:g}", _measure(file.sweep.stop, symbol.name, file)
+        roles.append(f"swept from {low} to {high}")
     if any(symbol.name in plan.varied for plan in file.designs):
         roles.append("designed")
     return ", ".join(roles)
@@ -94,6 +110,8 @@ def summary(result: StudyResult) -> list[str]:
         lines.append(_settled(result))
     if result.hopf.value is not None:
         lines.append(onset(result))
+    if result.safe.value is not None:
+        lines.append(safe(result))
     made = ((d.plan, d.design.value) for d in result.designs if d.design.value is not None)
     lines += [designs.sentence(plan, design, file) for plan, design in made]
     return lines or ["Nothing could be said of this scene; the reasons are at the end of the page."]
@@ -130,8 +148,21 @@ def onset(result: StudyResult) -> str:
     value = _measure(found.value, found.parameter, result.file)
     return (
         f"Steady sliding changes its stability at {found.parameter} = {value} with the angular frequency "
-        f"{found.omega:.5g} ({found.kind} Hopf point); vibration sets in {how}."
+        f"{angular_frequency(found.omega, result.file)} ({found.kind} Hopf point); vibration sets in {how}."
     )
+
+
+def safe(result: StudyResult) -> str:
+    """Return the sentence on the speed above which nothing vibrates."""
+    found, file = result.safe.found, result.file
+    if found.overhangs:
+        value = _measure(float(f"{found.value:.3g}"), found.parameter, file)
+        return (
+            f"Quiet from about {found.parameter} = {value}: up to there a vibration that has started goes on, though "
+            "small disturbances die out before. The speed to stay above is this one, not the onset."
+        )
+    value = _measure(found.onset, found.parameter, file)
+    return f"Quiet above {found.parameter} = {value}: the vibration ends where steady sliding becomes stable."
 
 
 def motion(result: StudyResult) -> str:
@@ -140,17 +171,18 @@ def motion(result: StudyResult) -> str:
     sticks = sum(len(v) for v in m.sticks.values())
     text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
     text += f"{counted(sticks, 'interval')} of sticking. "
-    text += f"The energies balance to {m.energy_residual:.1e}."
+    text += f"The energies balance to {powers_of_ten(f'{m.energy_residual:.1e}')}."
     return text + (f" It ended early ({m.status}): {m.advice}." if m.advice else "")
 
 
 def amplitude_heading(result: StudyResult) -> str:
     """Return the heading of the sweep."""
-    sweep = result.sweep.value
+    sweep, file = result.sweep.value, result.file
     if sweep is None:
-        return "Amplitude against belt speed"
-    speeds = {s.name for s in belt_speeds(result.file.scene)}
-    return f"Amplitude against {'belt speed' if sweep.parameter in speeds else sweep.parameter}"
+        return "Amplitude"
+    belts = file.model is not None or any("belt" in c.name for c in file.scene.contacts)
+    is_speed = sweep.parameter in {s.name for s in belt_speeds(file.scene)}
+    return f"Amplitude against {'belt speed' if belts and is_speed else sweep.parameter}"
 
 
 def amplitude(result: StudyResult) -> list[str]:

@@ -1,10 +1,14 @@
 """One self-contained HTML page of a study, without scripts or external files."""
 
 import math
+import re
+from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 import sympy as sp
-from markupsafe import Markup
+from markupsafe import Markup, escape
+from sympy.core.alphabets import greeks
 
 from symfric.report.html.mathml import (
     equations_of_motion,
@@ -17,6 +21,7 @@ from symfric.report.html.versions import used
 from symfric.report.study import designs, narrative
 from symfric.report.study.captions import Picture, designs_shown, pictures
 from symfric.report.study.study import DesignResult, StudyResult
+from symfric.scenefile.units import output_unit
 from symfric.templates import render
 
 
@@ -24,30 +29,55 @@ def page(result: StudyResult) -> str:
     """Return the page as HTML."""
     route = result.explanation.note if result.explanation.value is None else str(result.explanation.value)
     drawn = designs_shown(result)
+    system = result.file.scene.system
+    names = [s.name for s in (*system.states, *result.file.scene.parameters)]
     return render(
         "study.html",
+        typeset=partial(typeset, names=names),
         title=result.file.title or "A scene with dry friction",
         result=result,
         file=result.file,
         words=narrative,
         shown=pictures(result),
         comparison=[
-            [r.quantity, number(r.predicted), number(r.computed), narrative.percent(r.difference), r.formula]
+            [
+                r.quantity + (f" [{r.unit}]" if r.unit else ""),
+                number(r.predicted),
+                number(r.computed),
+                narrative.percent(r.difference),
+                r.formula,
+            ]
             for r in result.rows
         ],
         equations=equations_of_motion(result.file.scene),
         contacts=_contacts(result),
-        values=_values(result),
+        values=_without_empty(_values(result), 2),
         averaged=result.slow.value is not None and result.slow.value is not result.file.scene,
         balance=_balance(result),
         stability=_stability(result),
-        outputs=_outputs(result),
+        outputs=_without_empty(_outputs(result), 2),
         no_effective=_no_effective(result),
         made=[_design(result, d, drawn[d.plan.kind]) for d in result.designs],
         route=[line for line in route.splitlines() if line.strip()],
         skipped=result.skipped(),
         used=used(result.versions),
     )
+
+
+def typeset(text: str, names: Iterable[str]) -> Markup:
+    """Return a sentence with the names of symbols set as mathematics, and powers of ten.
+
+    A name of one or two plain letters may be a word; it counts where a number follows, as in "a = 2".
+    """
+    known = sorted({n for n in names if n.isidentifier()}, key=len, reverse=True)
+    odd = [n for n in known if "_" in n or n[-1].isdigit() or n.lower() in (*greeks, "lambda")]
+    forms = [rf"{re.escape(n)}(?= = )" for n in known] + [rf"{re.escape(n)}(?![\w(])" for n in odd]
+    forms += [rf"(?<=half range of ){re.escape(n)}(?!\w)" for n in known]
+    text = narrative.powers_of_ten(text)
+    if not forms:
+        return escape(text)
+    parts = re.split(r"(?<![\w.])(" + "|".join(forms) + ")", text)
+    return Markup("").join(inline_name(p) if k % 2 else escape(p) for k, p in enumerate(parts))
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -57,6 +87,16 @@ def number(value: float, digits: int = 6) -> str:
     mantissa, _, exponent = f"{value:.{digits}g}".replace("-", "−").partition("e")
     power = str(int(exponent.replace("−", "-"))).replace("-", "−") if exponent else ""
     return Markup("{}·10<sup>{}</sup>").format(mantissa, power) if power else mantissa
+
+
+def with_unit(value: str, unit: str) -> str:
+    """Return a number with its unit."""
+    return Markup("{} {}").format(value, unit) if unit else value
+
+
+def _coefficient_unit(result: StudyResult, contact: str, name: str, value) -> str:
+    """Return the unit of a coefficient that is a number; one that is a value of the scene has its own line."""
+    return "" if isinstance(value, str) else result.file.units.of_coefficient(contact, name)
 
 
 def inline_name(name: str) -> Markup:
@@ -76,7 +116,10 @@ def _contacts(result: StudyResult) -> list[dict]:
                 "name": contact.name,
                 "law": None if spec is None else spec.law,
                 "equations": friction_of_contact(contact, law_in_letters(spec, contact)),
-                "coefficients": [(inline_name(k), narrative.shown(v)) for k, v in coefficients.items()],
+                "coefficients": [
+                    (inline_name(k), with_unit(narrative.shown(v), _coefficient_unit(result, contact.name, k, v)))
+                    for k, v in coefficients.items()
+                ],
             }
         )
     return found
@@ -90,48 +133,74 @@ def _values(result: StudyResult) -> list[list[str]]:
     ]
 
 
+def _without_empty(rows: list[list[str]], column: int) -> list[list[str]]:
+    """Return rows without a column that is empty throughout."""
+    if any(row[column] for row in rows):
+        return rows
+    return [[*row[:column], *row[column + 1 :]] for row in rows]
+
+
 def _balance(result: StudyResult) -> dict | None:
     """Return the equilibrium and the sliding speeds there."""
     at = result.equilibrium.value
     if at is None:
         return None
+    units, slips = result.file.units, {c.name: c.slip for c in result.file.scene.contacts}
     return {
-        "position": [(inline_name(n), number(v)) for n, v in zip(at.names, at.x, strict=True)],
-        "sliding": [(n, number(w)) for n, w in at.sliding.items()],
+        "position": [
+            (inline_name(n), with_unit(number(v), units.get(n, ""))) for n, v in zip(at.names, at.x, strict=True)
+        ],
+        "sliding": [(n, with_unit(number(w), units.of(slips[n]))) for n, w in at.sliding.items()],
     }
 
 
 def _stability(result: StudyResult) -> dict | None:
-    found = result.stability.value
+    found, hertz = result.stability.value, result.file.units.hertz
     if found is None:
         return None
     return {
         "definiteness": found.definiteness,
         "reason": found.reason,
         "stable": found.stable,
-        "growth": number(-found.margin),
+        "growth": with_unit(number(-found.margin), result.file.units.rate),
+        "head": _eigenvalue_head(result.file.units),
         "matrices": [
             (n, [[number_in_letters(v) for v in row] for row in np.atleast_2d(getattr(found, n))]) for n in "MBK"
         ],
-        "eigenvalues": [[number(v.real), number(v.imag)] for v in found.eigenvalues],
+        "eigenvalues": [
+            [number(v.real), number(v.imag), *([number(abs(v.imag) * hertz)] if math.isfinite(hertz) else [])]
+            for v in found.eigenvalues
+        ],
     }
 
 
+def _eigenvalue_head(units) -> list[str]:
+    """Return the heading of the table of eigenvalues, with a column for Hz where time has a unit."""
+    if not units.rate:
+        return ["eigenvalue: real", "imaginary"]
+    frequency = ["[Hz]"] if math.isfinite(units.hertz) else []
+    return [f"eigenvalue: real [{units.rate}]", f"imaginary [{units.angular}]", *frequency]
+
+
 def _outputs(result: StudyResult) -> list[list[str]]:
-    motion = result.motion.value
-    return [] if motion is None else [[k, number(v, 9)] for k, v in motion.outputs.items()]
+    motion, asked = result.motion.value, result.file.scene.outputs
+    if motion is None:
+        return []
+    unit = lambda name: output_unit(result.file.units, asked[name]) if name in asked else ""  # noqa: E731
+    return [[k, number(v, 9), unit(k)] for k, v in motion.outputs.items()]
 
 
 def _no_effective(result: StudyResult) -> str:
     """Return why no curve of effective friction is shown; empty if one is."""
-    if any(c.effective for c in result.friction):
-        return ""
-    shaken = "the scene is not shaken, and the file designs no shaking"
-    return next((c.note for c in result.friction if c.note), shaken)
+    return result.skipped().get("effective friction", "")
 
 
 def _design(result: StudyResult, made: DesignResult, shown: list[Picture]) -> dict:
-    head = {"heading": designs.heading(made.plan), "kind": made.plan.kind, "asked": designs.asked(made.plan)}
+    head = {
+        "heading": designs.heading(made.plan),
+        "kind": made.plan.kind,
+        "asked": designs.asked(made.plan, result.file),
+    }
     design = made.design.value
     if design is None:
         return {**head, "note": made.design.note.rstrip(".")}
@@ -140,4 +209,5 @@ def _design(result: StudyResult, made: DesignResult, shown: list[Picture]) -> di
         [inline_name(name) if name in names else name, number(value), unit]
         for name, value, unit in designs.rows(made.plan, design, result.file)
     ]
+    rows = _without_empty(rows, 2)
     return {**head, "note": "", "found": designs.found(design), "rows": rows, "shown": shown}

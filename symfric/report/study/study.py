@@ -21,6 +21,7 @@ from symfric.report.study.measurement import (
     vibrations,
 )
 from symfric.report.study.prediction import PredictionCurve, averaged_curves, belt_curves
+from symfric.report.study.safe_speed import SafeSpeed, safe_speed
 from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ class StudyResult:
     file : SceneFile
     slow : StudyAnswer
         The scene of slow motions if the file's scene is excited, else the scene itself.
-    equilibrium, stability, hopf, motion, steady, sweep, quench, explanation : StudyAnswer
+    equilibrium, stability, hopf, safe, motion, steady, sweep, quench, explanation : StudyAnswer
         The quench with its motions; its design is among `designs` too.
     designs : tuple of DesignResult
         All that the file asks for.
@@ -146,6 +147,7 @@ class StudyResult:
     equilibrium: StudyAnswer["Equilibrium"]
     stability: StudyAnswer["Stability"]
     hopf: StudyAnswer["HopfPoint"]
+    safe: StudyAnswer[SafeSpeed]
     motion: StudyAnswer[SampledMotion]
     steady: StudyAnswer[Vibration]
     sweep: StudyAnswer[SweepResult]
@@ -173,6 +175,15 @@ class StudyResult:
         found |= {f"design {d.plan.kind}": d.design.note for d in others}
         if self.sweep.value is not None and self.sweep.value.curves_note:
             found["predicted amplitudes"] = self.sweep.value.curves_note
+        if not self.rows:
+            found["comparison"] = "no formula applies to this scene"
+        if not self.file.scene.contacts:
+            found["friction"] = "the scene has no contacts"
+        elif not any(c.effective for c in self.friction):
+            shaken = "the scene is not shaken, and the file designs no shaking"
+            found["effective friction"] = next((c.note for c in self.friction if c.note), shaken)
+        if not self.designs:
+            found["design"] = "the file has no [design.quench] or other design"
         return found
 
 
@@ -217,6 +228,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     base = slow.value or scene
     at_rest, stable = answer(equilibrium, base), answer(stability, base)
     onset = _onset(file, base)
+    safe = _safe(file, onset)
     tell("motion", 0.1)
     moved = answer(motion, scene)
     tell("steady vibration", 0.15)
@@ -237,6 +249,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         at_rest,
         stable,
         onset,
+        safe,
         moved,
         steady,
         swept,
@@ -262,6 +275,15 @@ def _onset(file: SceneFile, base: Scene) -> StudyAnswer["HopfPoint"]:
         return StudyAnswer(None, "the file has no [sweep], which says where to look for the onset of vibration")
     plan = file.sweep
     return answer(hopf, base, plan.parameter, (plan.start, plan.stop))
+
+
+def _safe(file: SceneFile, onset: StudyAnswer["HopfPoint"]) -> StudyAnswer[SafeSpeed]:
+    """Return the speed above which nothing vibrates, if vibration ends with the belt speed."""
+    if onset.value is None or file.sweep is None:
+        return StudyAnswer(None, onset.note)
+    if is_excited(file.scene) or onset.value.parameter not in {s.name for s in belt_speeds(file.scene)}:
+        return StudyAnswer(None, "asked of belt speeds only, without excitation")
+    return answer(safe_speed, file.scene, file.sweep, onset.value.value)
 
 
 def _swept(

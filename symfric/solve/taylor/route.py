@@ -12,6 +12,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.model.scene import Scene
+from symfric.model.symbols import counted
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.model import series_model
@@ -82,7 +83,8 @@ class Taylor:
         automaton = scene.automaton
         contacts, kinks = sum(automaton.sticks) + len(automaton.layout.others), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
-        return Answer(True, True, f"{kind} right-hand side, {contacts} contacts that can stick, {kinks} kinks")
+        sticking = f"{counted(contacts, 'contact')} that can stick, {counted(kinks, 'kink')}"
+        return Answer(True, True, f"{kind} right-hand side, {sticking}")
 
     def build(self, scene: LoweredScene, tolerance: float) -> "TaylorProgram":
         """Compile a scene.
