@@ -101,7 +101,7 @@ def channels_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Channels:
     feel = ca.SX.sym("xi", len(part.rows))
     rows = dict(zip(part.rows, ca.vertsplit(feel), strict=True))
     model = ContactDynamics(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), fixed, rows=rows)
-    if any(ca.depends_on(s.limit, ca.vertcat(model.y, model.t, feel)) for s in model.springs):
+    if any(ca.depends_on(s.moving_limit, ca.vertcat(model.y, model.t, feel)) for s in model.springs):
         raise NoRoute("the load of a contact behind a spring varies")
     system, n, n_x = model.system, model.q.numel(), model.y.numel()
     assert system.linear is not None
@@ -126,7 +126,7 @@ def channels_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Channels:
     xi = ca.vertcat(feel, *(model.y[k] for k in own))
     if xi.numel() > _MOST * n_x:
         raise NoRoute("the forces depend on too many of the states")
-    mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(s.mode for s in model.springs))
+    mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(s.variables for s in model.springs))
     slopes = ca.densify(ca.jacobian(out, xi))
     arguments = [feel, model.y, model.t, model.p, mode]
     scaled = [model.read(e) for e, _ in system.linear.scaled]

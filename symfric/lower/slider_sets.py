@@ -52,6 +52,11 @@ class SliderSet:
         return self.variables[_SHOWN]
 
     @property
+    def moving_limit(self) -> ca.SX:
+        """What decides when sliders move."""
+        return self.limits
+
+    @property
     def layout(self) -> OtherContact:
         """What it owns of mode and guards."""
         return OtherContact(self.name, _FLAGS + len(self.places), 1 + len(self.places))

@@ -54,6 +54,11 @@ class Spring:
         return self.mode
 
     @property
+    def moving_limit(self) -> ca.SX:
+        """What decides when the slider moves."""
+        return self.limit
+
+    @property
     def shown(self) -> ca.SX:
         """The variable that a run shows."""
         return self.mode

@@ -21,8 +21,8 @@ class Facts:
     ----------
     contacts, kinks, states : int
         Number of contacts that can stick, of kinks in the forces and laws, of states.
-    reversals : int
-        Number of contacts that cannot stick, whose slip turns.
+    remembering : int
+        Number of contacts whose law has memory.
     smooth : bool
         No contact can stick.
     autonomous, sampled : bool
@@ -41,7 +41,7 @@ class Facts:
     contacts: int
     kinks: int
     states: int
-    reversals: int
+    remembering: int
     smooth: bool
     autonomous: bool
     sampled: bool
@@ -62,7 +62,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
         kinks=automaton.layout.switches,
         states=len(automaton.states),
         smooth=not (any(automaton.sticks) or automaton.layout.others),
-        reversals=sum(not s for s in automaton.sticks),
+        remembering=sum(c.law.memory is not None for c in scene.contacts),
         autonomous=automaton.autonomous,
         sampled=bool(automaton.inputs),
         dropped=tuple(sorted(s.name for s in vanishing(scene))),

@@ -128,7 +128,7 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
             f"{', '.join(facts.averaged_over)} as variables: the mean of a law over fast vibration is made for their "
             "present values; a program that is run with others compiles once more, for all values, in half a minute"
         )
-    if facts.smooth and not facts.kinks and not facts.reversals:
+    if facts.smooth and not facts.kinks and not facts.remembering:
         notes.append("events: no contact can stick and no force has a kink")
     if not facts.path:
         notes.append("the trajectory: nobody wants it, so memory does not grow with the horizon")

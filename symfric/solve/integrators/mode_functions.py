@@ -1,16 +1,12 @@
 """CasADi functions of the route `integrators`: integrator and dense output of one mode."""
 
 import math
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.mode_selection import along
-
-if TYPE_CHECKING:
-    from symfric.solve.integrators.route import Integrators
 
 ONE_STEP = ("erk", "rosenbrock")  # cheap to restart, so that modes are integrated in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
@@ -19,11 +15,12 @@ CONTINUOUS = ("cvodes", "idas", "collocation")
 def mode_integrator(
     field: ca.Function,
     n_integrals: int,
-    settings: "Integrators",
+    plugin: str,
+    max_step: float,
     tolerance: float,
     span: float,
     elements: int,
-    nodes: int,
+    nodes: int | np.ndarray,
     steps: int,
 ) -> ca.Function:
     """Return the integrator of one mode over the scaled time 0 to 1, without events.
@@ -33,14 +30,17 @@ def mode_integrator(
     field : casadi.Function
         ``(y, t, p, m) -> (rate, guards, rows)``; the first rows are integrated too.
     n_integrals : int
-    settings : Integrators
+    plugin : str
+        Of `casadi.integrator`.
+    max_step : float
+        Longest step, infinite if there is none.
     tolerance : float
     span : float
         Longest unscaled time that will be integrated; scales `max_step`.
     elements : int
         Number of steps of "collocation".
-    nodes : int
-        Number of equidistant outputs, the last at the end.
+    nodes : int or ndarray
+        Number of equidistant outputs, the last at the end; or their scaled times.
     steps : int
         Most steps between two outputs.
 
@@ -60,11 +60,12 @@ def mode_integrator(
     data = ca.vertcat(p, m, size, begin, length)
     dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
-    if settings.plugin == "collocation":
-        options = {"number_of_finite_elements": math.ceil(elements / nodes)}
-    elif math.isfinite(settings.max_step):
-        options["max_step_size"] = settings.max_step / span
-    return ca.integrator("mode", settings.plugin, dae, 0.0, np.linspace(0, 1, nodes + 1)[1:].tolist(), options)
+    if plugin == "collocation":
+        options = {"number_of_finite_elements": math.ceil(elements / np.size(nodes))}
+    elif math.isfinite(max_step):
+        options["max_step_size"] = max_step / span
+    grid = nodes if isinstance(nodes, np.ndarray) else np.linspace(0, 1, nodes + 1)[1:]
+    return ca.integrator("mode", plugin, dae, 0.0, grid.tolist(), options)
 
 
 def signs_evaluated(automaton: Automaton) -> ca.Function:

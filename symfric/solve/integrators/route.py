@@ -8,7 +8,7 @@ next mode is decided by the forces (`next_mode`). Continuous laws may also run t
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -17,14 +17,13 @@ import sympy as sp
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton, automaton_of
+from symfric.lower.automaton import automaton_of
 from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.solve.batch import Batch, batch_of_runs
 from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.input_segments import segments
-from symfric.solve.integrators.hermite import extremes, quintic
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, signs_evaluated
 from symfric.solve.integrators.mode_selection import (
     ROUNDING,
@@ -35,8 +34,12 @@ from symfric.solve.integrators.mode_selection import (
     numbers,
     starting_mode,
 )
-from symfric.solve.integrators.segment import FINEST, IntegratedPiece, ModeIntegrators, SegmentStart
+from symfric.solve.integrators.motion import Motion
+from symfric.solve.integrators.recorder import Recorder
+from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.segment import FINEST, ModeIntegrators, SegmentStart
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
+from symfric.solve.integrators.stiffness import MANY, explicit_steps
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Answer
 from symfric.solve.run import Path, Raw, Run
@@ -55,8 +58,9 @@ class Integrators:
 
     Attributes
     ----------
-    plugin : str
-        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking.
+    plugin : str, optional
+        "erk" or "rosenbrock" for any scene; "cvodes", "idas" or "collocation" for scenes without sticking. If
+        None, "cvodes" for stiff laws with memory, otherwise "erk".
     max_step : float
         Longest step of the adaptive plugins.
     elements : int
@@ -74,14 +78,14 @@ class Integrators:
     """
 
     name: ClassVar[str] = "integrators"
-    plugin: str = "erk"
+    plugin: str | None = None
     max_step: float = math.inf
     elements: int = 256_000
     max_events: int = 50_000
     max_steps: int = 2_000_000
 
     def __post_init__(self):
-        if self.plugin not in ONE_STEP + CONTINUOUS:
+        if self.plugin is not None and self.plugin not in ONE_STEP + CONTINUOUS:
             raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
         if not self.max_step > 0:
             raise SceneError(f"max_step is {self.max_step}; it must be positive")
@@ -89,7 +93,7 @@ class Integrators:
             raise SceneError("elements and the budgets max_events and max_steps must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether the plugin can run a scene; never preferred.
+        """Return whether the plugin can run a scene; preferred only if a law with memory is stiff.
 
         Parameters
         ----------
@@ -107,10 +111,32 @@ class Integrators:
         >>> sf.Integrators().answer(lowered).takes
         True
         """
-        refusal = declines(scene.automaton, self, _on_the_way(scene))
-        return Answer(
-            not refusal, False, refusal or "by one to three orders of magnitude; kept as an independent check"
-        )
+        steps = explicit_steps(scene)
+        stiff = steps > MANY
+        refusal = declines(scene.automaton, self.resolved(stiff).plugin, kinks_matter(scene.scene))
+        words = "by one to three orders of magnitude; kept as an independent check"
+        if stiff:
+            words = f"a law with memory is stiff: explicit steps would be about {steps:.1g}; by cvodes, implicit"
+        return Answer(not refusal, stiff and not refusal, refusal or words)
+
+    def resolved(self, stiff: bool) -> "Integrators":
+        """Return the settings with a plugin, as `answer` and `build` use them.
+
+        Parameters
+        ----------
+        stiff : bool
+
+        Returns
+        -------
+        Integrators
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.Integrators().resolved(stiff=True).plugin
+        'cvodes'
+        """
+        return self if self.plugin else replace(self, plugin="cvodes" if stiff else "erk")
 
     def build(self, scene: LoweredScene, tolerance: float) -> "IntegratorsProgram":
         """Compile a scene.
@@ -138,57 +164,8 @@ class Integrators:
         >>> sf.Integrators().build(lowered, 1e-9).run().status.name
         'OK'
         """
-        return IntegratorsProgram(scene.scene, tolerance, self, scene.varied, scene)
-
-
-def _on_the_way(scene: LoweredScene) -> bool:
-    """Whether outputs besides the final state and integrals exist."""
-    return scene.wanted.path or any(r.kind != INTEGRAL for r in scene.wanted.rows)
-
-
-def declines(automaton: Automaton, settings: Integrators, on_the_way: bool) -> str:
-    """Return the reason why the route declines the scene; empty if it takes it.
-
-    `on_the_way` tells whether outputs besides the final state and integrals exist.
-    """
-    if automaton.layout.others:
-        return f"contact {automaton.layout.others[0].name!r} is behind a spring"
-    if settings.plugin in ONE_STEP:
-        return ""
-    if any(automaton.sticks):
-        return (
-            f"{settings.plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
-            "plugin 'erk' or 'rosenbrock'"
-        )
-    if on_the_way and automaton.layout.switches:
-        return (
-            f"{settings.plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
-            "the plugin 'erk' or 'rosenbrock'"
-        )
-    return ""
-
-
-@dataclass
-class _Motion:
-    """State of a run in progress."""
-
-    t: float
-    y: np.ndarray
-    total: np.ndarray
-    m: np.ndarray
-    farthest: np.ndarray
-    size: np.ndarray
-    status: Status = Status.OK
-    rest: float = math.nan
-    reach: float = math.inf
-    events: list[tuple[float, int, int, int]] = field(default_factory=list)
-    counts: dict[str, int] = field(
-        default_factory=lambda: dict.fromkeys(("pieces", "steps", "events", "kinks", "grazes"), 0)
-    )
-    pieces: list[Path] = field(default_factory=list)
-    low: np.ndarray | None = None
-    high: np.ndarray | None = None
-    values: dict[str, np.ndarray] = field(default_factory=dict)
+        settings = self.resolved(explicit_steps(scene) > MANY)
+        return IntegratorsProgram(scene.scene, tolerance, settings, scene.varied, scene)
 
 
 class IntegratorsProgram:
@@ -202,7 +179,8 @@ class IntegratorsProgram:
         varied: frozenset[str] = frozenset(),
         lowered: LoweredScene | None = None,
     ):
-        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings.resolved(stiff=False)
+        settings = self.settings
         self.varied = varied
         lowered = LoweredScene(scene, varied) if lowered is None else lowered
         self.built_in = lowered.built_in
@@ -215,10 +193,11 @@ class IntegratorsProgram:
         self._keep_path = any(o.keeps_path for o in outputs.values())
         self._keep_events = any(o.keeps_events for o in outputs.values())
         self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
-        refusal = declines(self.automaton, settings, self._keep_path or bool(self._ranges))
+        refusal = declines(self.automaton, settings.plugin, kinks_matter(scene))
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")
         self._held = settings.plugin in ONE_STEP
+        self._recorder = Recorder(self.automaton, tuple(self._ranges), self._times, self._keep_path, self._held)
         self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
         count = len(self._integrals)
         self._make_flow = partial(
@@ -255,7 +234,7 @@ class IntegratorsProgram:
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
         flow = self._lease()
-        motion = _Motion(
+        motion = Motion(
             0.0,
             start,
             np.zeros(len(self._integrals)),
@@ -300,7 +279,7 @@ class IntegratorsProgram:
         flow.begin()
         return flow
 
-    def _settle(self, motion: _Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+    def _settle(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
         """Select the mode at the current state, and log the change."""
         if not self._held:
             return
@@ -332,7 +311,7 @@ class IntegratorsProgram:
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
 
-    def _integrate(self, flow: ModeIntegrators, motion: _Motion, p: np.ndarray, end: float) -> None:
+    def _integrate(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, end: float) -> None:
         """Integrate to `end`, to the next event, or over a part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
@@ -343,7 +322,7 @@ class IntegratorsProgram:
         if piece is None:
             motion.status = Status.INTEGRATOR
             return
-        self._keep(motion, piece)
+        self._recorder.keep(motion, piece, p)
         begin, last = motion.t, piece.state[:, -1]
         motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
         motion.reach = piece.reach
@@ -357,7 +336,7 @@ class IntegratorsProgram:
         if motion.status == Status.OK and motion.counts["steps"] > self.settings.max_steps:
             motion.status = Status.STEP_BUDGET
 
-    def _at_event(self, motion: _Motion, p: np.ndarray, index: int, advanced: bool) -> None:
+    def _at_event(self, motion: Motion, p: np.ndarray, index: int, advanced: bool) -> None:
         stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1
         motion.counts["stalled"] = stalled
         motion.rest = math.nan
@@ -370,29 +349,7 @@ class IntegratorsProgram:
         else:
             self._settle(motion, p, frozenset({index}))
 
-    def _keep(self, motion: _Motion, piece: IntegratedPiece) -> None:
-        t, nodes = np.unique(piece.t, return_index=True)  # in a piece of a few roundings of time some nodes coincide
-        h, n_g = np.diff(t), self.automaton.layout.n_guards
-        if self._ranges:
-            low, high = extremes(h, *(e[n_g:, nodes] for e in piece.rows))
-            motion.low = low if motion.low is None else np.minimum(motion.low, low)
-            motion.high = high if motion.high is None else np.maximum(motion.high, high)
-            self._keep_values(motion, t, [e[n_g:, nodes] for e in piece.rows])
-        if self._keep_path:
-            mode = np.tile(self.automaton.layout.modes(motion.m), (h.size, 1))
-            states = piece.state[: motion.y.size, nodes], piece.first[:, nodes], piece.second[:, nodes]
-            motion.pieces.append(Path(t[:-1], h, quintic(h, *states), mode))
-
-    def _keep_values(self, motion: _Motion, t: np.ndarray, rows: list[np.ndarray]) -> None:
-        """Store the outputs at times within a piece."""
-        for k, name in enumerate(self._ranges):
-            times = self._times.get(name, np.zeros(0))
-            for j in np.flatnonzero((t[0] <= times) & (times <= t[-1])):
-                i = min(int(np.searchsorted(t, times[j], side="right")), t.size - 1) - 1
-                c = quintic(np.diff(t[i : i + 2]), *(e[k : k + 1, i : i + 2] for e in rows))
-                motion.values[name][j] = np.polynomial.polynomial.polyval(times[j] - t[i], c[0, 0])
-
-    def _collect(self, motion: _Motion, values: dict, initial: dict) -> Run:
+    def _collect(self, motion: Motion, values: dict, initial: dict) -> Run:
         motion.counts.pop("stalled", None)
         path = log = None
         if self._keep_path and motion.pieces:
@@ -404,7 +361,9 @@ class IntegratorsProgram:
                 np.array([e[1:] for e in motion.events], dtype=np.int64).reshape(-1, 3),
             )
         low, high = motion.low, motion.high
-        ranges = {} if low is None or high is None else {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
+        ranges = dict.fromkeys(self._ranges, (math.nan, math.nan))
+        if low is not None and high is not None:
+            ranges = {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
         integrals = dict(zip(self._integrals, motion.total.tolist(), strict=True))
         raw = Raw(
             rows={**ranges, **integrals, **motion.values},

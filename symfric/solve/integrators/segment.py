@@ -16,6 +16,7 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.hermite import first_fall, middle_errors
 from symfric.solve.integrators.mode_functions import ONE_STEP, mode_integrator, node_function
+from symfric.solve.integrators.refined_grid import refined
 from symfric.solve.integrators.sizes import filled
 from symfric.solve.loop.enclosure import unseen_by
 
@@ -29,6 +30,9 @@ NODES = 8  # output nodes of a piece; few, since those beyond an event are disca
 _PIECE_STEPS = 1000  # steps of the integrator in one piece, above which pieces are shortened
 _MOST_NODES = 2**15  # most nodes between two changes of an input, for plugins without pieces
 _DENSE = 50  # error allowed with half the nodes, in tolerances; with all nodes it is about one tolerance
+_BETWEEN = 10  # error allowed between the nodes of stiff motions, in tolerances
+_STRETCHED = 1e6  # scaled length of such a motion, since CasADi takes times less than 1e-9 apart for one
+_AGAIN = (3.0, 10.0, 30.0)  # local tolerances tried in turn, relative to the first, which is far below that of the run
 _DEGREES = 18  # powers above half of this may hide features from a check at a few points
 _SHORTEST = 1e-9  # shortest piece, relative to the horizon
 _GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
@@ -62,6 +66,8 @@ class IntegratedPiece:
         How long the next piece may be.
     fell : int
         The guard that fell at the end, -1 if none did.
+    cubic : bool
+        Whether between the nodes are cubics through the values, not quintics with the derivatives.
     """
 
     t: np.ndarray
@@ -71,6 +77,7 @@ class IntegratedPiece:
     rows: tuple[np.ndarray, ...]
     reach: float
     fell: int = -1
+    cubic: bool = False
 
 
 class ModeIntegrators:
@@ -85,9 +92,9 @@ class ModeIntegrators:
         tolerance: float,
         horizon: float,
     ):
-        self.settings, self.tolerance = settings, tolerance
-        self.local = max(_SAFETY[settings.plugin] * tolerance, FINEST)
-        self.in_pieces = settings.plugin in ONE_STEP
+        self.settings, self.tolerance, self.plugin = settings, tolerance, settings.plugin or "erk"
+        self.local = max(_SAFETY[self.plugin] * tolerance, FINEST)
+        self.in_pieces = self.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
         self._nodes = node_function(field, n_integrals)
@@ -106,7 +113,15 @@ class ModeIntegrators:
             most, span = (_PIECE_STEPS // nodes, NODES * s.max_step) if self.in_pieces else (s.max_steps, self._horizon)
             with SYMBOLIC:
                 self._compiled[key] = mode_integrator(
-                    self._field, self._n_integrals, s, self.local, span, self._elements, nodes, most
+                    self._field,
+                    self._n_integrals,
+                    self.plugin,
+                    s.max_step,
+                    self.local,
+                    span,
+                    self._elements,
+                    nodes,
+                    most,
                 )
         return self._compiled[key]
 
@@ -119,6 +134,24 @@ class ModeIntegrators:
         finally:
             counts = integrator.stats()
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
+
+    def at_times(self, start: SegmentStart, span: float, grid: np.ndarray) -> np.ndarray:
+        """Return the states at fractions of a time after the start; raise RuntimeError if the integrator fails."""
+        s, grid = self.settings, grid * _STRETCHED
+        data = np.concatenate([start.p, start.m, start.size, [start.t, span / _STRETCHED]])
+        for local in (self.local, *(self.local * e for e in _AGAIN)):
+            with SYMBOLIC:
+                integrator = mode_integrator(
+                    self._field, self._n_integrals, self.plugin, s.max_step, local, self._horizon, 0, grid, s.max_steps
+                )
+            try:
+                found = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
+            except RuntimeError as error:  # at a kink, where the smallest steps have too large an error
+                reason = error
+                continue
+            self.steps += integrator.stats().get("nsteps", 0)
+            return found
+        raise reason
 
     def end(self, start: SegmentStart, span: float) -> np.ndarray:
         """Return the state after a time; raise RuntimeError if the integrator fails."""
@@ -152,19 +185,54 @@ class ModeIntegrators:
 
     def _ends(self, start: SegmentStart, end: float) -> IntegratedPiece:
         none = np.zeros((0, 2))
-        state = np.column_stack([start.state, self.end(start, end - start.t)])
+        if self.settings.plugin == "collocation":
+            state = np.column_stack([start.state, self.end(start, end - start.t)])
+        else:
+            state = np.column_stack([start.state, self.at_times(start, end - start.t, np.ones(1))])
         return IntegratedPiece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
 
     def _whole(self, start: SegmentStart, end: float) -> IntegratedPiece:
-        """Return the motion with as many nodes as the quintics between them need."""
+        """Return the motion with as many nodes as the polynomials between them need; raise RuntimeError if too many."""
+        if self.settings.plugin != "collocation":
+            return self._refined(start, end)
         span, n, last = end - start.t, NODES, self.end(start, end - start.t)
         while True:
             found = self.at_nodes(start, span, n)
             found[:, -1] = last
             piece, excess, _ = self._between(start, end, found)
-            if excess <= 1 or n >= _MOST_NODES:
+            if excess <= 1:
                 return piece
+            if n >= _MOST_NODES:
+                raise RuntimeError("the motion has details between the nodes")
             n *= 2
+
+    def _refined(self, start: SegmentStart, end: float) -> IntegratedPiece:
+        """Return the motion with nodes where cubics through the values need them.
+
+        Of stiff equations the derivatives at the nodes are no help: they magnify the errors of the values.
+        """
+        t, found = refined(lambda grid: self.at_times(start, end - start.t, grid), self._values(start, end))
+        t = start.t + (end - start.t) * t
+        first, second, *rows, _ = self._look(t, np.column_stack([start.state, found]), start)
+        state = np.column_stack([start.state, found])
+        return IntegratedPiece(t, state, first, second, tuple(rows), math.inf, cubic=True)
+
+    def _values(self, start: SegmentStart, end: float):
+        """Return a function that gives states and observables at nodes, and how much they may be in error."""
+
+        def look(grid: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            state = np.column_stack([start.state, found])
+            looked = self._look(start.t + (end - start.t) * grid, state, start)
+            values = np.concatenate([state[: self.n_x], looked[2][self.n_guards :]])
+            if not np.all(np.isfinite(values)):
+                raise RuntimeError("the motion left the finite numbers")
+            noise = self.local * np.max(
+                np.concatenate([start.size[: self.n_x, None] + np.abs(state[: self.n_x]), looked[-1]]), axis=1
+            )
+            noise = np.delete(noise, np.s_[self.n_x : self.n_x + self.n_guards])
+            return values, _BETWEEN * self.tolerance * np.max(np.abs(values), axis=1) + 10 * noise
+
+        return look
 
     def _next_piece(self, start: SegmentStart, end: float, reach: float) -> IntegratedPiece | None:
         reach = min(reach, NODES * self.settings.max_step)

@@ -13,6 +13,7 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.model.scene import Scene
 from symfric.model.symbols import counted
+from symfric.solve.integrators.stiffness import MANY, explicit_steps
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.model import series_model
@@ -62,7 +63,7 @@ class Taylor:
             raise SceneError("the budgets max_steps and max_events must be positive")
 
     def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether this route takes a scene: it takes every one.
+        """Return whether this route takes a scene: it takes every one, though not every one fast.
 
         Parameters
         ----------
@@ -83,8 +84,9 @@ class Taylor:
         automaton = scene.automaton
         contacts, kinks = sum(automaton.sticks) + len(automaton.layout.others), automaton.layout.switches
         kind = "piecewise analytic" if contacts or kinks else "smooth"
+        stiff = explicit_steps(scene) > MANY
         sticking = f"{counted(contacts, 'contact')} that can stick, {counted(kinks, 'kink')}"
-        return Answer(True, True, f"{kind} right-hand side, {sticking}")
+        return Answer(True, not stiff, f"{kind} right-hand side, {sticking}{', but stiff' if stiff else ''}")
 
     def build(self, scene: LoweredScene, tolerance: float) -> "TaylorProgram":
         """Compile a scene.

@@ -1,0 +1,32 @@
+"""The state of a run of the route `integrators` in progress."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symfric.solve.run import Path
+from symfric.solve.status import Status
+
+
+@dataclass
+class Motion:
+    """State of a run in progress."""
+
+    t: float
+    y: np.ndarray
+    total: np.ndarray
+    m: np.ndarray
+    farthest: np.ndarray
+    size: np.ndarray
+    status: Status = Status.OK
+    rest: float = math.nan
+    reach: float = math.inf
+    events: list[tuple[float, int, int, int]] = field(default_factory=list)
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("pieces", "steps", "events", "kinks", "grazes"), 0)
+    )
+    pieces: list[Path] = field(default_factory=list)
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
+    values: dict[str, np.ndarray] = field(default_factory=dict)

@@ -1,0 +1,34 @@
+"""What the integrators cannot do."""
+
+from symfric.lower.automaton import Automaton
+from symfric.model.outputs import Integral, OutputOfExpression
+from symfric.model.scene import Scene
+from symfric.solve.integrators.mode_functions import ONE_STEP
+
+
+def kinks_matter(scene: Scene) -> bool:
+    """Whether outputs besides the end and integrals exist, in a scene whose kinks are not those of laws with memory."""
+    watched = any(
+        o.keeps_path or (isinstance(o, OutputOfExpression) and not isinstance(o, Integral))
+        for o in scene.outputs.values()
+    )
+    return watched and not any(c.law.memory for c in scene.contacts)
+
+
+def declines(automaton: Automaton, plugin: str | None, kinks_matter: bool) -> str:
+    """Return the reason why the route declines the scene; empty if it takes it."""
+    if automaton.layout.others:
+        return f"contact {automaton.layout.others[0].name!r} is behind a spring"
+    if plugin in ONE_STEP:
+        return ""
+    if any(automaton.sticks):
+        return (
+            f"{plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
+            "plugin 'erk' or 'rosenbrock'"
+        )
+    if kinks_matter and automaton.layout.switches:
+        return (
+            f"{plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
+            "the plugin 'erk' or 'rosenbrock'"
+        )
+    return ""
