@@ -274,7 +274,7 @@ def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
         multipliers=multipliers,
         trivial=trivial,
         stable=bool(np.all(np.abs(others) < 1 + _NEUTRAL)),
-        events=tuple(Event(t, flow.contacts[i], a, b) for t, i, a, b in passage.events),
+        events=tuple(Event(t, flow.contacts[i], a, b) for t, i, a, b in passage.changes),
         names=flow.states,
         differentiable=not passage.doubtful,
         base=scene,
@@ -301,10 +301,10 @@ def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None
 def stick_time(passage: Passage, period: float) -> float:
     """Return the time during which at least one contact sticks."""
     modes = list(passage.modes)
-    for _, i, before, _ in reversed(passage.events):
+    for _, i, before, _ in reversed(passage.changes):
         modes[i] = before
     total, last = 0.0, 0.0
-    for t, i, _, after in passage.events:
+    for t, i, _, after in passage.changes:
         total += (t - last) * (0 in modes)
         modes[i], last = after, t
     return total + (period - last) * (0 in modes)

@@ -23,6 +23,7 @@ from symfric.solve.program import Numbers
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
 
+_STRETCHED = 1e-9  # relative difference up to which a spring was stretched by the slip alone
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
@@ -58,6 +59,8 @@ class FlowMap:
 
     Attributes
     ----------
+    springs : dict of int to ndarray
+        Slopes of the slips (n,) that stretch the springs of contacts, by the places of these among the states.
     period : callable or None
         From parameter values by name to the period of the excitation; None if nothing depends on time.
     period_by : callable or None
@@ -75,6 +78,7 @@ class FlowMap:
         self.contacts = tuple(c.name for c in in_order(scene.contacts))
         self.lines = tuple(c for c in scene.contacts if c.along_line)
         self.tolerance = tolerance
+        self.springs = _springs_of(scene)
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
         self._runs = runs_of(self.scene, self._automaton, self.parameters, tolerance)
@@ -152,7 +156,29 @@ class FlowMap:
         """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
         raised = np.zeros(LIFTS * len(self.lines)) if lift is None else lift
-        return self._runs.follow(y, np.concatenate([p, raised]), time)
+        passage, *rest = self._runs.follow(y, np.concatenate([p, raised]), time)
+        return (passage._replace(idle=self._idle(passage)), *rest)
+
+    def _idle(self, passage: Passage) -> tuple[int, ...]:
+        """Return the springs that were stretched by the slip alone: ``z(T) = z(0) + r (q(T) - q(0))`` for any start."""
+        found, n, by = [], len(self.scene.system.q), passage.by_start
+        for place, row in self.springs.items():
+            stretched = row @ (by[:n] - np.eye(n, by.shape[1]))
+            stretched[place] += 1.0
+            if np.max(np.abs(by[place] - stretched)) <= _STRETCHED * np.max(np.abs(stretched)):
+                found.append(place)
+        return tuple(found)
+
+
+def _springs_of(scene: Scene) -> dict[int, np.ndarray]:
+    """Return places of the springs of contacts among the states, and the slopes of their slips if these are numbers."""
+    found = {}
+    for contact in (c for c in scene.contacts if not c.along_line):
+        slopes = scene.system.slopes(contact.slip)
+        if isinstance(slopes, np.ndarray) or all(e.is_number for e in slopes):
+            row = np.array(slopes, dtype=float)
+            found |= {scene.system.states.index(s): row for s in contact.states}
+    return found
 
 
 def _guard_rates(automaton: Automaton) -> ca.Function:

@@ -47,7 +47,7 @@ class Passage(NamedTuple):
     rate : ndarray, shape (n_x,)
         State derivative at the end.
     events : tuple of (float, int, int, int)
-        Time, contact, mode before and after.
+        Time, contact along a line, mode before and after.
     modes : tuple of int
         Of the contacts at the end.
     gaps : ndarray, shape (3 n_c,)
@@ -59,6 +59,10 @@ class Passage(NamedTuple):
         The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.filled`.
     doubtful : bool
         Whether the derivatives do not exist.
+    sliders : tuple of (float, int, int, int)
+        The events of the contacts behind springs.
+    idle : tuple of int
+        The states of springs whose sliders stick all the time: their mean elongation is free.
     """
 
     end: np.ndarray
@@ -74,6 +78,13 @@ class Passage(NamedTuple):
     high: np.ndarray
     ranges: np.ndarray
     doubtful: bool
+    sliders: tuple[tuple[float, int, int, int], ...] = ()
+    idle: tuple[int, ...] = ()
+
+    @property
+    def changes(self) -> list[tuple[float, int, int, int]]:
+        """All events in the order of time."""
+        return sorted((*self.events, *self.sliders), key=lambda e: e[0])
 
 
 Followed = tuple[Passage, np.ndarray, np.ndarray]  # with parameters and modes at the end
@@ -211,12 +222,14 @@ def _passage_of(automaton: Automaton, w: LoopArrays, log, by: Sequence, gaps: Se
     n_x, n_g = len(automaton.states), slip_gap(len(automaton.contacts))
     low, high = w.total[n_g : n_g + n_x, 0].copy(), w.total[n_g : n_g + n_x, 1].copy()
     rate = automaton.field(w.y[:n_x], w.y[-1], w.p[: automaton.field.nnz_in(2)], w.m)[0]
+    events, n_c = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True)), len(automaton.contacts)
     return Passage(
         end=w.y[:n_x].copy(),
         by_start=by[0],
         by_value=by[1],
         rate=np.array(rate).ravel(),
-        events=tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True)),
+        events=tuple(e for e in events if e[1] < n_c),
+        sliders=tuple(e for e in events if e[1] >= n_c),
         modes=tuple(automaton.layout.modes(w.m).tolist()),
         gaps=w.total[:n_g, 0].copy(),
         gaps_by_start=gaps[0],

@@ -7,8 +7,9 @@ Unknowns are the start y, the period T of an autonomous scene, and parameters th
 the second for autonomous scenes only: the start moves at right angles to the motion through a reference, where every
 state is measured in units of its range. In other units that plane may be all but parallel to the motion, and a branch
 would run along one orbit instead of from orbit to orbit. Derivatives are those of the variational equations with the
-jumps at the events. Linear equations are solved in these units too: what counts as zero there must not depend on those
-of the scene.
+jumps at the events. Where the slider behind a spring sticks all the time, nothing determines its place: it is chosen
+such that the mean elongation is zero, and kept along a branch. Linear equations are solved in these units too: what
+counts as zero there must not depend on those of the scene.
 """
 
 from collections.abc import Callable
@@ -139,6 +140,13 @@ class ShootingSystem:
             by_value = by_value + self.multiple * np.outer(passage.rate, self.flow.period_by(values))
         columns = [passage.by_start - np.eye(n), *([passage.rate[:, None]] if self.free else []), by_value]
         rest, slopes = passage.end - y, np.hstack(columns)
+        for k in passage.idle:  # closed with the coordinates
+            row = np.eye(1, z.size, k)[0]
+            rest[k] = 0.5 * (passage.low[k] + passage.high[k])
+            if self.flow.parameters:  # along a branch the slider stays where it is
+                row[: len(self.flow.springs[k])] = -self.flow.springs[k]
+                rest[k] = row[:n] @ (y - reference)
+            slopes[k] = row
         if self.free:
             row = np.concatenate([phase, np.zeros(z.size - n)])
             rest, slopes = np.append(rest, phase @ (y - reference)), np.vstack([slopes, row])

@@ -81,3 +81,22 @@ def test_joints_of_a_structure_that_give_before_they_slip():
         runs.append(sf.simulate(scene, 1e-10).checked())
     assert runs[0]["c2.z"][-1] == pytest.approx(runs[1]["c2.z"][-1], abs=1e-9)
     assert len(runs[0].events) == len(runs[1].events) > 2
+
+
+def test_responses_of_a_joint_from_sliding_to_sticking_for_good():
+    """The peak over the load falls, then rises to that of the linear oscillator with the joint's spring."""
+    joint = st.RowContact("joint", {"x1": 1.0}, N, sf.laws.coulomb(0.3), stiffness=0.5)
+    s = st.Structure([[1.0]], [[1.0]], [[0.04]], names=["x1"])
+    scene = s.scene([joint], {"x1": sp.cos(W * sf.TIME)}, {W: 1.05, N: 1.0}, horizon=150.0)
+    peaks = {}
+    for load in (0.5, 5.0, 60.0):
+        found = sf.frequency_response(scene.where({N: load}), W, (0.9, 1.4), tolerance=1e-10)
+        assert found.ends == ("span", "span")
+        assert not found.special
+        peaks[load] = found.peak.half_range
+    assert peaks[60.0] == pytest.approx(1 / (0.04 * np.sqrt(1.5 - 0.04**2 / 4)), rel=1e-8)
+    assert peaks[5.0] < 0.3 * min(peaks[0.5], peaks[60.0])
+    stuck = sf.limit_cycle(scene.where({N: 60.0, W: 1.1}))
+    assert stuck.stick_fraction == pytest.approx(1.0)
+    k = stuck.names.index("joint.z")
+    assert stuck.x_max[k] == pytest.approx(-stuck.x_min[k], rel=1e-9)  # nothing determines the mean: it is zero

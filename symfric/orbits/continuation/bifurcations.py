@@ -115,8 +115,12 @@ def is_pair(passage: Passage, free: bool) -> bool:
 
 
 def _others(passage: Passage, free: bool) -> np.ndarray:
+    """Return the multipliers besides those of a shift of time and of the elongations that nothing determines."""
     multipliers, trivial = multipliers_of(passage, free)
-    return np.delete(multipliers, trivial) if trivial is not None else multipliers
+    found = np.delete(multipliers, trivial) if trivial is not None else multipliers
+    for _ in passage.idle:
+        found = np.delete(found, int(np.argmin(np.abs(found - 1.0))))
+    return found
 
 
 def _touch(condition: Condition, size: float) -> TestFunction:

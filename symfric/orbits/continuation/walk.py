@@ -212,7 +212,7 @@ class Walk:
         """Move the start of an orbit that is close to an event to the middle of the longest stretch without events."""
         system, n = self._system, len(self._system.flow.states)
         start, period, values = system.unpack(point.z)
-        times = np.array([e[0] for e in point.passage.events])
+        times = np.array([e[0] for e in point.passage.changes])
         near = np.any((times < _NEAR_START * period) | (times > (1 - _NEAR_START) * period))
         if not system.free or not near:
             return point, way
