@@ -39,7 +39,7 @@ def test_the_same_derivatives_as_with_the_motion(kind):
     flow._runs, kept = DirectedRuns(flow.scene, flow._automaton, ("v_b",), flow.tolerance), flow._runs
     exact = flow.run(start, values, 25.0)
     flow._runs = kept
-    assert {e[1] for e in found.events} >= ({2} if kind == "joint" else {0})
+    assert {e[1] for e in found.changes} >= ({2} if kind == "joint" else {0})
     assert found.doubtful == exact.doubtful is False
     for name in ("end", "by_start", "by_value", "low", "high", "rate"):
         assert getattr(found, name) == pytest.approx(getattr(exact, name), abs=1e-10), name

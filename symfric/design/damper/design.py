@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from symfric.design.damper.best_load import Peaks, best_load
 from symfric.design.damper.cycles import Disturbed, Requirement, distances, outermost
 from symfric.design.damper.growth import Growth, steepest_falls
 from symfric.design.damper.settling import Transient, settled
@@ -12,8 +13,9 @@ from symfric.design.result import Curve, Design
 from symfric.design.summit import SLOWEST, Summit, summit
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.model.excitation import excitation_of, is_excited
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of
+from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.cycle import Orbit
 
 _SCAN = 7  # points of the damper's bounds, before polishing
@@ -107,8 +109,12 @@ def damper(
     sticking: bool = True,
     speed: Key = "v_b",
     settle: float | None = None,
+    coordinate: Key | None = None,
 ) -> Design:
     """Find the smallest damping with which a system does not vibrate at any speed of a range, or settles in time.
+
+    Of a forced scene, find the value of a parameter, such as the normal load of a friction damper, with the smallest
+    peak of the response over a range of the excitation's frequency.
 
     Parameters
     ----------
@@ -133,6 +139,9 @@ def damper(
         Time by which the motion must be over. With ``half_range=0`` it is at rest by then, in the sense of
         `symfric.StopTime`; else the first coordinate moves over no more than `half_range` from then until the scene's
         horizon, at every speed of the range. Limit cycles play no part.
+
+    coordinate : Symbol or str, optional
+        State whose half range counts, of a forced scene; the first coordinate unless given.
 
     Returns
     -------
@@ -166,9 +175,25 @@ def damper(
     >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
     >>> sf.design.damper(belt, "beta", bounds=(0, 1), speeds=(0.1, 0.45)).values
     {'beta': 0.21600000000000003}
+
+    The normal load of a joint with a tangential stiffness that keeps a resonance smallest:
+
+    >>> import sympy as sp
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> W, N = sp.symbols("W N", positive=True)
+    >>> system = sf.System([x], [u], [[1]], [-x - 0.04 * u + sp.cos(W * sf.TIME)])
+    >>> joint = sf.Contact("joint", u, N, sf.laws.coulomb(0.3), stiffness=0.5)
+    >>> forced = sf.Scene(system, [joint], {W: 1.05, N: 1.0}, {x: 0, u: 0}, horizon=60.0)
+    >>> best = sf.design.damper(forced, "N", bounds=(2, 12), speeds=(0.9, 1.4), speed="W")
+    >>> best.status, round(best.values["N"], 2), round(best.objective, 3)
+    ('optimal', 4.15, 4.904)
     """
     name = scene.parameter(parameter).name
     low, high = _pair(bounds, f"bounds of {name}")
+    if settle is None and is_excited(scene):
+        return best_load(_peaks(scene, name, speed, speeds, half_range, coordinate), (low, high))
+    if coordinate is not None:
+        raise SceneError("coordinate is for forced scenes; no force of this one depends on time")
     half_range = finite(half_range, "half_range")
     if half_range < 0:
         raise SceneError(f"half_range is {half_range:g}; it must not be negative")
@@ -188,6 +213,24 @@ def damper(
     requirement = Requirement(name, speed, (low, high), ends, half_range, sticking)
     scene = scene.where({name: low, speed: max(ends[0], 1e-9 * ends[1])})
     return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
+
+
+def _peaks(scene: Scene, name: str, speed: Key, speeds, half_range: float, coordinate: Key | None) -> Peaks:
+    """Check the arguments of the design of a forced scene."""
+    parameters = excitation_of(scene).parameters
+    frequency = name_of(speed)
+    if frequency not in parameters:
+        told = " or ".join(sorted(parameters)) or "a parameter in the sine of the force"
+        raise SceneError(f"the scene is forced, and {frequency} is not its frequency; give speed={told!r}")
+    if name in parameters:
+        raise SceneError(f"{name} is the frequency of the excitation; give the parameter of the damper")
+    if speeds is None or half_range != 0:
+        raise SceneError("of a forced scene, give the speeds, the range of the frequency, and no half_range")
+    names = [s.name for s in scene.system.states]
+    wanted = names[0] if coordinate is None else name_of(coordinate)
+    if wanted not in names:
+        raise SceneError(f"{wanted} is no state{nearest(wanted, names)}")
+    return Peaks(scene, name, frequency, _pair(speeds, f"speeds {frequency}"), wanted)
 
 
 def _pair(pair, what: str) -> tuple[float, float]:

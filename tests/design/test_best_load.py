@@ -1,0 +1,66 @@
+"""The normal load of a friction damper with the smallest peak of a forced response."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+
+x, u = sp.symbols("x u", real=True)
+W, N = sp.symbols("W N", positive=True)
+C, K = 0.04, 0.5
+
+
+def forced(size=1.0):
+    system = sf.System([x], [u], [[1]], [-x - C * u + size * sp.cos(W * sf.TIME)])
+    joint = sf.Contact("joint", u, N, sf.laws.coulomb(0.3), stiffness=K)
+    return sf.Scene(system, [joint], {W: 1.05, N: 1.0}, {x: 0, u: 0}, horizon=60.0)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sf.design.damper(forced(), "N", bounds=(0.5, 40), speeds=(0.9, 1.4), speed="W")
+
+
+def test_the_curve_of_turbine_engineers(found):
+    assert found.status == "optimal"
+    assert found.check.agrees
+    at, size = found.values["N"], found.objective
+    for share in (0.9, 1.1):
+        beside = sf.frequency_response(forced().where({N: share * at}), W, (0.9, 1.4), tolerance=1e-10).peak
+        assert beside.half_range > size
+    curve = found.curve
+    low, high = curve.y[curve.x < at], curve.y[curve.x > at]
+    assert np.all(np.diff(low) < 0)
+    assert np.all(np.diff(high) > 0)
+    stuck = 1 / (C * np.sqrt(1 + K - C**2 / 4))
+    assert high[-1] == pytest.approx(stuck, rel=1e-6)
+    assert found.scene.values[W] == pytest.approx(float(found.active[-1].split("= ")[1]), rel=1e-5)
+    found.plot()
+
+
+def test_response_and_best_load_grow_with_the_force(found):
+    """All forces times two: displacements and the best load as well, the peak's frequency stays."""
+    double = sf.design.damper(forced(2.0), "N", bounds=(4, 16), speeds=(0.9, 1.4), speed="W")
+    assert double.objective == pytest.approx(2 * found.objective, rel=1e-6)
+    assert double.values["N"] == pytest.approx(2 * found.values["N"], rel=1e-3)
+
+
+FAULTS = {
+    "frequency": ({"speeds": (0.9, 1.4)}, "v_b is not its frequency; give speed='W'"),
+    "itself": ({"speeds": (0.9, 1.4), "speed": "W", "parameter": "W"}, "is the frequency of the excitation"),
+    "range": ({"speed": "W"}, "give the speeds"),
+    "state": ({"speeds": (0.9, 1.4), "speed": "W", "coordinate": "y"}, "y is no state"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_wrong_arguments(name):
+    arguments, words = FAULTS[name]
+    with pytest.raises(sf.SceneError, match=words):
+        sf.design.damper(forced(), **({"parameter": "N", "bounds": (1, 2)} | arguments))
+
+
+def test_coordinate_is_for_forced_scenes():
+    with pytest.raises(sf.SceneError, match="coordinate is for forced scenes"):
+        sf.design.damper(sf.scenes.mass_on_belt(v_b=0.2), "beta", (0, 1), (0.1, 0.4), coordinate="u")
