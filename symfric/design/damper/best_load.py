@@ -15,9 +15,9 @@ from symfric.orbits.cycle import Orbit
 from symfric.orbits.frequency_response import frequency_response
 from symfric.solve.routes import simulate
 
-_SURVEY = 13  # values of the parameter, before polishing
+_SURVEY = 9  # values of the parameter, before polishing
 _LEAST = 1e-3  # of the largest value: the smallest of the survey if the bounds begin at zero
-_CLOSE = 1e-6  # relative error of the optimal parameter
+_CLOSE = 1e-4  # relative error of the optimal parameter
 _TOLERANCE = 1e-10  # of the motions
 _BESIDE = (0.98, 1.02)  # neighbouring designs, as shares of the optimum
 _SETTLED, _AGREES = 1e-9, 1e-6  # part of a disturbance left after settling; relative error of the check
