@@ -16,7 +16,7 @@ SCRIPTS = {
     "decay_record": r"the oil takes most, 38 %",
     "disc_brake_squeal": r"squeals from mu = 0\.4193",
     "door_hinge_shaken": r"intensity 0\.3600",
-    "gear_two_slopes": r"stable there: True",
+    "gear_two_slopes": r"corner at 2\.0\d m/s \+- 0\.0\d(.|\n)*stable there: True",
     "machine_slide_damping": r"damping ratio 0\.0570",
     "positioning_table": r"stops (\d+\.\d+) um beyond \(type a\)(.|\n)* says \1 um",
     "rig_law_from_record": r"Stribeck's, with v_s between 4\d and 6\d mm/s",

@@ -6,7 +6,7 @@ from derivations.ledger import Ledger
 from derivations.residuals import agree
 from symfric.model import laws
 from symfric.model.symbols import SPEED
-from symfric.theory import falling_speeds, transient
+from symfric.theory import falling_speeds, transient, two_lines
 
 PART = Ledger("handbook", "models of interface damping")
 
@@ -191,11 +191,30 @@ def _(*claim):
     return 0 - claim[0], (place if falls == [True, False] else sp.oo) - claim[1]
 
 
+@PART.verified(
+    "19.5.1 corner",
+    "corner and slopes of the lines through points of a law 1/20 - 9/500 v up to 2, then + 3/2500 v",
+    2,
+    -sp.Rational(9, 500),
+    sp.Rational(3, 2500),
+    numbers="10 digits, from 9 points of which none is the corner",
+)
+def _(*claim):
+    speeds = [sp.Rational(n, 4) for n in (1, 3, 5, 7, 9, 13, 19, 27, 40)]
+    low, high = sp.Rational(1, 20) - sp.Rational(9, 500) * SPEED, sp.Rational(58, 5000) + sp.Rational(3, 2500) * SPEED
+    (corner,) = sp.solve(low - high, SPEED)
+    points = [(low if s < corner else high).subs(SPEED, s) for s in speeds]
+    fit = two_lines([float(s) for s in speeds], [float(p) for p in points])
+    exact = [agree(e, c) for e, c in zip((corner, low.diff(SPEED), high.diff(SPEED)), claim, strict=True)]
+    package = (fit.corner, fit.slope_below, fit.slope_above)
+    return [*exact, *(agree(sp.Float(f), c, digits=10) for f, c in zip(package, claim, strict=True))]
+
+
 PART.unverifiable("Figure 19.14", "damping ratio of structures against amplitude", "measured; no data is printed")
 PART.unverifiable(
     "Figure 19.18",
     "measured friction of a pair of spur gears, close to two lines",
-    "no data is printed; `sf.identify.two_lines` fits the law to points and says how well",
+    "no data is printed; `sf.theory.two_lines` fits the law to points and says how well",
 )
 PART.unverifiable("Table 19.6", "damping ratios for seismic design", "a code's values; nothing to derive")
 

@@ -3,6 +3,7 @@
 from symfric.model.offering import offer
 from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
 from symfric.theory.averaging import average
+from symfric.theory.broken_line import TwoLines, two_lines
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
 from symfric.theory.hopf import HopfPoint, hopf
@@ -18,6 +19,7 @@ __all__ = [
     "RootLocus",
     "SlowFlow",
     "Stability",
+    "TwoLines",
     "absorber",
     "average",
     "belt",
@@ -37,6 +39,7 @@ __all__ = [
     "symbolic_hurwitz",
     "symbolic_hurwitz_of_matrices",
     "transient",
+    "two_lines",
     "waviness",
 ]
 

@@ -181,6 +181,7 @@ THEORY = {
     "theory.absorber.response": lambda k: sf.theory.absorber.response(0.05, 0.9, 0.1, 0.8 + 0.1 * k),
     "theory.absorber.state_matrix": lambda k: sf.theory.absorber.state_matrix(0.05, 0.9, 0.1 + 0.01 * k),
     "theory.absorber.variance": lambda k: sf.theory.absorber.variance(0.05, 0.9, 0.1 + 0.01 * k),
+    "theory.two_lines": lambda k: sf.theory.two_lines([1, 2, 3, 4, 5, 6], [5.0 + k, 3, 1.1, 1.4, 1.7, 2.1]).to_dict(),
     "theory.foundation.at_stiffness": lambda k: sf.theory.foundation.at_stiffness(0.3, 0.2 + 0.1 * k),
     "theory.foundation.break_even": lambda k: sf.theory.foundation.break_even(),
     "theory.foundation.decay_rate": lambda k: sf.theory.foundation.decay_rate(0.3, 0.2, 0.4 + 0.01 * k, -0.1),
