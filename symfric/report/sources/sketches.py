@@ -3,12 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from symfric.report.sources.registry import Entry, title
-from symfric.report.study.figures import BLUE, GREY, ORANGE
-
-INK = "black"
+from symfric.report.study.figures import GREY, ORANGE
+from symfric.report.study.shapes import INK, arrow, block, damper, ground, roller, spring, wall
 
 
 @dataclass(frozen=True)
@@ -42,129 +39,79 @@ def plot_sketch(sketch: Sketch, ax=None):
     return ax
 
 
-def _wall(ax, x: float, low: float, high: float, side: int = -1) -> None:
-    ax.plot([x, x], [low, high], color=INK, linewidth=1.4)
-    for y in np.arange(low, high - 0.05, 0.2):
-        ax.plot([x, x + 0.12 * side], [y + 0.12, y], color=GREY, linewidth=0.8)
-
-
-def _ground(ax, y: float, left: float, right: float) -> None:
-    ax.plot([left, right], [y, y], color=INK, linewidth=1.4)
-    for x in np.arange(left, right - 0.05, 0.2):
-        ax.plot([x + 0.12, x], [y, y - 0.12], color=GREY, linewidth=0.8)
-
-
-def _spring(ax, start: float, end: float, y: float, name: str) -> None:
-    x = np.concatenate([[start], np.linspace(start + 0.25, end - 0.25, 12), [end]])
-    up = np.concatenate([[0.0], 0.12 * (-1.0) ** np.arange(12), [0.0]])
-    up[1] = up[-2] = 0.0
-    ax.plot(x, y + up, color=INK, linewidth=1.1)
-    ax.text(0.5 * (start + end), y + 0.2, name, ha="center", va="bottom")
-
-
-def _damper(ax, start: float, end: float, y: float, name: str) -> None:
-    middle = 0.5 * (start + end)
-    ax.plot([start, middle - 0.15], [y, y], color=INK, linewidth=1.1)
-    ax.plot([middle + 0.2, middle - 0.15, middle - 0.15, middle + 0.2], y + 0.13 * np.array([1, 1, -1, -1]), color=INK)
-    ax.plot([middle + 0.05, middle + 0.05], [y - 0.1, y + 0.1], color=INK)
-    ax.plot([middle + 0.05, end], [y, y], color=INK, linewidth=1.1)
-    ax.text(middle, y + 0.16, name, ha="center", va="bottom")
-
-
-def _block(ax, left: float, low: float, width: float, height: float, name: str, colour: str = BLUE) -> None:
-    from matplotlib.patches import Rectangle
-
-    ax.add_patch(Rectangle((left, low), width, height, facecolor=colour, alpha=0.25, edgecolor=INK))
-    ax.text(left + 0.5 * width, low + 0.5 * height, name, ha="center", va="center")
-
-
-def _arrow(ax, x: float, y: float, dx: float, dy: float, name: str) -> None:
-    ax.annotate("", (x + dx, y + dy), (x, y), arrowprops={"arrowstyle": "->", "color": ORANGE})
-    ax.update_datalim([(x, y - 0.1), (x + dx, y + max(dy, 0.0) + 0.35)])  # limits of the drawing, without its labels
-    ax.text(
-        x + 0.5 * dx, y + 0.5 * dy + (0.06 if dy == 0 else 0), name, ha="center" if dy == 0 else "left", va="bottom"
-    )
-
-
-def _roller(ax, x: float, y: float, radius: float = 0.15) -> None:
-    from matplotlib.patches import Circle
-
-    ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK))
-
-
 def _belt(ax) -> None:
-    _wall(ax, 0.0, 0.3, 1.9)
-    _spring(ax, 0.0, 1.6, 1.3, "$K$")
-    _damper(ax, 0.0, 1.6, 0.7, "$C$")
-    _block(ax, 1.6, 0.4, 1.3, 1.2, "$M$")
+    wall(ax, 0.0, 0.3, 1.9)
+    spring(ax, 0.0, 1.6, 1.3, "$K$")
+    damper(ax, 0.0, 1.6, 0.7, "$C$")
+    block(ax, 1.6, 0.4, 1.3, 1.2, "$M$")
     for x in (0.6, 4.2):
-        _roller(ax, x, 0.15, 0.22)
+        roller(ax, x, 0.15, 0.22)
     ax.plot([0.6, 4.2], [0.39, 0.39], color=INK, linewidth=1.4)
     ax.plot([0.6, 4.2], [-0.08, -0.08], color=INK, linewidth=1.4)
-    _arrow(ax, 3.1, 0.55, 0.8, 0, "$V_b$")
-    _arrow(ax, 2.2, 1.75, 0.8, 0, "$X(t)$")
-    _arrow(ax, 3.0, 1.15, 0.9, 0, r"$m r \tilde\Omega^2 \sin\tilde\Omega t$")
+    arrow(ax, 3.1, 0.55, 0.8, 0, "$V_b$")
+    arrow(ax, 2.2, 1.75, 0.8, 0, "$X(t)$")
+    arrow(ax, 3.0, 1.15, 0.9, 0, r"$m r \tilde\Omega^2 \sin\tilde\Omega t$")
 
 
 def _drawn_slide(ax) -> None:
-    _ground(ax, 0.0, 0.0, 4.8)
-    _block(ax, 0.6, 0.02, 1.3, 1.0, "$m$")
-    _spring(ax, 1.9, 3.5, 0.75, "$k$")
-    _damper(ax, 1.9, 3.5, 0.25, "$c$")
-    _block(ax, 3.5, 0.1, 0.3, 0.9, "", ORANGE)
-    _arrow(ax, 3.9, 0.55, 0.8, 0, "$v$")
-    _arrow(ax, 0.9, 1.15, 0.8, 0, "$X$")
+    ground(ax, 0.0, 0.0, 4.8)
+    block(ax, 0.6, 0.02, 1.3, 1.0, "$m$")
+    spring(ax, 1.9, 3.5, 0.75, "$k$")
+    damper(ax, 1.9, 3.5, 0.25, "$c$")
+    block(ax, 3.5, 0.1, 0.3, 0.9, "", ORANGE)
+    arrow(ax, 3.9, 0.55, 0.8, 0, "$v$")
+    arrow(ax, 0.9, 1.15, 0.8, 0, "$X$")
 
 
 def _two_slides(ax) -> None:
-    _ground(ax, 0.0, 0.0, 5.6)
+    ground(ax, 0.0, 0.0, 5.6)
     for x in (1.6, 2.6):
-        _roller(ax, x, 0.12, 0.12)
-    _wall(ax, 0.0, 0.0, 1.4)
-    _spring(ax, 0.0, 1.2, 1.05, "$k_2$")
-    _damper(ax, 0.0, 1.2, 0.42, "$c_2$")
-    _block(ax, 1.2, 0.24, 1.9, 1.0, "$m_2$")
-    _block(ax, 1.6, 1.24, 1.1, 1.1, "$m_1$", ORANGE)
-    _spring(ax, 2.7, 4.2, 2.1, "$k_1$")
-    _damper(ax, 2.7, 4.2, 1.5, "$c_1$")
-    _block(ax, 4.2, 1.35, 0.3, 0.9, "", GREY)
-    _arrow(ax, 4.6, 1.8, 0.8, 0, "$v$")
-    _arrow(ax, 1.8, 2.45, 0.7, 0, "$X_1$")
-    _arrow(ax, 3.2, 0.6, 0.7, 0, "$X_2$")
+        roller(ax, x, 0.12, 0.12)
+    wall(ax, 0.0, 0.0, 1.4)
+    spring(ax, 0.0, 1.2, 1.05, "$k_2$")
+    damper(ax, 0.0, 1.2, 0.42, "$c_2$")
+    block(ax, 1.2, 0.24, 1.9, 1.0, "$m_2$")
+    block(ax, 1.6, 1.24, 1.1, 1.1, "$m_1$", ORANGE)
+    spring(ax, 2.7, 4.2, 2.1, "$k_1$")
+    damper(ax, 2.7, 4.2, 1.5, "$c_1$")
+    block(ax, 4.2, 1.35, 0.3, 0.9, "", GREY)
+    arrow(ax, 4.6, 1.8, 0.8, 0, "$v$")
+    arrow(ax, 1.8, 2.45, 0.7, 0, "$X_1$")
+    arrow(ax, 3.2, 0.6, 0.7, 0, "$X_2$")
 
 
 def _oscillator(ax) -> None:
-    _ground(ax, 0.0, 0.0, 4.2)
-    _wall(ax, 0.0, 0.0, 1.2)
-    _spring(ax, 0.0, 1.8, 0.5, "$k$")
-    _block(ax, 1.8, 0.02, 1.2, 1.0, "$m$")
-    _arrow(ax, 2.0, 1.15, 0.8, 0, "$x$")
-    _arrow(ax, 3.2, 0.08, 0.6, 0, r"$\mu m g$")
+    ground(ax, 0.0, 0.0, 4.2)
+    wall(ax, 0.0, 0.0, 1.2)
+    spring(ax, 0.0, 1.8, 0.5, "$k$")
+    block(ax, 1.8, 0.02, 1.2, 1.0, "$m$")
+    arrow(ax, 2.0, 1.15, 0.8, 0, "$x$")
+    arrow(ax, 3.2, 0.08, 0.6, 0, r"$\mu m g$")
 
 
 def _isolator(ax) -> None:
-    _ground(ax, 0.0, 0.0, 5.0)
+    ground(ax, 0.0, 0.0, 5.0)
     for x in (1.6, 2.8):
-        _roller(ax, x, 0.15)
-    _block(ax, 1.2, 0.3, 2.0, 0.9, "$m$")
-    _wall(ax, 4.8, 0.0, 1.2, side=1)
-    _damper(ax, 3.2, 4.8, 0.75, "$C$")
-    _arrow(ax, 1.8, 1.35, 0.8, 0, "$a_s, v_s, d_s$")
-    _arrow(ax, 0.2, -0.45, 0.8, 0, "$a_e, v_e, d_e$")
+        roller(ax, x, 0.15)
+    block(ax, 1.2, 0.3, 2.0, 0.9, "$m$")
+    wall(ax, 4.8, 0.0, 1.2, side=1)
+    damper(ax, 3.2, 4.8, 0.75, "$C$")
+    arrow(ax, 1.8, 1.35, 0.8, 0, "$a_s, v_s, d_s$")
+    arrow(ax, 0.2, -0.45, 0.8, 0, "$a_e, v_e, d_e$")
     ax.text(2.2, 0.06, r"$\mu$", ha="center", va="bottom")
 
 
 def _rod(ax) -> None:
     from matplotlib.patches import Circle
 
-    _wall(ax, 0.0, 0.4, 1.9)
-    _spring(ax, 0.0, 1.4, 1.5, "$k$")
-    _damper(ax, 0.0, 1.4, 0.9, "$c$")
-    _block(ax, 1.4, 0.85, 2.6, 0.8, "$m$")
+    wall(ax, 0.0, 0.4, 1.9)
+    spring(ax, 0.0, 1.4, 1.5, "$k$")
+    damper(ax, 0.0, 1.4, 0.9, "$c$")
+    block(ax, 1.4, 0.85, 2.6, 0.8, "$m$")
     ax.add_patch(Circle((2.7, 0.3), 0.55, facecolor="0.9", edgecolor=INK))
     ax.text(2.7, 0.3, "disk", ha="center", va="center", fontsize=9)
-    _arrow(ax, 2.7, 2.25, 0, -0.5, "$N$")
-    _arrow(ax, 3.2, 1.75, 0.8, 0, "$x$")
+    arrow(ax, 2.7, 2.25, 0, -0.5, "$N$")
+    arrow(ax, 3.2, 1.75, 0.8, 0, "$x$")
 
 
 SYSTEMS = {
