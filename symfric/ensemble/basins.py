@@ -16,6 +16,7 @@ from symfric.ensemble.sweep import sweep
 from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
 from symfric.model.excitation import forcing_period
+from symfric.model.notebook import html_table
 from symfric.model.outputs import End, StopTime
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
@@ -102,6 +103,9 @@ class Basins:
             "attractors": [repr(a) for a in self.attractors],
             "shares": self.shares.tolist(),
         }
+
+    def _repr_html_(self) -> str:
+        return html_table("Basins", self.to_dict())
 
     def to_xarray(self):
         """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes.

@@ -11,6 +11,7 @@ from symfric.ensemble.grid import row_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.model.excitation import periodic
+from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
@@ -116,6 +117,9 @@ class BifurcationDiagram:
             "status": [CODES[s] for s in self.status.tolist()],
             "points": [dict(zip(self.names, self.points(k).tolist(), strict=True)) for k in rows],
         }
+
+    def _repr_html_(self) -> str:
+        return html_table("BifurcationDiagram", self.to_dict())
 
     def to_xarray(self):
         """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``.

@@ -8,6 +8,7 @@ from scipy.stats import chi2, f
 
 from symfric.errors import SceneError
 from symfric.identification.local_fit import Minimum, Problem, minimise
+from symfric.model.notebook import html_table
 
 REFINED = 4  # secant steps towards the end of the interval
 MOST = 40  # steps outwards
@@ -66,6 +67,9 @@ class Profile:
             "interval": list(self.interval),
             "level": self.level,
         }
+
+    def _repr_html_(self) -> str:
+        return html_table("Profile", self.to_dict())
 
     def plot(self, ax=None):
         """Draw the cost over the values with the threshold; return the Axes.

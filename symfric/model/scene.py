@@ -17,6 +17,7 @@ from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
 
 _Value = TypeVar("_Value")
+_IN_A_LINE = 6  # values in a line below the equations
 _NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})
 _NO_INITIAL: Mapping[Key, float | sp.Expr] = MappingProxyType({})
 _NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
@@ -416,13 +417,30 @@ class Scene:
 
     @alone(SYMBOLIC)
     def _repr_latex_(self) -> str:
+        """Return the equations, the values, the start and the horizon."""
         rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in self.equations())
+        numbers = [(s, e) for s, e in (*self.values.items(), *((_at_start(s), e) for s, e in self.initial.items()))]
+        given = [sp.latex(s) + " = " + ("?" if e is None else _shown_number(e)) for s, e in numbers]
+        given.append(rf"0 \le t \le {_shown_number(self.horizon)}")
+        lines = [r",\quad ".join(given[k : k + _IN_A_LINE]) for k in range(0, len(given), _IN_A_LINE)]
+        rows += "".join(r" \\ & " + line for line in lines)
         return r"$\displaystyle \begin{aligned} " + rows + r" \end{aligned}$"
 
     def __repr__(self) -> str:
         names = ", ".join(c.name for c in self.contacts) or "none"
         values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
         return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
+
+
+def _at_start(state: sp.Symbol) -> sp.Symbol:
+    """Return a symbol that is printed as a state at t = 0."""
+    return sp.Symbol(sp.latex(sp.Symbol(_shown(state))) + "(0)")
+
+
+def _shown_number(value: float | sp.Expr) -> str:
+    if not isinstance(value, float):
+        return sp.latex(value)
+    return sp.latex(sp.Float(value, 6)) if value % 1 or abs(value) >= 1e6 else f"{value:.0f}"
 
 
 def _shown(state: sp.Symbol) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
+from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
 
@@ -69,6 +70,9 @@ class Spectrum:
         """
         rows = ("periods", "displacement", "pseudo_velocity", "pseudo_acceleration")
         return {"name": self.name, "damping": self.damping, **{k: getattr(self, k).tolist() for k in rows}}
+
+    def _repr_html_(self) -> str:
+        return html_table("Spectrum", self.to_dict())
 
     def to_xarray(self):
         """Return an xarray.Dataset over the period.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
 from symfric.motions.motion import Motion
@@ -151,6 +152,9 @@ class Misfit:
             Plain numbers, strings and lists.
         """
         return {"largest": self.largest, "mean": self.mean, "worst_period": self.worst_period}
+
+    def _repr_html_(self) -> str:
+        return html_table("Misfit", self.to_dict())
 
 
 def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.05) -> Misfit:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.notebook import html_table
+from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.flow_map import FlowMap, flow_of
@@ -142,7 +142,16 @@ class Orbit:
         return plot_orbit(self, ax)
 
     def _repr_html_(self) -> str:
-        return html_table("Orbit", self.to_dict())
+        rows = zip(self.names, self.start, self.half_range, self.x_min, self.x_max, strict=True)
+        plain = {n: getattr(self, n) for n in ("period", "stick_time", "stick_fraction", "stable")}
+        shown = {
+            "states": columns(
+                ("state", "start", "half range", "smallest", "largest"), ((n, *map(float, v)) for n, *v in rows)
+            ),
+            "multipliers": self.multipliers.astype(complex).tolist(),
+            "events": changes_of_mode(self.events),
+        }
+        return html_table("Orbit", plain | shown)
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
@@ -104,6 +105,9 @@ class Lyapunov:
             "time": float(self.times[-1]),
             "doubtful": self.doubtful,
         }
+
+    def _repr_html_(self) -> str:
+        return html_table("Lyapunov", self.to_dict())
 
     def to_xarray(self):
         """Return the convergence of the largest exponent over ``t`` as an xarray.Dataset.

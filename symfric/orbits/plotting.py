@@ -4,6 +4,7 @@ import numpy as np
 
 from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
+from symfric.solve.plotting import sticking
 
 _MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
 _POINTS = 600  # points drawn of an orbit
@@ -11,11 +12,16 @@ _POINTS = 600  # points drawn of an orbit
 
 @alone(DRAWING)
 def plot_orbit(orbit, ax=None):
-    """Draw coordinate against velocity over one period; return the Axes."""
+    """Draw coordinate against velocity over one period, sticking in bold; return the Axes."""
     ax = axes_for(ax)
-    x = orbit.run(np.linspace(0, orbit.period, _POINTS))
+    t = np.union1d(np.linspace(0, orbit.period, _POINTS), orbit.run.t)
+    x, on = orbit.run(t), sticking(orbit.run, t)
     n = len(orbit.base.system.q)
-    ax.plot(x[0], x[n], linestyle="-" if orbit.stable else "--")
+    ax.plot(x[0], x[n], linestyle="-" if orbit.stable else "--", label="stable" if orbit.stable else "unstable")
+    if on.any():
+        held = np.where(on | np.roll(on, 1), x[n], np.nan)
+        ax.plot(x[0], held, linewidth=3.5, solid_capstyle="butt", color="C1", label="a contact sticks")
+        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     ax.set_xlabel(orbit.names[0])
     ax.set_ylabel(orbit.names[n])
     return ax

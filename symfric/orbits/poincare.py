@@ -9,6 +9,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.excitation import periodic
+from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
 from symfric.model.scene import Scene
@@ -88,6 +89,9 @@ class PoincareSection:
         """
         states = dict(zip(self.names, self.states.tolist(), strict=True))
         return {"section": self.about, "times": self.times.tolist(), "states": states}
+
+    def _repr_html_(self) -> str:
+        return html_table("PoincareSection", self.to_dict())
 
     def to_xarray(self):
         """Return the points as an xarray.Dataset with one variable for each state, over ``t``.

@@ -1,25 +1,43 @@
 """Plots of a run."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 
+_NO_UNITS: Mapping[str, str] = MappingProxyType({})
+
+
+def in_brackets(unit: str | None) -> str:
+    """Return a unit in brackets, with dollar signs escaped; empty without one."""
+    return " [" + unit.replace("$", r"\$") + "]" if unit else ""
+
+
+def sticking(run, t: np.ndarray) -> np.ndarray:
+    """Return whether some contact sticks at given times of a run, shape (n_t,)."""
+    on = (run.mode == 0).any(axis=0)
+    return on[np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.t.size - 1)]
+
 
 @alone(DRAWING)
-def plot_run(run, ax=None):
+def plot_run(run, ax=None, units: Mapping[str, str] = _NO_UNITS):
     """Draw every coordinate against time, with a bar along the bottom where a contact sticks; return the Axes."""
     ax = axes_for(ax, layout="constrained")
     t = np.union1d(np.linspace(0, run.t_final, 2000), run.t)
     x = run(t)
     for i, q in enumerate(run.scene.system.q):
-        ax.plot(t, x[i], lw=1, label=q.name)
-    sticking = (run.mode == 0).any(axis=0)
-    if sticking.any():
+        own = "" if len({units.get(s.name, "") for s in run.scene.system.q}) == 1 else in_brackets(units.get(q.name))
+        ax.plot(t, x[i], lw=1, label=q.name + own)
+    on = sticking(run, t)
+    if on.any():
         floor = ax.get_ylim()[0]
-        on = np.where(sticking[np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.t.size - 1)], floor, np.nan)
-        ax.plot(t, on, color="0.35", lw=3, solid_capstyle="butt", label="a contact sticks")
-    ax.set_xlabel("time t")
-    ax.set_ylabel("coordinate")
+        ax.plot(t, np.where(on, floor, np.nan), color="0.35", lw=3, solid_capstyle="butt", label="a contact sticks")
+    ax.set_xlabel("time t" + in_brackets(units.get("t")))
+    found = {units.get(q.name, "") for q in run.scene.system.q}
+    shared = found.pop() if len(found) == 1 else ""
+    ax.set_ylabel(("coordinate" if len(run.scene.system.q) > 1 else run.names[0]) + in_brackets(shared))
     ax.legend(loc="best", fontsize="small")
     return ax

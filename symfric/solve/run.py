@@ -1,5 +1,6 @@
 """Result of a run: numbers, status, and the trajectory if it is an output."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
-from symfric.model.notebook import html_table
+from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
 from symfric.model.symbols import nearest
@@ -365,13 +366,15 @@ class Run:
         data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.base.contacts, self.mode, strict=True)}
         return xr.Dataset(data, coords={"t": self.t}, attrs={"status": self.status.name, "route": self.route})
 
-    def plot(self, ax=None):
+    def plot(self, ax=None, units: Mapping[str, str] | None = None):
         """Draw the coordinates against time; return the Axes.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
             Where to draw; a new figure unless given.
+        units : mapping of str to str, optional
+            Of coordinates and of t, for the axes; those of a scene file are in its ``[units]``.
 
         Returns
         -------
@@ -379,10 +382,10 @@ class Run:
         """
         from symfric.solve.plotting import plot_run
 
-        return plot_run(self, ax)
+        return plot_run(self, ax, units or {})
 
     def _repr_html_(self) -> str:
-        return html_table("Run", self.to_dict())
+        return html_table("Run", {**self.to_dict(), "events": changes_of_mode(self.events)})
 
     def __repr__(self) -> str:
         events = int(self.stats.get("events", 0))

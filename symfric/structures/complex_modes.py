@@ -127,7 +127,7 @@ class ComplexModes:
         return ax
 
     def _repr_html_(self) -> str:
-        return html_table("ComplexModes", self.to_dict())
+        return html_table("ComplexModes", {**self.to_dict(), "eigenvalues": self.eigenvalues.tolist()})
 
     def __repr__(self) -> str:
         growing = int(np.sum(self.eigenvalues.real > 0))

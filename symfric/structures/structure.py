@@ -10,6 +10,7 @@ import scipy.sparse as sps
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.notebook import html_table
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
@@ -440,6 +441,9 @@ class Structure:
         sizes = {name: 0 if e is None else e.nnz for name, e in (("M", self.M), ("K", self.K), ("C", self.C))}
         friction = 0 if self.friction is None else self.friction.nnz
         return {"degrees_of_freedom": self.n, "entries": {**sizes, "friction": friction}}
+
+    def _repr_html_(self) -> str:
+        return html_table("Structure", self.to_dict())
 
     def __repr__(self) -> str:
         parts = [name for name in ("C", "friction") if getattr(self, name) is not None]

@@ -9,6 +9,7 @@ import sympy as sp
 from symfric.axes import axes_for
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, SYMBOLIC, alone
+from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
@@ -64,6 +65,9 @@ class RootLocus:
         """
         poles = [[[v.real, v.imag] for v in row] for row in self.poles.tolist()]
         return {"parameter": self.parameter, "values": self.values.tolist(), "poles": poles}
+
+    def _repr_html_(self) -> str:
+        return html_table("RootLocus", self.to_dict())
 
     def to_xarray(self):
         """Return an `xarray.Dataset` of the poles over the parameter.

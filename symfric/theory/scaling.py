@@ -11,6 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.laws import Law
+from symfric.model.notebook import html_table
 from symfric.model.offering import offer
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, finite
@@ -128,6 +129,9 @@ class Factors:
             Plain numbers, strings and lists.
         """
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def _repr_html_(self) -> str:
+        return html_table("Factors", self.to_dict())
 
 
 _L, _D = SYMBOLS

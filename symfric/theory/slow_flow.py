@@ -127,7 +127,7 @@ class SlowFlow:
         return f"SlowFlow(order {self.order}; stationary amplitudes: {found})"
 
     def _repr_html_(self) -> str:
-        return html_table("SlowFlow", self.to_dict())
+        return html_table("SlowFlow", {**self.to_dict(), "rate": self.rate, "frequency": self.frequency})
 
     def to_dict(self) -> dict:
         """Return plain Python values, expressions as strings.

@@ -137,7 +137,7 @@ class Stability:
         return f"Stability({word}, margin {self.margin:.6g}; matrices: {self.definiteness}, {self.reason})"
 
     def _repr_html_(self) -> str:
-        return html_table("Stability", self.to_dict())
+        return html_table("Stability", {**self.to_dict(), "eigenvalues": self.eigenvalues.astype(complex).tolist()})
 
     def to_dict(self) -> dict:
         """Return plain Python numbers.

@@ -171,7 +171,9 @@ class Branch:
         return xr.Dataset(data, coords=coordinates)
 
     def _repr_html_(self) -> str:
-        return html_table("Branch", self.to_dict())
+        ranges = [o.half_range for o in self.orbits]
+        sizes = {n: [float(r[k]) for r in ranges] for k, n in enumerate(self.orbits[0].names)} if ranges else {}
+        return html_table("Branch", {**self.to_dict(), "half_range": sizes})
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{s.kind}{' with a jump' * s.jump} at {s.value:.9g}" for s in self.special)

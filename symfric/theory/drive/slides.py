@@ -7,6 +7,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.notebook import html_table
 from symfric.model.scenes.slides import READINGS
 from symfric.model.symbols import finite
 
@@ -64,6 +65,9 @@ class SlopeLimits:
             Plain numbers, strings and lists.
         """
         return {"definite": self.definite, "exact": self.exact}
+
+    def _repr_html_(self) -> str:
+        return html_table("SlopeLimits", self.to_dict())
 
 
 @alone(SYMBOLIC)
