@@ -20,6 +20,7 @@ from symfric.report.html.mathml import (
 from symfric.report.html.versions import used
 from symfric.report.study import designs, narrative
 from symfric.report.study.captions import Picture, designs_shown, pictures
+from symfric.report.study.sketch import picture
 from symfric.report.study.study import DesignResult, StudyResult
 from symfric.scenefile.units import output_unit
 from symfric.templates import render
@@ -49,6 +50,7 @@ def page(result: StudyResult) -> str:
             ]
             for r in result.rows
         ],
+        sketch=[p for p in [picture(result.file.scene)] if p],
         equations=equations_of_motion(result.file.scene),
         contacts=_contacts(result),
         values=_without_empty(_values(result), 2),
