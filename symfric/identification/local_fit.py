@@ -83,7 +83,8 @@ def costs_of(problems: Sequence[Problem], values: np.ndarray) -> list[np.ndarray
         rest = first.predictor.many(values[begin : begin + count]) - first.y[:, None]
         for problem, own in zip(problems, parts, strict=True):
             kept = problem.weight > 0
-            cost = 0.5 * np.sum((problem.weight[kept, None] * rest[kept]) ** 2, axis=0)
+            with np.errstate(over="ignore", invalid="ignore"):
+                cost = 0.5 * np.sum((problem.weight[kept, None] * rest[kept]) ** 2, axis=0)
             own.append(np.where(np.isfinite(cost), cost, np.inf))
     return [np.concatenate(own) for own in parts]
 
@@ -140,7 +141,8 @@ class Evaluator:
 
     def cost(self, inner: np.ndarray) -> float:
         """Return half the sum of squares, infinite if a run failed."""
-        found = 0.5 * float(np.sum(self.residuals(inner) ** 2))
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = 0.5 * float(np.sum(self.residuals(inner) ** 2))
         return found if np.isfinite(found) else np.inf
 
 

@@ -1,7 +1,7 @@
 """Fit of a friction law with memory to measured hysteresis: displacement and friction."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -183,17 +183,24 @@ class _Recurrence:
     step: tuple[ca.Function, ca.Function]
     force: tuple[ca.Function, ca.Function]
     parts: int
+    _repeated: dict = field(default_factory=dict, repr=False)
+
+    def _over(self, size: int, steps: int, slopes: bool) -> tuple[ca.Function, ca.Function]:
+        """Return the functions of all steps and of all samples."""
+        key = size, steps, slopes
+        if key not in self._repeated:
+            self._repeated[key] = self.step[slopes].mapaccum(steps), self.force[slopes].map(size)
+        return self._repeated[key]
 
     @alone(SYMBOLIC)
     def run(self, drive: tuple, values: np.ndarray, size: int, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Return friction (n,) and its derivatives (n, n_p), of which there are none without `slopes`."""
         table, at, before = drive
-        step, force = self.step[slopes], self.force[slopes]
-        start = np.zeros((step.size1_in(0), 1))
-        whole = step.mapaccum(table.shape[1])
+        whole, force = self._over(size, table.shape[1], slopes)
+        start = np.zeros((whole.size1_in(0), 1))
         found = np.array(whole(start, table, np.tile(values[:, None], table.shape[1])))
         found = np.concatenate([start, found], axis=1)[:, before :: self.parts]
-        rows = np.array(force.map(size)(found, at[None, :], np.tile(values[:, None], size)))
+        rows = np.array(force(found, at[None, :], np.tile(values[:, None], size)))
         return rows[0], rows[1:].T
 
 

@@ -81,6 +81,39 @@ def test_a_law_that_depends_on_the_speed_needs_times():
         sf.fit_loop(law, X, clean, bounds)
 
 
+def test_elements_of_maxwell_slip():
+    """Springs and sliders are exact: first loading and Masing's branches are straight lines with known corners."""
+    k = sp.symbols("k1 k2", positive=True)
+    most = sp.symbols("l1 l2", positive=True)
+    law = sf.laws.maxwell_slip(list(k), list(most))
+    names, true = ("k1", "k2", "l1", "l2"), np.array([300.0, 150.0, 0.05, 0.1])
+    x = np.concatenate([np.linspace(0, 1e-3, 101), np.linspace(1e-3, -1e-3, 201)[1:]])
+    found, _ = modelled(law, names, true, x)
+    first = np.minimum(300 * x[:101], 0.05) + np.minimum(150 * x[:101], 0.1)
+    assert found[:101] == pytest.approx(first, abs=1e-12)
+    half = (x[100] - x[100:]) / 2
+    branch = first[-1] - 2 * (np.minimum(300 * half, 0.05) + np.minimum(150 * half, 0.1))
+    assert found[100:] == pytest.approx(branch, abs=1e-12)
+    varied = X * (1 + 0.3 * np.sin(0.37 * PHASE))
+    clean, _ = modelled(law, names, true, varied)
+    bounds = {"k1": (150.0, 1000.0), "k2": (20.0, 400.0), "l1": (0.01, 0.3), "l2": (0.01, 0.3)}
+    fit = sf.fit_loop(law, varied, clean + noise(0.001), bounds)
+    for name, value in zip(names, true, strict=True):
+        assert abs(fit.values[name] - value) < 3 * fit.standard_errors[name] < 0.02 * value
+
+
+def test_bouc_and_wen():
+    alpha, beta, gamma = sp.symbols("alpha beta gamma", positive=True)
+    law = sf.laws.bouc_wen(alpha, beta, gamma, 2)
+    names, true = ("alpha", "beta", "gamma"), np.array([1000.0, 8000.0, 3000.0])
+    x = X[::2] * (1 + 0.3 * np.sin(0.37 * PHASE[::2]))
+    clean, _ = modelled(law, names, true, x)
+    bounds = {"alpha": (100.0, 5000.0), "beta": (100.0, 5e4), "gamma": (-5e3, 2e4)}
+    fit = sf.fit_loop(law, x, clean + noise(0.002)[: x.size], bounds)
+    for name, value in zip(names, true, strict=True):
+        assert abs(fit.values[name] - value) < 3 * fit.standard_errors[name]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
