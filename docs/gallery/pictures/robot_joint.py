@@ -1,0 +1,3 @@
+"""The encoder's record and the fitted joint, residuals below."""
+
+fit.plot().set(ylabel="angle [rad]")
