@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from derivations.ledger import Row, Verdict
+from derivations.revised import revised
 from derivations.sources import ledger_of
 
 Found = dict[str, list[Row]]
@@ -98,7 +99,18 @@ def markdown(found: Found) -> str:
     parts = [INTRODUCTION, _totals(found)]
     for source, rows in found.items():
         parts += [f"## {source}\n\n{ledger_of(source).document}\n\n" + "".join(map(_line, _table(rows)))]
+    head = ("source", "equation", "statement", "before", "now", "why")
+    table = [head, ("---",) * len(head), *(tuple(map(_safe, row)) for row in revised())]
+    parts += ["## Verdicts that were revised\n\n" + "".join(map(_line, table))]
     return "\n".join(parts)
+
+
+def revisions() -> str:
+    """Return the revised verdicts for reading on a terminal."""
+    lines = []
+    for source, equation, statement, before, now, why in revised():
+        lines += [f"{source} {equation}: {statement}", f"    before    {before}", f"    now       {now}: {why}"]
+    return "\n".join(lines)
 
 
 def _totals(found: Found) -> str:
