@@ -68,7 +68,7 @@ REVISED = (
         "Section 3.1 fixed steps",
         "figures 4 and 6: what RR lacks of 1 comes from the fixed step",
         "true",
-        "the step scales along: with exact factors RR is 1 to rounding; the digits of the printed ones leave up to 3e-3",
+        "the step scales along: with exact factors RR is 1 to rounding; the printed digits of them leave up to 3e-3",
     ),
     Revision(
         "rolling_isolation",

@@ -17,7 +17,7 @@ from symfric.model.symbols import TIME, name_of
 from symfric.theory.separation import separate
 
 SPEED_NAME, AMPLITUDE, FREQUENCY = "v_b", "a", "Omega"
-RATIO = "k"  # a Omega over v_b where the excitation follows the belt speed
+RATIOS = ("k", "k_v", "k_follow")  # names of a Omega/v_b where the excitation follows; the first that is free
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,12 @@ class Belt:
         starts = (sp.sympify(e) for e in scene.initial.values())
         used = contact.free_symbols.union(*(e.free_symbols for e in (*scene.system.expressions, *starts)))
         return replace(scene, contacts=(contact,), values={k: v for k, v in scene.values.items() if k in used})
+
+    @property
+    def ratio(self) -> str:
+        """Name of a Omega over v_b where the excitation follows the belt speed."""
+        taken = {s.name for s in self.scene.values}
+        return next(name for name in RATIOS if name not in taken)
 
     @property
     def frequency(self) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from symfric.design.quench.averaged_damping import average_belt
-from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, RATIO, SPEED_NAME, Belt, read_belt
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt, read_belt
 from symfric.design.quench.feedback import with_feedback
 from symfric.design.quench.finite_frequency import corrected
 from symfric.design.quench.followed_speeds import FollowedSpeeds
@@ -71,9 +71,9 @@ def quench(
     Returns
     -------
     Design
-        With values "a" and "Omega"; "k" and "Omega" where the excitation follows the belt speed, then with a scene in
-        which it does and the objective at the highest speed. Where several reach the optimum, the one of least force:
-        the lowest frequency.
+        With values "a" and "Omega"; "k" and "Omega" where the excitation follows the belt speed ("k_v" if the scene has
+        a k), then with a scene in which it does and the objective at the highest speed. Where several reach the
+        optimum, the one of least force: the lowest frequency.
         Its status is "infimum" if the damping jumps there: any larger intensity satisfies the condition, this one
         does not. `corrected` holds the amplitude at which the forced motion of the full model is as stable as asked for
         at the belt speeds that decide, whatever the limits; None where it sticks or touches zero slip. With limits on
@@ -169,7 +169,7 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits,
         raise SceneError(f"the lower bound of a is {a[0]:g}; the amplitude follows the belt speed, so give 0")
     ratios = tuple(belt.gain * e for e in ratios)
     speeds = FollowedSpeeds(averaged, low, high)
-    problem = QuenchProblem(speeds, belt.gain, minimise, Omega, a, margin, limits, high, ratios)
+    problem = QuenchProblem(speeds, belt.gain, minimise, Omega, a, margin, limits, high, ratios, belt.ratio)
     if problem.intensities[0] > problem.intensities[1]:
         raise SceneError(
             f"k is at least {ratios[0] / belt.gain:g}, but a and Omega within their bounds and limits reach only "
@@ -287,7 +287,7 @@ def _bounded(problem: QuenchProblem, found: Optimum) -> list[tuple[str, float, t
     """Return name, value and bounds of the design parameters, and of the amplitude at the highest speed."""
     a, Omega = problem.excitation(found.q)
     both = [(AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega)]
-    return [*both, (RATIO, found.q, problem.ratios)] if problem.followed else both
+    return [*both, (problem.ratio, found.q, problem.ratios)] if problem.followed else both
 
 
 def _at_a_jump(problem: QuenchProblem, found: Optimum) -> bool:
@@ -298,7 +298,7 @@ def _at_a_jump(problem: QuenchProblem, found: Optimum) -> bool:
 
 def _placed(belt: Belt, problem: QuenchProblem, values: dict[str, float], v_b: float) -> Scene:
     """Return the scene with the designed values, and with v_b if it has no belt speed yet."""
-    scene = with_feedback(belt.scene) if problem.followed else belt.scene
+    scene = with_feedback(belt) if problem.followed else belt.scene
     missing = scene.values[scene.parameter(SPEED_NAME)] is None
     return scene.where({**values, SPEED_NAME: v_b} if missing else values)
 

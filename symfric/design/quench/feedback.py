@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.design.comparison import Compared
-from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, RATIO, SPEED_NAME, Belt
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.design.quench.search import QuenchProblem
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, friction_force
@@ -25,9 +25,9 @@ SLOW = 0.02  # error of the mean friction because the speed changes in a finite 
 
 
 @alone(SYMBOLIC)
-def with_feedback(scene: Scene) -> Scene:
+def with_feedback(belt: Belt) -> Scene:
     """Return the scene with ``a = k v_b/Omega``: the parameter k in the place of the amplitude a."""
-    k = sp.Symbol(RATIO, real=True)
+    scene, k = belt.scene, sp.Symbol(belt.ratio, real=True)
     a, Omega, v_b = (scene.parameter(name) for name in (AMPLITUDE, FREQUENCY, SPEED_NAME))
     return _exchanged(scene, {a: k * v_b / Omega}, {s: v for s, v in scene.values.items() if s != a} | {k: None})
 
@@ -55,13 +55,13 @@ def _running(belt: Belt, values: dict[str, float], low: float, high: float, rest
     seen = sp.Symbol("measured", real=True)
     speed = low + (high - low) * sp.sin(sp.pi * TIME / duration) ** 2
     force = [
-        e.subs({a: values[RATIO] * seen / values[FREQUENCY], Omega: values[FREQUENCY]}) for e in scene.system.force
+        e.subs({a: values[belt.ratio] * seen / values[FREQUENCY], Omega: values[FREQUENCY]}) for e in scene.system.force
     ]
     follows = (speed - seen) * belt.frequency / LAG
     system = replace(scene.system, force=force, z=(seen,), z_rate=(follows,))
     contacts = [replace(c, slip=c.slip.subs(v_b, speed)) for c in scene.contacts]
     (x,), (u,) = scene.system.q, scene.system.u
-    fast = belt.fast_start(values[RATIO] * low / values[FREQUENCY], values[FREQUENCY])
+    fast = belt.fast_start(values[belt.ratio] * low / values[FREQUENCY], values[FREQUENCY])
     rubbing = sum(friction_force(c.name) * c.slip.diff(u) for c in scene.contacts)
     return Scene(
         system,
@@ -93,7 +93,7 @@ def measured(belt: Belt, problem: QuenchProblem, values: dict[str, float]) -> tu
     low, high = max(speeds.low, SLOWEST * speeds.high), speeds.high
     phase = (np.arange(NODES) + 0.5) / NODES * np.pi
     v = low + (high - low) * np.sin(phase) ** 2
-    ratio = belt.gain * values[RATIO] / abs(1 - (belt.frequency / values[FREQUENCY]) ** 2)
+    ratio = belt.gain * values[belt.ratio] / abs(1 - (belt.frequency / values[FREQUENCY]) ** 2)
     averaged = speeds.averaged.inside if ratio > 1 else speeds.averaged.outside
     friction = np.array(averaged(v[None], ratio * v[None])[2]).ravel()
     rest = belt.normal * float(averaged(low, ratio * low)[2]) / belt.stiffness

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, RATIO
+from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY
 from symfric.design.quench.followed_speeds import FollowedSpeeds
 from symfric.design.quench.worst_speed import SpeedRange
 
@@ -57,6 +57,8 @@ class QuenchProblem:
         Fast slip over q: 1, or, where the excitation follows the belt speed and q is their ratio, the highest one.
     ratios : (float, float)
         Bounds of q as such.
+    ratio : str
+        Name of q over the gain where the excitation follows.
     """
 
     speeds: SpeedRange | FollowedSpeeds
@@ -68,6 +70,7 @@ class QuenchProblem:
     limits: dict[str, float] = field(default_factory=dict)
     top: float = 1.0
     ratios: tuple[float, float] = (0.0, np.inf)
+    ratio: str = "k"
 
     @property
     def followed(self) -> bool:
@@ -77,12 +80,12 @@ class QuenchProblem:
     @property
     def symbol(self) -> str:
         """What ``q/gain`` is called in words."""
-        return "k = a*Omega/v_b" if self.followed else "a*Omega"
+        return f"{self.ratio} = a*Omega/v_b" if self.followed else "a*Omega"
 
     def values(self, q: float) -> dict[str, float]:
         """Return the design parameters of the excitation q."""
         a, Omega = self.excitation(q)
-        return {RATIO: q / self.gain, FREQUENCY: Omega} if self.followed else {AMPLITUDE: a, FREQUENCY: Omega}
+        return {self.ratio: q / self.gain, FREQUENCY: Omega} if self.followed else {AMPLITUDE: a, FREQUENCY: Omega}
 
     def at_speed(self, excitation: tuple[float, float], v: float) -> tuple[float, float]:
         """Return a and Omega at a belt speed, for those at the highest one."""
