@@ -1,5 +1,6 @@
 """Scenes from matrices: their entries stay numbers, contacts and loads act along rows."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -68,11 +69,29 @@ def scene_of(
         speed = expression(c.speed, f"the speed of contact {c.name!r}")
         found.append(Contact(c.name, slip - speed, normal, c.law, c.profile, c.stiffness))
     loads += _forces(structure, force)
+    if mu is None and structure.friction is not None:
+        _tell_of_friction(bool(found))
     scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
     own = [s.name for c in found for s in c.states]
     return Scene(system, found, values, _start(structure, initial, own), horizon, outputs)
+
+
+def _tell_of_friction(rubs: bool) -> None:
+    """Refuse to leave out a friction matrix where nothing else rubs; log it where contacts do.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no contacts.
+    """
+    if not rubs:
+        raise SceneError("the structure has a friction matrix, and the scene no contacts; give mu (0: leave it out)")
+    logging.getLogger("symfric").warning(
+        "the friction matrix of the structure is not part of this scene, whose contacts bring friction of their own; "
+        "give mu to add it, or mu=0 if that is meant"
+    )
 
 
 def _friction_of(structure: "Structure"):

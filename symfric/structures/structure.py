@@ -368,8 +368,8 @@ class Structure:
         outputs : mapping of name to Output, optional
         horizon : float
         mu : number, Symbol or Expr, optional
-            Factor of the friction matrix, which is added to K; not without it, because contacts bring friction of their
-            own.
+            Factor of the friction matrix, which is added to K. Without it the matrix is left out, because contacts
+            bring friction of their own, and a line is logged; 0 says that this is meant.
         observe : mapping of name to row
             Names for combinations of the degrees of freedom, ``<name>`` and ``d_<name>``, which outputs and forces may
             contain; of a reduced structure also rows over all degrees of freedom.
@@ -381,7 +381,7 @@ class Structure:
         Raises
         ------
         SceneError
-            If a row, a name or a number is wrong.
+            If a row, a name or a number is wrong, or a structure with a friction matrix gets neither contacts nor `mu`.
 
         Examples
         --------
