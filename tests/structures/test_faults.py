@@ -34,8 +34,9 @@ FAULTS = {
     "too many modes": (lambda: st.Structure(M, K).modes(3), "whole number from 1 to 2"),
     "no friction": (lambda: st.flutter(st.Structure(M, K), (0, 1)), "no friction matrix"),
     "mu without friction": (lambda: st.Structure(M, K).complex_modes(1, mu=0.3), "no friction matrix"),
+    "friction left out": (lambda: st.Structure(M, K, friction=[[0, 1], [0, 0]]).scene(), "give mu"),
     "range": (lambda: st.flutter(st.ziegler(), (2, 1)), "give the lower end first"),
-    "no range": (lambda: st.flutter(st.ziegler(), 1.0), "give a pair"),
+    "no range": (lambda: st.flutter(st.ziegler(), 1.0), "give two numbers, mu="),
     "row": (lambda: st.Structure(M, K).row([1.0]), "has 1 entries; the structure has 2"),
     "row name": (lambda: st.Structure(M, K, names=["tip", "root"]).row({"tpi": 1}), "did you mean tip"),
     "zero row": (lambda: st.Structure(M, K).row([0, 0]), "zero throughout"),
@@ -120,3 +121,14 @@ def test_files_with_a_fault(fault, tmp_path):
     with pytest.raises(sf.SceneError, match=words) as raised:
         st.read(make(tmp_path))
     assert "\n" not in str(raised.value)
+
+
+def test_a_friction_matrix_beside_contacts_is_logged(caplog):
+    s = st.Structure(M, K, friction=[[0, 1], [0, 0]])
+    pad = st.RowContact("pad", [1, 0], 1.0, sf.laws.coulomb(0.3), speed=0.1)
+    s.scene([pad])
+    assert "give mu to add it, or mu=0" in caplog.text
+    caplog.clear()
+    s.scene([pad], mu=0)
+    s.scene([pad], mu=0.2)
+    assert not caplog.text
