@@ -110,6 +110,7 @@ MODEL = {
     "laws.maxwell_slip": lambda k: sf.simulate(
         belt(k, law=sf.laws.maxwell_slip([9.0, 4.0], [0.1, 0.2 + 0.01 * k]), horizon=5.0)
     ),
+    "laws.rate_and_state": lambda k: sf.laws.rate_and_state(0.6, 0.01, 0.015, 1e-5, 1e-6 * (k + 1)).memory.rates,
     "laws.iwan": lambda k: sf.laws.iwan(1.0 + k, -0.5, 0.1, 4).memory.limits,
     "laws.bouc_wen": lambda k: sf.laws.bouc_wen(10.0, 20.0 + k, 10.0, 2).memory.rates,
     "laws.custom": lambda k: sf.laws.custom(0.3 - 0.01 * k * sf.SPEED, 0.4)(0.6),

@@ -14,6 +14,7 @@ from symfric.model.laws.dry import (
     thomsen_regularised,
 )
 from symfric.model.laws.law import SHAPES, Law
+from symfric.model.laws.rate_and_state import rate_and_state
 from symfric.model.laws.sliders import bouc_wen, iwan, maxwell_slip
 from symfric.model.offering import offer
 
@@ -33,6 +34,7 @@ __all__ = [
     "lugre",
     "maxwell_slip",
     "piecewise_linear",
+    "rate_and_state",
     "square_root",
     "stribeck",
     "thomsen_regularised",

@@ -118,6 +118,8 @@ class Law:
     @property
     def at_rest(self) -> sp.Expr:
         """Kinetic coefficient in the limit of vanishing speed."""
+        if self.memory is not None:
+            return self.stick
         start = self.kinetic
         if isinstance(start, sp.Piecewise):
             start = start.args[0].expr

@@ -43,6 +43,9 @@ class Memory:
         Not negative if the contact dissipates whatever the motion.
     limits : tuple of Expr
         Largest magnitude of every state, if the states belong to sliders; empty if not.
+    slowest : Expr or None
+        Speed above which the law depends on the logarithm of the speed, in the unit of the slip velocity; None for
+        other laws.
     """
 
     rates: tuple[sp.Expr, ...]
@@ -51,6 +54,7 @@ class Memory:
     stored: sp.Expr
     passive: sp.Expr = sp.S.Zero
     limits: tuple[sp.Expr, ...] = ()
+    slowest: sp.Expr | None = None
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -65,7 +69,8 @@ class Memory:
     @property
     def expressions(self) -> tuple[sp.Expr, ...]:
         """Every expression."""
-        return (*self.rates, self.force, self.stiffness, self.stored, self.passive, *self.limits)
+        slowest = () if self.slowest is None else (self.slowest,)
+        return (*self.rates, self.force, self.stiffness, self.stored, self.passive, *self.limits, *slowest)
 
     @property
     def dissipation(self) -> sp.Expr:
@@ -77,4 +82,5 @@ class Memory:
         """Return the memory with every expression changed."""
         rates, limits = (tuple(map(change, e)) for e in (self.rates, self.limits))
         force, stiffness, stored, passive = map(change, (self.force, self.stiffness, self.stored, self.passive))
-        return Memory(rates, force, stiffness, stored, passive, limits)
+        slowest = None if self.slowest is None else change(self.slowest)
+        return Memory(rates, force, stiffness, stored, passive, limits, slowest)

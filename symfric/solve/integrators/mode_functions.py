@@ -7,6 +7,7 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.mode_selection import along
+from symfric.solve.integrators.stretch import Stretch
 
 ONE_STEP = ("erk", "rosenbrock")  # cheap to restart, so that modes are integrated in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
@@ -22,6 +23,7 @@ def mode_integrator(
     elements: int,
     nodes: int | np.ndarray,
     steps: int,
+    stretch: Stretch | None = None,
 ) -> ca.Function:
     """Return the integrator of one mode over the scaled time 0 to 1, without events.
 
@@ -43,6 +45,8 @@ def mode_integrator(
         Number of equidistant outputs, the last at the end; or their scaled times.
     steps : int
         Most steps between two outputs.
+    stretch : Stretch, optional
+        Change of variables.
 
     Returns
     -------
@@ -55,11 +59,15 @@ def mode_integrator(
     state, time = ca.SX.sym("state", n), ca.SX.sym("time")
     p, m, size = ca.SX.sym("p", n_p), ca.SX.sym("m", n_m), ca.SX.sym("size", n)
     begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
-    rate, _, rows = field((state * size)[:n_x], begin + length * time, p, m)
+    inside = (state * size)[:n_x]
+    rate, _, rows = field(stretch.outer(inside, p) if stretch else inside, begin + length * time, p, m)
+    rate = rate / stretch.slope(inside, p) if stretch else rate
     integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
     data = ca.vertcat(p, m, size, begin, length)
     dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
+    if plugin in ("cvodes", "idas"):
+        options["disable_internal_warnings"] = True  # of failures, which are answered by shorter parts
     if plugin == "collocation":
         options = {"number_of_finite_elements": math.ceil(elements / np.size(nodes))}
     elif math.isfinite(max_step):

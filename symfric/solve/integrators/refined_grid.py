@@ -60,7 +60,9 @@ def extremes_of(t: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return low, high
 
 
-def refined(at: Callable[[np.ndarray], np.ndarray], look: Look) -> tuple[np.ndarray, np.ndarray]:
+def refined(
+    at: Callable[[np.ndarray], np.ndarray], look: Look, grid: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes on [0, 1] and what belongs to those behind the first.
 
     Parameters
@@ -69,13 +71,15 @@ def refined(at: Callable[[np.ndarray], np.ndarray], look: Look) -> tuple[np.ndar
         ``grid -> found``, for increasing times, the last one 1.
     look : callable
         ``(grid with 0 in front, found) -> values (rows, n + 1), allowed errors (rows,)``.
+    grid : ndarray, optional
+        Nodes to begin with, 0 and 1 included.
 
     Raises
     ------
     RuntimeError
         If there are details that too many nodes do not resolve.
     """
-    grid = np.linspace(0.0, 1.0, _FIRST + 1)
+    grid = np.linspace(0.0, 1.0, _FIRST + 1) if grid is None else grid
     for _ in range(_ROUNDS):
         found = at(grid[1:])
         values, allowed = look(grid, found)

@@ -40,6 +40,7 @@ from symfric.solve.integrators.refusals import declines, kinks_matter
 from symfric.solve.integrators.segment import FINEST, ModeIntegrators, SegmentStart
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
 from symfric.solve.integrators.stiffness import MANY, explicit_steps
+from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Answer
 from symfric.solve.run import Path, Raw, Run
@@ -200,8 +201,9 @@ class IntegratorsProgram:
         self._recorder = Recorder(self.automaton, tuple(self._ranges), self._times, self._keep_path, self._held)
         self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
         count = len(self._integrals)
+        stretch = stretch_of(lowered.dynamics, self.automaton)
         self._make_flow = partial(
-            ModeIntegrators, self._field, self.automaton, count, settings, self.tolerance, scene.horizon
+            ModeIntegrators, self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch
         )
         first = self._make_flow()
         self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)

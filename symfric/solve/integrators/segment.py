@@ -18,6 +18,7 @@ from symfric.solve.integrators.hermite import first_fall, middle_errors
 from symfric.solve.integrators.mode_functions import ONE_STEP, mode_integrator, node_function
 from symfric.solve.integrators.refined_grid import refined
 from symfric.solve.integrators.sizes import filled
+from symfric.solve.integrators.stretch import Stretch, sizes_of
 from symfric.solve.loop.enclosure import unseen_by
 
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ _MOST_NODES = 2**15  # most nodes between two changes of an input, for plugins w
 _DENSE = 50  # error allowed with half the nodes, in tolerances; with all nodes it is about one tolerance
 _BETWEEN = 10  # error allowed between the nodes of stiff motions, in tolerances
 _STRETCHED = 1e6  # scaled length of such a motion, since CasADi takes times less than 1e-9 apart for one
-_AGAIN = (3.0, 10.0, 30.0)  # local tolerances tried in turn, relative to the first, which is far below that of the run
+_ROUGH = 300.0  # local tolerance of the motion from which nodes are found, relative to that of the motion itself
+_LOGARITHMIC = 1e-11  # smallest local tolerance of velocities integrated as logarithms: rounding spoils smaller ones
+_DEEPEST = 40  # halvings of a motion between whose parts the integrator is restarted
 _DEGREES = 18  # powers above half of this may hide features from a check at a few points
 _SHORTEST = 1e-9  # shortest piece, relative to the horizon
 _GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
@@ -91,9 +94,11 @@ class ModeIntegrators:
         settings: "Integrators",
         tolerance: float,
         horizon: float,
+        stretch: Stretch | None = None,
     ):
+        self.stretch = stretch
         self.settings, self.tolerance, self.plugin = settings, tolerance, settings.plugin or "erk"
-        self.local = max(_SAFETY[self.plugin] * tolerance, FINEST)
+        self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if stretch is None else _LOGARITHMIC)
         self.in_pieces = self.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
@@ -135,23 +140,45 @@ class ModeIntegrators:
             counts = integrator.stats()
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
 
-    def at_times(self, start: SegmentStart, span: float, grid: np.ndarray) -> np.ndarray:
-        """Return the states at fractions of a time after the start; raise RuntimeError if the integrator fails."""
-        s, grid = self.settings, grid * _STRETCHED
-        data = np.concatenate([start.p, start.m, start.size, [start.t, span / _STRETCHED]])
-        for local in (self.local, *(self.local * e for e in _AGAIN)):
-            with SYMBOLIC:
-                integrator = mode_integrator(
-                    self._field, self._n_integrals, self.plugin, s.max_step, local, self._horizon, 0, grid, s.max_steps
-                )
-            try:
-                found = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
-            except RuntimeError as error:  # at a kink, where the smallest steps have too large an error
-                reason = error
-                continue
-            self.steps += integrator.stats().get("nsteps", 0)
-            return found
-        raise reason
+    def _at_end(self, start: SegmentStart, end: float, depth: int = 0) -> np.ndarray:
+        """Return the state at a time; raise RuntimeError if that fails.
+
+        The integrator gives up where a motion changes within a small part of its last step; it is restarted half way.
+        """
+        try:
+            return self._uninterrupted(start, end - start.t, np.ones(1))[:, -1]
+        except RuntimeError:
+            if depth >= _DEEPEST:
+                raise
+        between = (start.t + end) / 2
+        state = self._at_end(start, between, depth + 1)
+        return self._at_end(replace(start, t=between, state=state), end, depth + 1)
+
+    def _uninterrupted(self, start: SegmentStart, span: float, grid: np.ndarray, rough: float = 1.0) -> np.ndarray:
+        """Return the states at fractions of a time after the start, the last one 1."""
+        s, size, state, n = self.settings, start.size, start.state, self.n_x
+        if self.stretch:
+            size = sizes_of(self.stretch, size)
+            state = np.append(np.array(self.stretch.inner(state[:n], start.p)).ravel(), state[n:])
+        with SYMBOLIC:
+            integrator = mode_integrator(
+                self._field,
+                self._n_integrals,
+                self.plugin,
+                s.max_step,
+                self.local * rough,
+                self._horizon,
+                0,
+                grid * _STRETCHED,
+                s.max_steps,
+                self.stretch,
+            )
+        data = np.concatenate([start.p, start.m, size, [start.t, span / _STRETCHED]])
+        found = np.array(integrator(x0=state / size, p=data)["xf"]) * size[:, None]
+        self.steps += integrator.stats().get("nsteps", 0)
+        if self.stretch:
+            found[:n] = np.array(self.stretch.outer(found[:n], start.p))
+        return found
 
     def end(self, start: SegmentStart, span: float) -> np.ndarray:
         """Return the state after a time; raise RuntimeError if the integrator fails."""
@@ -188,7 +215,7 @@ class ModeIntegrators:
         if self.settings.plugin == "collocation":
             state = np.column_stack([start.state, self.end(start, end - start.t)])
         else:
-            state = np.column_stack([start.state, self.at_times(start, end - start.t, np.ones(1))])
+            state = np.column_stack([start.state, self._at_end(start, end)])
         return IntegratedPiece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
 
     def _whole(self, start: SegmentStart, end: float) -> IntegratedPiece:
@@ -211,11 +238,23 @@ class ModeIntegrators:
 
         Of stiff equations the derivatives at the nodes are no help: they magnify the errors of the values.
         """
-        t, found = refined(lambda grid: self.at_times(start, end - start.t, grid), self._values(start, end))
-        t = start.t + (end - start.t) * t
-        first, second, *rows, _ = self._look(t, np.column_stack([start.state, found]), start)
-        state = np.column_stack([start.state, found])
+        t, state = self._nodes_between(start, end, 0)
+        first, second, *rows, _ = self._look(t, state, start)
         return IntegratedPiece(t, state, first, second, tuple(rows), math.inf, cubic=True)
+
+    def _nodes_between(self, start: SegmentStart, end: float, depth: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes and states; where the integrator gives up, it is restarted half way."""
+        look, span = self._values(start, end), end - start.t
+        try:
+            grid, _ = refined(lambda grid: self._uninterrupted(start, span, grid, _ROUGH), look)
+            grid, found = refined(lambda grid: self._uninterrupted(start, span, grid), look, grid)
+            return start.t + span * grid, np.column_stack([start.state, found])
+        except RuntimeError:
+            if depth >= _DEEPEST:
+                raise
+        t, state = self._nodes_between(start, start.t + span / 2, depth + 1)
+        later = self._nodes_between(replace(start, t=t.item(-1), state=state[:, -1]), end, depth + 1)
+        return np.append(t, later[0][1:]), np.column_stack([state, later[1][:, 1:]])
 
     def _values(self, start: SegmentStart, end: float):
         """Return a function that gives states and observables at nodes, and how much they may be in error."""

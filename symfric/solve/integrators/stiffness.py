@@ -29,6 +29,8 @@ def explicit_steps(scene: LoweredScene) -> float:
 def _explicit_steps(scene: LoweredScene) -> float:
     automaton = scene.automaton
     laws = [c for c in scene.scene.contacts if c.law.memory and c.along_line]
+    if any(c.law.memory.slowest is not None for c in laws if c.law.memory):
+        return math.inf
     if not laws or any(automaton.sticks) or automaton.layout.others or None in scene.scene.values.values():
         return 0.0
     try:
