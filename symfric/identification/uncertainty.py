@@ -108,7 +108,7 @@ def uncertainty(
     n = len(names)
     covariance = np.full((n, n), np.nan)
     ranges = np.where(values == 0, 1.0, np.abs(values)) if ranges is None else ranges
-    own = jacobian[:, free]
+    own = np.linalg.qr(jacobian[:, free], mode="r") if free.size else np.zeros((0, 0))  # the same J'J, few rows
     reach = np.linalg.norm(own * ranges[free], axis=0)
     size = np.where(reach > SINGULAR * np.max(reach, initial=0.0), np.linalg.norm(own, axis=0), 0.0)
     own = np.where(size > 0, own, 0.0)

@@ -163,6 +163,12 @@ def test_weights_leave_out_what_they_do_not_trust():
     assert abs(found.values["mu_s"] - 0.4) < 3 * found.standard_errors["mu_s"]
 
 
+def test_a_record_of_many_samples():
+    t = np.linspace(0.0, 96.0, 50_001)
+    found = sf.identify(rig(), {"x": (t, measured(rig(), t))}, {"mu_s": (0.3, 0.6), "v_s": (0.05, 0.2)}, starts=1)
+    assert abs(found.values["mu_s"] - 0.4) < 3 * found.standard_errors["mu_s"] < 1e-3
+
+
 def test_at_a_bound():
     found = sf.identify(rig(), {"x": (T, measured(rig()))}, {"mu_s": (0.1, 0.8), "mu_k": (0.05, 0.24)}, starts=2)
     assert found.active == ("mu_k",)
