@@ -30,6 +30,7 @@ myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "cache" if os.environ.get("SYMFRIC_DOCS_CACHED") else "force"
 nb_execution_cache_path = str(FOLDER / "_build" / "jupyter")
+nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True

@@ -32,7 +32,8 @@ SCRIPTS = {
 NEEDS = {"which_parameter_matters": "SALib"}
 
 
-BLOCKS = re.findall(r"```python\n(.*?)```", (FOLDER.parent / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+PAGES = [FOLDER.parent / "README.md", FOLDER.parent / "docs" / "start" / "tour.md"]
+BLOCKS = [b for p in PAGES for b in re.findall(r"```python\n(.*?)```", p.read_text(encoding="utf-8"), re.DOTALL)]
 MISSING = "RSN753_LOMAP_CLS000.AT2"  # a record that is not ours to give
 
 
@@ -63,7 +64,7 @@ def test_numbers_are_compared_to_their_last_digit():
 
 @pytest.fixture(scope="module")
 def shell():
-    """Return the names that the blocks of the README share, as in one session."""
+    """Return the names that the blocks of the README and of the tour share, as in one session."""
     return {}
 
 
@@ -81,7 +82,7 @@ def results(block):
 
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_blocks_of_the_readme_run_and_print_what_they_say(number, shell, tmp_path, monkeypatch):
+def test_blocks_of_the_readme_and_the_tour_run_and_print_what_they_say(number, shell, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # some write files
     if MISSING in BLOCKS[number]:
         pytest.skip("needs a record of others")
@@ -96,11 +97,6 @@ def test_blocks_of_the_readme_run_and_print_what_they_say(number, shell, tmp_pat
 def test_every_script_is_listed():
     assert sorted(SCRIPTS) == sorted(p.stem for p in FOLDER.glob("*.py"))
     assert len(SCRIPTS) >= 8
-
-
-def test_every_script_has_a_picture_for_the_gallery():
-    pictures = FOLDER.parent / "docs" / "gallery" / "pictures"
-    assert sorted(SCRIPTS) == sorted(p.stem for p in pictures.glob("*.py"))
 
 
 @pytest.mark.parametrize("name", SCRIPTS)

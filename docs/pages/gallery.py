@@ -14,6 +14,13 @@ import matplotlib
 from docs.pages.files import put
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+_PRINTED = '''"""What the script prints."""
+import matplotlib.pyplot as plt
+
+ax = plt.figure().add_subplot()
+ax.set_axis_off()
+ax.text(0, 1, printed, family="monospace", fontsize=7, va="top")
+'''  # the picture of a script without one of its own in gallery/pictures
 
 
 @dataclass(frozen=True)
@@ -77,9 +84,8 @@ def _script(name: str, path: Path, folder: Path) -> Shown:
     with contextlib.redirect_stdout(printed):
         names = runpy.run_path(str(path), run_name="__main__")
     drawing = folder / "pictures" / f"{name}.py"
-    if not drawing.is_file():
-        raise FileNotFoundError(f"{path.name} has no picture; write {drawing.relative_to(folder.parents[1])}")
-    code = drawing.read_text(encoding="utf-8").split('"""', 2)
+    code = (drawing.read_text(encoding="utf-8") if drawing.is_file() else _PRINTED).split('"""', 2)
+    names["printed"] = printed.getvalue()
     image = f"made/{name}.png"
     with matplotlib.rc_context({"figure.constrained_layout.use": True, "figure.figsize": (6.4, 3.8)}):
         exec(compile(code[2], str(drawing), "exec"), names)
@@ -87,7 +93,8 @@ def _script(name: str, path: Path, folder: Path) -> Shown:
         plt.gcf().savefig(folder / image, dpi=130)
     plt.close("all")
     title, _, words = (names["__doc__"] or name).strip().partition("\n\n")
-    return Shown(" ".join(title.split()), words, printed.getvalue(), image, code[1].strip(), code[2].strip())
+    shown = code[2].strip() if drawing.is_file() else ""
+    return Shown(" ".join(title.split()), words, printed.getvalue(), image, code[1].strip(), shown)
 
 
 def _file(name: str, path: Path, folder: Path) -> Shown:
@@ -123,7 +130,7 @@ def _page(name: str, shown: Shown, path: Path) -> str:
             f"{{download}}`examples/{name}.py <../../examples/{name}.py>` prints:\n",
             f"```text\n{shown.printed.strip()}\n```\n",
             f"```{{literalinclude}} ../../examples/{name}.py\n:language: python\n```\n",
-            f"The picture:\n\n```python\n{shown.code}\n```\n",
+            f"The picture:\n\n```python\n{shown.code}\n```\n" if shown.code else "",
         ]
     )
 

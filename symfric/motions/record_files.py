@@ -10,7 +10,7 @@ from symfric.errors import SceneError
 from symfric.model.symbols import finite, nearest
 from symfric.motions.fortran_numbers import parse_numbers
 from symfric.motions.motion import Motion
-from symfric.motions.units import KNOWN, factor_of
+from symfric.motions.units import KNOWN, factor_of, is_acceleration
 
 MAX_BYTES = 50_000_000
 HEADER_LINES = 40  # number of first lines that must contain NPTS and DT
@@ -18,6 +18,7 @@ _REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 _NAMED = re.compile(rf"NPTS\s*=\s*(\d+)\s*[,;]?\s*DT\s*=\s*({_REAL}|[-+]?(?:nan|inf)(?:inity)?\b)", re.IGNORECASE)
 _NUMBERS_FIRST = re.compile(rf"^\s*(\d+)\s+({_REAL})\s*,?\s*NPTS\s*,?\s*DT\b", re.IGNORECASE)
 _UNIT = re.compile(r"\bunits?\s*(?:of|are|is|:|=)?\s*\(?\s*([a-z][\w/*^²().-]*)", re.IGNORECASE)
+_BESIDE = re.compile(r"\baccel[a-z]*\.?\s*(?:,|:|in|\(|\[)\s*\(?\s*([a-z][\w/*^²().-]*)", re.IGNORECASE)
 _QUANTITY = re.compile(r"\b(velocity|displacement)\b", re.IGNORECASE)
 _IN_BRACKETS = re.compile(r"[(\[]\s*(c?m|mm|in)\s*/\s*s(?:ec)?\s*[)\]]", re.IGNORECASE)
 
@@ -164,6 +165,11 @@ def _step(printed: str, given: float | None, where: str) -> float:
     return given
 
 
+def _stated_beside(row: str) -> re.Match | None:
+    """Return the unit in a header such as ``Acceleration in g`` or ``Acceleration (cm/s^2)``, as its group 1."""
+    return next((m for m in _BESIDE.finditer(row) if is_acceleration(m[1].rstrip(".,;)]"))), None)
+
+
 def _at2_unit(name: str, header: list[str], given: str | None) -> str:
     """Return the unit of the samples from the header, or the given one where the header has none."""
     for number, row in enumerate(header, 1):
@@ -173,9 +179,9 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
                 f"{name}, line {number}: a {other[1].lower()}; take the record of the acceleration, which ends with "
                 ".AT2 at PEER"
             )
-        found = _UNIT.search(row)
+        found = _UNIT.search(row) or _stated_beside(row)
         if found:
-            unit = found[1].rstrip(".,)").lstrip("(")
+            unit = found[1].rstrip(".,;)]").lstrip("(")
             factor = factor_of(unit, f"{name}, line {number}: the unit", quoted=False)
             if given is not None and factor_of(given, "unit") != factor:
                 raise SceneError(f"{name}, line {number}: the unit is {unit}, and unit={given!r} is given; drop one")

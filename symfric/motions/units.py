@@ -18,6 +18,11 @@ def plain_unit(unit: str) -> str:
     return re.sub(r"^(c?m|mm)(?:\*s|s|\.s)(?:\^|\*\*)?-2$", r"\1/s^2", text)
 
 
+def is_acceleration(unit: str) -> bool:
+    """Whether a word is a unit of acceleration known here."""
+    return plain_unit(unit) in _FACTORS
+
+
 def factor_of(unit: str, where: str, quoted: bool = True) -> float:
     """Return the factor from a unit to m/s^2.
 

@@ -131,11 +131,11 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
     if facts.smooth and not facts.kinks and not facts.remembering:
         notes.append("events: no contact can stick and no force has a kink")
     if not facts.path:
-        notes.append("the trajectory: nobody wants it, so memory does not grow with the horizon")
+        notes.append("the trajectory: no output needs it, so memory does not grow with the horizon")
     if not facts.events:
         notes.append("the list of events: only their number is kept")
     if not facts.scalars:
-        notes.append("extrema and integrals: no scalar output is wanted")
+        notes.append("extrema and integrals: no scalar output needs them")
     notes.append("derivatives with respect to parameters: not asked for")
     return tuple(notes)
 

@@ -119,6 +119,29 @@ def test_units_of_the_header(unit, factor, tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "factor"),
+    [
+        ("Acceleration in g", 9.81),
+        ("ACCELERATION IN G, rotated by 30 degrees", 9.81),
+        ("Acceleration (cm/s^2)", 0.01),
+        ("acceleration [m/s2]", 1.0),
+        ("Acceleration, g", 9.81),
+        ("Accel. in cm/sec/sec.", 0.01),
+    ],
+)
+def test_units_beside_the_quantity(words, factor, tmp_path):
+    text = TITLE + f"{words}\nNPTS= 7, DT= .01 SEC\n" + BODY
+    plain = sf.motions.read_at2(write(tmp_path, HEAD + "NPTS= 7, DT= .01 SEC\n" + BODY))
+    assert sf.motions.read_at2(write(tmp_path, text)).pga == pytest.approx(plain.pga * factor / 9.81)
+
+
+@pytest.mark.parametrize("words", ["Acceleration in the direction of north", "Acceleration in m of nothing", "Rotated"])
+def test_words_that_are_no_unit_of_acceleration(words, tmp_path):
+    with pytest.raises(sf.SceneError, match="names no unit"):
+        sf.motions.read_at2(write(tmp_path, TITLE + f"{words}\nNPTS= 7, DT= .01 SEC\n" + BODY))
+
+
 def test_unit_and_step_from_the_caller(tmp_path):
     bare = write(tmp_path, TITLE + "7 .00244 NPTS, DT\n" + BODY)
     assert sf.motions.read_at2(bare, unit="g", dt=1 / 409.6).dt == 1 / 409.6

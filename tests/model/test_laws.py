@@ -241,3 +241,9 @@ def test_the_mean_of_a_mean_without_closed_form_is_refused():
     once = sf.laws.stribeck(0.4, 0.25, 0.2).averaged(0.3)
     with pytest.raises(sf.SceneError, match="average the law itself, once"):
         once.averaged(0.2)
+
+
+@pytest.mark.parametrize("zero", [0, 0.0, sp.Float(0)])
+def test_a_law_under_no_vibration_is_the_law_itself(zero):
+    law = sf.laws.cubic(0.4, 0.25, 0.5)
+    assert law.averaged(zero) is law

@@ -257,7 +257,7 @@ class Law:
         if q.is_number:
             if finite(q, "the intensity q of the fast vibration") < 0:
                 raise SceneError(f"the intensity q of the fast vibration is {q}; it must not be negative")
-            if q == 0:
+            if q.is_zero:
                 return self
         if self.kinetic.has(sp.Integral):
             raise SceneError(
