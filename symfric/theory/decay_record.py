@@ -30,6 +30,13 @@ class DecayFit(NamedTuple):
         Natural frequency, Hz.
     misfit : float
         Largest difference of the balances of energy over the first energy, with these numbers.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> fit = sf.theory.decay_record.from_turning_points([0.010, 0.00706, 0.004, 0.00077], f_n=5.3)
+    >>> round(fit.mu_m, 6)
+    0.190005
     """
 
     mu_m: float

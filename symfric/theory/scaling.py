@@ -216,6 +216,13 @@ class TableModel(NamedTuple):
     friction_distortion : float
         Apparent over true coefficient of friction; 1 if gravity is as similarity demands it. The model's coefficient
         over this one makes up for it.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> model = sf.theory.scaling.for_table(mass=3e5, load=2000.0, L=10.0)
+    >>> round(model.D, 6)
+    6.666667
     """
 
     L: float
