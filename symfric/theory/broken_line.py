@@ -33,6 +33,19 @@ class TwoLines:
         Standard deviation of the points from the lines, estimated from n - 4 degrees of freedom.
     points : tuple of ndarray
         Speeds and coefficients, sorted.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symfric as sf
+    >>> v = np.linspace(0.2, 10.0, 25)
+    >>> gear = sf.laws.piecewise_linear(0.05, [0.0, 2.0], [0.05, 0.014], last_slope=0.0012)
+    >>> fit = sf.theory.two_lines(v, gear(v), sigma=0.001)
+    >>> round(fit.corner, 6)
+    2.0
+    >>> sorted(fit.to_dict())[:2]
+    ['at_rest', 'corner']
+    >>> ax = fit.plot()
     """
 
     at_rest: float
@@ -58,7 +71,13 @@ class TwoLines:
         return html_table("TwoLines", self.to_dict())
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain Python values."""
+        """Return plain Python values.
+
+        Returns
+        -------
+        dict
+            Plain numbers, strings and lists.
+        """
         found = asdict(self)
         return {**found, "points": [e.tolist() for e in self.points]}
 
@@ -69,6 +88,10 @@ class TwoLines:
         ----------
         ax : Axes, optional
             A new one unless given.
+
+        Returns
+        -------
+        matplotlib Axes
         """
         with DRAWING:
             ax = new_axes() if ax is None else ax
