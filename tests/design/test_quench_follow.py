@@ -144,8 +144,12 @@ def test_a_scene_with_a_k_of_its_own_keeps_it():
     k, v_b, a, Omega = sp.symbols("k v_b a Omega", positive=True)
     system = sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x - u / 10 + a * Omega**2 * sp.sin(Omega * sf.TIME)])
     contact = sf.Contact("belt", slip=u - v_b, normal=1, law=LAWS["cubic"][0])
-    own = sf.Scene(system, [contact], {k: 1.0, v_b: None, a: 0.0, Omega: 0.0}, {x: 0.0, u: 0.0}, 60.0)
+    power = sf.Integral(a * Omega**2 * sp.sin(Omega * sf.TIME) * u)
+    values = {k: 1.0, v_b: None, a: 0.0, Omega: 0.0}
+    own = sf.Scene(system, [contact], values, {x: 0.0, u: 0.0}, 60.0, {"power": power})
     found, same = (quench(s, (0.1, 0.3), **BOUNDS, follow=True, k=(1.05, 2.0)) for s in (own, scene()))
     assert found.values == {"k_v": same.values["k"], "Omega": 50.0}
     assert found.status == same.status == "optimal"
-    assert sf.simulate(found.scene.where({"v_b": 0.2, **found.values})).status == 0
+    run = sf.simulate(found.scene.where({"v_b": 0.2, **found.values}))
+    fixed = sf.simulate(own.where({"v_b": 0.2, "a": 1.05 * 0.2 / 50, "Omega": 50.0}))
+    assert run["power"] == pytest.approx(fixed["power"], rel=1e-6)

@@ -9,7 +9,7 @@ from symfric.design.comparison import Compared
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.design.quench.search import QuenchProblem
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.outputs import Integral, friction_force
+from symfric.model.outputs import Integral, OutputOfExpression, friction_force
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.solve.routes import simulate
@@ -33,14 +33,18 @@ def with_feedback(belt: Belt) -> Scene:
 
 
 def _exchanged(scene: Scene, by: dict, values: dict) -> Scene:
-    """Return the scene with symbols replaced in forces, contacts and start."""
+    """Return the scene with symbols replaced in forces, contacts, start and outputs."""
     system = replace(scene.system, force=[e.subs(by) for e in scene.system.force])
     contacts = tuple(
         replace(c, slip=c.slip.subs(by), normal=sp.sympify(c.normal).subs(by), profile=sp.sympify(c.profile).subs(by))
         for c in scene.contacts
     )
     initial = {s: sp.sympify(v).subs(by) for s, v in scene.initial.items()}
-    return replace(scene, system=system, contacts=contacts, values=values, initial=initial)
+    outputs = {
+        name: replace(o, expr=o.expr.subs(by)) if isinstance(o, OutputOfExpression) else o
+        for name, o in scene.outputs.items()
+    }
+    return replace(scene, system=system, contacts=contacts, values=values, initial=initial, outputs=outputs)
 
 
 @alone(SYMBOLIC)
