@@ -25,6 +25,7 @@ GROUPS = {  # the part of a name or of its module: title, and a sentence on it
     "theory.decay_record": ("Closed forms: decay records", "Friction and damping from the decay of a rod."),
     "theory.absorber": ("Closed forms: absorber", "The tuned mass damper without friction."),
     "theory.foundation": ("Closed forms: sprung foundation", "A foundation mass under one that excites itself."),
+    "theory.presliding": ("Closed forms: presliding", "Bristles below the static friction."),
     "theory.waviness": ("Closed forms: wavy belt", "Each takes the ready scene `sf.scenes.wavy_belt`."),
     "theory.scaling": ("Closed forms: scaling", "Scaled models with rolling friction."),
     "design": ("Design", "Each returns a `sf.design.Design`, verified on the event-driven model."),
