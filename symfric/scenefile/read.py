@@ -135,9 +135,9 @@ def read(path: str | Path) -> Scene:
     return read_scene_file(path).scene
 
 
-def read_scene_text(text: str, name: str = "scene file") -> SceneFile:
-    """Read a scene file given as text; `name` is used in messages. It cannot refer to records."""
-    return _named(name, lambda: text, None)
+def read_scene_text(text: str, name: str = "scene file", folder: Path | None = None) -> SceneFile:
+    """Read a scene file given as text; `name` is used in messages. It refers to records in `folder` only."""
+    return _named(name, lambda: text, folder)
 
 
 def _named(name: str, text_of, folder: Path | None) -> SceneFile:

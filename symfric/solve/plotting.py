@@ -1,6 +1,6 @@
 """Plots of a run."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -16,9 +16,9 @@ def in_brackets(unit: str | None) -> str:
     return " [" + unit.replace("$", r"\$") + "]" if unit else ""
 
 
-def sticking(run, t: np.ndarray) -> np.ndarray:
-    """Return whether some contact sticks at given times of a run, shape (n_t,)."""
-    on = (run.mode == 0).any(axis=0)
+def sticking(run, t: np.ndarray, contacts: Sequence[bool] | None = None) -> np.ndarray:
+    """Return whether some contact sticks at given times of a run, shape (n_t,); `contacts`: which ones, all if None."""
+    on = (run.mode[slice(None) if contacts is None else np.asarray(contacts, bool)] == 0).any(axis=0)
     return on[np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.t.size - 1)]
 
 

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import symfric as sf
 from symfric.cli import main
 from symfric.report.explorer.views import explorer
 from symfric.scenefile import read_scene_file, read_scene_text
+from symfric.scenefile.writing import read_tables, with_friction_values, written
 from tests.browser import chromium, complaints, overflow, show
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -64,6 +66,114 @@ def test_every_change_is_answered_within_a_tenth_of_a_second(belt):
             belt.view(values)
             next(belt.amplitudes(values, 0.03))
             assert time.process_time() - begin < 0.1
+
+
+def test_numbers_of_the_friction_law_are_sliders(belt):
+    values = values_of(belt)
+    assert (values["mu_s"], values["mu_m"], values["v_m"]) == (0.4, 0.25, 0.5)
+    even = belt.view(values_of(belt, mu_m=0.4))
+    assert even.friction == pytest.approx(0.4)
+    run = sf.simulate(sf.scenes.mass_on_belt(sf.laws.cubic(0.4, 0.25, 0.3), v_b=0.2), tolerance=1e-7)
+    assert np.max(belt.view(values_of(belt, v_m=0.3)).x) == pytest.approx(np.max(run.x[0]), abs=1e-3)
+
+
+def test_sticking_is_where_the_body_moves_with_the_belt(belt):
+    view = belt.view(values_of(belt))
+    assert 0.1 < np.mean(view.held) < 0.4
+    assert view.u[view.held] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_start_changes_the_motion(belt):
+    view = belt.view(values_of(belt), {"x": 0.3, "u": -0.1})
+    assert (view.x[0], view.u[0]) == pytest.approx((0.3, -0.1))
+    assert belt.half_range(values_of(belt), 0.2, {"x": 0.3, "u": -0.1}) == pytest.approx(0.286208719, rel=1e-4)
+
+
+@pytest.fixture(scope="module")
+def two():
+    """The page of a scene with two coordinates and two contacts, without a browser."""
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    from bokeh.document import Document
+
+    from symfric.report.explorer.page import page
+
+    doc = Document()
+    page(explorer(read_scene_file(EXAMPLES / "two_masses.toml")))(doc)
+    return doc.get_model_by_name
+
+
+def test_a_coordinate_and_a_contact_are_chosen(two):
+    first, law = two("history").data["y"], two("law").data["y"]
+    two("coordinate").value, two("contact").value = "x2", "second"
+    assert two("phase portrait").xaxis[0].axis_label.text == "x2"
+    assert np.max(np.abs(two("history").data["y"] - first)) > 0.1
+    assert np.max(np.abs(two("law").data["y"] - law)) > 0.01
+    held = two("stuck").data["y"]
+    assert 0 < np.isfinite(held).sum() < held.size
+    two("coordinate").value, two("contact").value = "x1", "first"
+
+
+def test_a_number_beyond_its_slider_is_taken_and_reset(two):
+    slider, entry, before = two("m1"), two("number of m1"), two("history").data["y"]
+    end = slider.end
+    entry.value = 7.5
+    assert (slider.value, slider.end) == (7.5, 7.5)
+    assert two("history").data["y"].size != before.size or np.max(np.abs(two("history").data["y"] - before)) > 0.01
+    slider.value = 2.0
+    assert entry.value == 2.0
+    two("start of x1").value = 0.25
+    assert two("history").data["y"][0] == 0.25
+    press(two("reset"))
+    assert (slider.value, slider.end, entry.value, two("number of start of x1").value) == (1.0, end, 1.0, 0.0)
+    assert two("history").data["y"] == pytest.approx(before)
+
+
+def press(button) -> None:
+    """Do what a click does."""
+    from bokeh.events import ButtonClick
+
+    button._trigger_event(ButtonClick(button))
+
+
+def test_what_is_explored_is_saved_as_a_scene_file(belt):
+    text = belt.toml(values_of(belt, v_b=0.3, mu_m=0.2), {"x": 0.1, "u": 0.0})
+    file = read_scene_text(text)
+    assert {s.name: v for s, v in file.scene.values.items()} | {"v_b": 0.3, "mu_m": 0.2, "mu_s": 0.4} == {
+        s.name: v for s, v in file.scene.values.items()
+    }
+    assert [float(v) for v in file.scene.initial.values()] == [0.1, 0.0]
+    assert file.sweep.parameter == "v_b"
+    shown = sf.simulate(file.scene.wanting({"path": sf.Trajectory()}))
+    view = belt.view(values_of(belt, v_b=0.3, mu_m=0.2), {"x": 0.1, "u": 0.0})
+    assert np.max(view.x) == pytest.approx(np.max(shown(view.t)[0]), abs=1e-4)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
+def test_a_file_is_written_as_it_was_read(path):
+    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert tomllib.loads(written(tables)) == tables
+    opened = with_friction_values(tables, str(path))
+    names = {k for c in opened.get("friction", {}) for k in ([c] if isinstance(c, str) else c)}
+    before, after = read_scene_file(path).scene, read_tables(opened, str(path)).scene
+    assert len(after.values) >= len(before.values)
+    for one, other in zip(before.contacts, after.contacts, strict=True):
+        numbers = [law.kinetic.subs(s.values) for law, s in ((one.law, before), (other.law, after))]
+        assert all(
+            numbers[0].subs(sf.SPEED, v) == pytest.approx(numbers[1].subs(sf.SPEED, v)) for v in (0.01, 0.3, 2.0)
+        )
+    assert names or before.values == after.values
+
+
+def test_a_number_that_must_be_one_stays_one():
+    """The count of an Iwan model's elements is no value; what the law takes as a symbol is, under a free name."""
+    text = (
+        '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nforce = "-R*x"\nhorizon = 9\n'
+        "initial = {x = 1, u = 0}\n[values]\nR = 3\n"
+        '[friction]\nlaw = "iwan"\nslip = "u"\nnormal = 1\nR = 0.2\nchi = 0.5\nphi_max = 0.1\nelements = 4\n'
+    )
+    opened = with_friction_values(tomllib.loads(text), "scene.toml")
+    assert opened["values"] == {"R": 3, "R_2": 0.2, "chi": 0.5, "phi_max": 0.1}
+    assert opened["friction"]["elements"] == 4
 
 
 def test_a_scene_without_values_is_refused():

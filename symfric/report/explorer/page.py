@@ -1,4 +1,4 @@
-"""The explorer's page: sliders and live figures.
+"""The explorer's page: controls and live figures.
 
 BokehJS interprets some texts as HTML, and any text with TeX in it; texts of a scene file are therefore passed as plain
 text.
@@ -9,12 +9,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from symfric.report.explorer.views import Explorer
+from symfric.report.explorer.controls import Controls, connect, controls
+from symfric.report.explorer.views import Explorer, SliderRange
 from symfric.report.study.figures import BLUE, GREEN, ORANGE
 from symfric.templates import template
 
 AT_ONCE = 0.015  # time per batch of points of the amplitude diagram, s
-STEPS = 200
 WAIT = 20  # time between two batches, ms
 
 
@@ -24,30 +24,45 @@ def page(explorer: Explorer) -> Callable:
     def fill(doc) -> None:
         from bokeh.layouts import column, row
 
-        sources, plots = _plots(explorer)
-        sliders = _sliders(explorer)
-        note = _text("", name="note")
+        figures = _figures(explorer)
+        made, note = controls(explorer), _text("", name="note")
         doc.title = explorer.file.title or "symfric explore"
         doc.template = template("explore.html")
         doc.template_variables["heading"] = doc.title
-        labelled = [part for r in explorer.ranges for part in (_text(_with_unit(r.name, r.unit)), sliders[r.name])]
         doc.add_root(
             row(
-                column(*labelled, note, width=320),
-                column(*plots, sizing_mode="stretch_width", min_width=320),
+                column(*_panel(explorer, made), note, width=320),
+                column(*figures.values(), sizing_mode="stretch_width", min_width=320),
                 sizing_mode="stretch_width",
                 styles={"flex-wrap": "wrap"},  # stacked on narrow screens
             )
         )
-        answer = _answering(doc, explorer, sources, sliders, note)
-        for slider in sliders.values():
-            slider.on_change("value", lambda _attribute, _old, _new: answer())
+        answer = _answering(doc, explorer, figures, made, note)
+        connect(made, explorer, answer, lambda words: note.update(text=words))
         answer()
 
     return fill
 
 
-def _with_unit(name: str, unit: str | None) -> str:
+def _panel(explorer: Explorer, made: Controls) -> list:
+    """Return the controls in their order on the page."""
+    from bokeh.layouts import row
+
+    parts = [row(made.reset, made.save)]
+    for menu, words in ((made.coordinate, "coordinate"), (made.contact, "contact")):
+        if menu is not None:
+            parts += [_text(words), menu]
+    for ranges, of, words in ((explorer.ranges, made.values, ""), (explorer.starts, made.starts, "start of ")):
+        for r in ranges:
+            parts += [_text(words + _with_unit(r)), row(*of[r.name])]
+    return parts
+
+
+def _with_unit(r: SliderRange) -> str:
+    return _in_unit(r.name, r.unit)
+
+
+def _in_unit(name: str, unit: str | None) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
@@ -61,81 +76,97 @@ def _text(text: str, **options):
     )
 
 
-def _sliders(explorer: Explorer) -> dict:
-    from bokeh.models.widgets import Slider
-
-    return {
-        r.name: Slider(
-            start=r.low,
-            end=r.high,
-            value=r.value,
-            step=(r.high - r.low) / STEPS,
-            title="",
-            format="0[.]0000a",
-            name=r.name,
-            width=300,
-        )
-        for r in explorer.ranges
-    }
-
-
-def _figure(title: str, x: str, y: str):
-    """Return an empty figure; its labels are plain text."""
-    from bokeh.models import PlainText
+def _figure(title: str):
+    """Return an empty figure."""
     from bokeh.plotting import figure
 
-    return figure(
-        title=title,
-        x_axis_label=PlainText(text=x),
-        y_axis_label=PlainText(text=y),
-        height=260,
-        sizing_mode="stretch_width",
-        toolbar_location=None,
-    )
+    return figure(title=title, name=title, height=260, sizing_mode="stretch_width", toolbar_location=None)
 
 
-def _plots(explorer: Explorer) -> tuple[dict, list]:
-    """Return the data sources of the figures by name, and the figures."""
+def _lines(shown, *of: tuple[str, str, float, str]) -> None:
+    """Draw lines, each of a new source of data; a legend beside the drawing names them."""
+    from bokeh.models import ColumnDataSource, Legend, LegendItem, PlainText
+
+    entries = []
+    for name, colour, width, words in of:
+        source = ColumnDataSource({"x": [], "y": []}, name=name)
+        line = shown.line("x", "y", source=source, color=colour, line_width=width)
+        if words:
+            entries.append(LegendItem(label=words, renderers=[line]))
+    if entries:
+        legend = Legend(items=entries, orientation="horizontal", border_line_color=None, padding=0, margin=0)
+        shown.add_layout(legend, "above")
+    for axis in (shown.xaxis, shown.yaxis):
+        axis.axis_label = PlainText(text="")
+
+
+def _figures(explorer: Explorer) -> dict:
+    """Return the figures by name."""
     from bokeh.models import ColumnDataSource
 
-    system, units = explorer.file.scene.system, explorer.file.units
-    words = lambda name: _with_unit(name, units.get(name))  # noqa: E731
-    sources = {
-        name: ColumnDataSource({"x": [], "y": []}, name=name)
-        for name in ("phase", "law", "effective", "amplitude", "now")
-    }
-    phase = _figure("phase portrait", words(system.q[0].name), words(system.u[0].name))
-    phase.name = "phase portrait"
-    phase.line("x", "y", source=sources["phase"], color=BLUE)
-    friction = _figure("friction", "sliding speed", "coefficient")
-    friction.line("x", "y", source=sources["law"], color=BLUE, legend_label="law")
-    friction.line("x", "y", source=sources["effective"], color=ORANGE, legend_label="under the fast excitation")
-    friction.legend.location = "bottom_right"
-    plots = [phase, *([friction] if explorer.file.scene.contacts else ())]
+    phase, history = _figure("phase portrait"), _figure("motion")
+    sticks = "sticking" if explorer.file.scene.contacts else ""
+    _lines(phase, ("phase", BLUE, 1, ""), ("held", ORANGE, 3.5, sticks))
+    _lines(history, ("history", BLUE, 1, ""), ("stuck", ORANGE, 3.5, sticks))
+    figures = {"phase": phase, "motion": history}
+    if explorer.file.scene.contacts:
+        figures["friction"] = _figure("friction")
+        _lines(figures["friction"], ("law", BLUE, 1, "law"), ("effective", ORANGE, 1.5, "under the fast excitation"))
     if explorer.swept:
-        amplitude = _figure("amplitude", words(explorer.swept), f"half range of {words(system.q[0].name)}")
-        amplitude.line("x", "y", source=sources["amplitude"], color=GREEN)
-        amplitude.scatter("x", "y", source=sources["amplitude"], color=GREEN, size=4)
-        amplitude.vspan(x="x", source=sources["now"], color=ORANGE, line_dash="dashed")
-        plots.append(amplitude)
-    return sources, plots
+        figures["amplitude"] = shown = _figure("amplitude")
+        _lines(shown, ("amplitude", GREEN, 1, ""))
+        shown.scatter("x", "y", source=shown.renderers[0].data_source, color=GREEN, size=4)
+        now = ColumnDataSource({"x": [], "y": []}, name="now")
+        shown.vspan(x="x", source=now, color=ORANGE, line_dash="dashed")
+    return figures
 
 
-def _answering(doc, explorer: Explorer, sources: dict, sliders: dict, note) -> Callable[[], None]:
-    """Return the callback of a slider: updates motion and friction at once, and the amplitude diagram in batches."""
-    state = {"change": 0}
+def _sources(figures: dict) -> dict:
+    """Return the sources of data of the figures by name."""
+    return {r.data_source.name: r.data_source for shown in figures.values() for r in shown.renderers}
+
+
+def _label(figures: dict, explorer: Explorer, coordinate: int, contact: int) -> None:
+    """Write the names and units of what is shown on the axes, as plain text."""
+    from bokeh.models import PlainText
+
+    system, units = explorer.file.scene.system, explorer.file.units
+    q, u = (_in_unit(s[coordinate].name, units.get(s[coordinate].name)) for s in (system.q, system.u))
+    labels = {"phase": (q, u), "motion": (_in_unit("t", units.get("t")), q)}
+    if "friction" in figures:
+        speed = units.of(explorer.file.scene.contacts[contact].slip)
+        labels["friction"] = (_in_unit("sliding speed", speed), "coefficient")
+    if "amplitude" in figures:
+        labels["amplitude"] = (_in_unit(explorer.swept, units.get(explorer.swept)), f"half range of {q}")
+    for name, texts in labels.items():
+        for axis, text in zip((figures[name].xaxis, figures[name].yaxis), texts, strict=True):
+            axis.axis_label = PlainText(text=text)
+
+
+def _answering(doc, explorer: Explorer, figures: dict, made: Controls, note) -> Callable[[], None]:
+    """Return the callback of a change: updates motion and friction at once, and the amplitude diagram in batches."""
+    state, sources = {"change": 0, "shown": None}, _sources(figures)
 
     def answer() -> None:
         begin = time.perf_counter()
         state["change"] += 1
-        values = {name: float(s.value) for name, s in sliders.items()}
-        view = explorer.view(values)
-        sources["phase"].data = {"x": view.x, "y": view.u}
-        sources["law"].data = {"x": view.speed, "y": view.friction}
-        sources["effective"].data = {"x": view.speed, "y": view.effective}
+        values, initial = made.numbers()
+        coordinate, contact = made.chosen()
+        if state["shown"] != (coordinate, contact):
+            state["shown"] = coordinate, contact
+            _label(figures, explorer, coordinate, contact)
+        view = explorer.view(values, initial, coordinate, contact)
+        # a stick ends at the first moment of sliding
+        held = view.held | np.roll(view.held, 1) if view.held.size else view.held
+        for name, x, y, held_name in (("phase", view.x, view.u, "held"), ("history", view.t, view.x, "stuck")):
+            sources[name].data = {"x": x, "y": y}
+            sources[held_name].data = {"x": x, "y": np.where(held, y, np.nan)}
+        if "law" in sources:
+            sources["law"].data = {"x": view.speed, "y": view.friction}
+            sources["effective"].data = {"x": view.speed, "y": view.effective}
         if explorer.swept:
             sources["now"].data = {"x": [values[explorer.swept]], "y": [0.0]}
-            lots = explorer.amplitudes(values, AT_ONCE)
+            lots = explorer.amplitudes(values, AT_ONCE, initial, coordinate)
             _show(sources["amplitude"], next(lots), anew=True)
             doc.add_timeout_callback(lambda change=state["change"]: more(lots, change), WAIT)
         spent = 1000 * (time.perf_counter() - begin)

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 import sympy as sp
@@ -14,11 +15,17 @@ from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Max, Min
 from symfric.model.symbols import SPEED
+from symfric.model.system import Contact
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.report.study.measurement import PATH, as_run
 from symfric.scenefile import SceneFile, belt_speeds
+from symfric.scenefile.writing import read_tables, tables_of, with_friction_values, with_numbers, written
+from symfric.solve.plotting import sticking
 from symfric.solve.routes import Program, prepare
+from symfric.solve.run import Run
 
+Numbers = Mapping[str, float]
+NO_NUMBERS: Numbers = MappingProxyType({})
 SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
 SHOWN = 0.25  # last fraction of the horizon shown under a fast excitation, which would fill the phase portrait
 TOLERANCE = 1e-7
@@ -51,18 +58,22 @@ class View:
 
     Attributes
     ----------
-    x, u : ndarray, shape (n,)
-        Motion of the first coordinate.
+    t, x, u : ndarray, shape (n,)
+        Motion of a coordinate.
+    held : ndarray of bool, shape (n,)
+        Whether a contact of the coordinate sticks.
     speed, friction : ndarray, shape (m,)
-        Law of the first contact; empty without contacts.
+        Law of a contact; empty without contacts.
     effective : ndarray, shape (m,)
         Under the fast excitation; NaN without one.
     status : str
         Empty if the run came to its end.
     """
 
+    t: np.ndarray
     x: np.ndarray
     u: np.ndarray
+    held: np.ndarray
     speed: np.ndarray
     friction: np.ndarray
     effective: np.ndarray
@@ -76,7 +87,11 @@ class Explorer:
     Attributes
     ----------
     file : SceneFile
-    ranges : tuple of SliderRange
+        With the numbers of the friction laws among its values.
+    tables : dict or None
+        The file as it is written, for saving; None if it was not read from a file.
+    ranges, starts : tuple of SliderRange
+        Of the values, and of the start of each state that no value gives.
     swept : str
         Parameter of the amplitude diagram; "" if there is none to sweep.
     speeds : ndarray, shape (POINTS,)
@@ -84,43 +99,74 @@ class Explorer:
     """
 
     file: SceneFile
+    tables: dict | None
     ranges: tuple[SliderRange, ...]
+    starts: tuple[SliderRange, ...]
     swept: str
     speeds: np.ndarray
     motion: Program
     steady: Settling
-    friction: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
+    friction: tuple[Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]], ...]
 
-    def excited(self, values: Mapping[str, float]) -> bool:
+    def excited(self, values: Numbers) -> bool:
         """Whether time enters the equations for some values."""
         return is_excited(self.file.scene.where(values))
 
-    def view(self, values: Mapping[str, float]) -> View:
-        """Return the motion and the friction for some values."""
-        run = self.motion.run(values=values)
-        x, u = np.zeros(0), np.zeros(0)
-        if run.t_final > 0:
-            begin = (1 - SHOWN) * run.t_final if self.excited(values) else 0.0
-            t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), run.t[run.t >= begin])
-            states = run(t)
-            x, u = states[0], states[len(self.file.scene.system.q)]
-        return View(x, u, *self.friction(values), run.advice)
+    def view(self, values: Numbers, initial: Numbers = NO_NUMBERS, coordinate: int = 0, contact: int = 0) -> View:
+        """Return the motion of a coordinate and the friction of a contact for some values and some starts."""
+        empty = np.zeros(0)
+        curves = self.friction[contact](values) if self.friction else (empty, empty, empty)
+        try:
+            run = self.motion.run(values=values, initial=initial)
+        except SceneError as error:
+            return View(empty, empty, empty, empty.astype(bool), *curves, str(error))
+        if not run.t_final > 0:
+            return View(empty, empty, empty, empty.astype(bool), *curves, run.advice)
+        begin = (1 - SHOWN) * run.t_final if self.excited(values) else 0.0
+        within = run.t[run.t >= begin]
+        t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), within[:: max(1, within.size // SAMPLES)])
+        states, n = run(t), len(self.file.scene.system.q)
+        velocity = self.file.scene.system.u[coordinate]
+        rubbing = [velocity in c.slip.free_symbols for c in self.file.scene.contacts]
+        held = sticking(run, t, rubbing)
+        return View(t, states[coordinate], states[n + coordinate], held, *curves, run.advice)
 
-    def half_range(self, values: Mapping[str, float], at: float) -> float:
-        """Return half the range of the first coordinate after settling, with the swept value; NaN if a run fails."""
-        run = next(self.steady.windows({**values, self.swept: at}))
-        return float("nan") if run.advice else 0.5 * float(run["high"] - run["low"])
+    def half_range(self, values: Numbers, at: float, initial: Numbers = NO_NUMBERS, coordinate: int = 0) -> float:
+        """Return half the range of a coordinate after settling, with the swept value; NaN if a run fails."""
+        try:
+            run = next(self.steady.windows({**values, self.swept: at}, initial))
+        except SceneError:
+            return float("nan")
+        return float("nan") if run.advice else 0.5 * float(run[f"high{coordinate}"] - run[f"low{coordinate}"])
 
-    def amplitudes(self, values: Mapping[str, float], seconds: float) -> Iterator[list[tuple[float, float]]]:
+    def amplitudes(
+        self, values: Numbers, seconds: float, initial: Numbers = NO_NUMBERS, coordinate: int = 0
+    ) -> Iterator[list[tuple[float, float]]]:
         """Yield batches of points of the amplitude diagram, each computed within a given time, coarse first."""
         points: list[tuple[float, float]] = []
         begin = time.perf_counter()
         for at in self.speeds if self.swept else ():
-            points.append((float(at), self.half_range(values, float(at))))
+            points.append((float(at), self.half_range(values, float(at), initial, coordinate)))
             if time.perf_counter() - begin > seconds:
                 yield points
                 points, begin = [], time.perf_counter()
         yield points
+
+    def toml(self, values: Numbers, initial: Numbers) -> str:
+        """Return a scene file with the numbers that differ from those of the file.
+
+        Raises
+        ------
+        SceneError
+            If the file does not say some of them, or was not read from a file.
+        """
+        if self.tables is None:
+            raise SceneError("the scene was not read from a file; there is nothing to write it into")
+        changed = {r.name: values[r.name] for r in self.ranges if values[r.name] != r.value}
+        started = {r.name: initial[r.name] for r in self.starts if initial[r.name] != r.value}
+        tables = with_numbers(self.tables, changed, started)
+        read_tables(tables, self.file.path)  # raises on what no file can say
+        return written(tables) + "\n"
 
 
 def explorer(file: SceneFile) -> Explorer:
@@ -131,27 +177,45 @@ def explorer(file: SceneFile) -> Explorer:
     SceneError
         If the scene has no values to change.
     """
-    scene = file.scene
-    if not scene.parameters:
+    if not file.scene.parameters:
         raise SceneError(f"{file.path}: the scene has no values to change; name some in [values]")
-    swept, speeds = _sweep(file)
+    tables = tables_of(file)
+    if tables is not None:
+        tables = with_friction_values(tables, file.path)
+        file = read_tables(tables, file.path)
+    scene, (swept, speeds) = file.scene, _sweep(file)
     motion = prepare(as_run(scene).wanting({PATH: as_run(scene).outputs[PATH]}), TOLERANCE)
-    path = motion.run()
-    q, times = scene.system.q[0], Schedule(SETTLE * scene.horizon, scene.horizon, note=FIXED)
+    path, n = motion.run(), len(scene.system.q)
+    times = Schedule(SETTLE * scene.horizon, scene.horizon, note=FIXED)
+    extremes = {f"high{k}": Max(q) for k, q in enumerate(scene.system.q)}
+    extremes |= {f"low{k}": Min(q) for k, q in enumerate(scene.system.q)}
+    fastest = float(np.max(np.abs(path.x[n : 2 * n])))
     found = Explorer(
         file,
+        tables,
         _ranges(file, swept, speeds),
+        _starts(file, path),
         swept,
         _coarse_first(speeds),
         motion,
-        Settling(scene, times, {"high": Max(q), "low": Min(q)}, tolerance=TOLERANCE),
-        _friction(file, float(np.max(np.abs(path.x[len(scene.system.q) : 2 * len(scene.system.q)])))),
+        Settling(scene, times, extremes, tolerance=TOLERANCE),
+        tuple(_friction(file, contact, fastest) for contact in scene.contacts),
     )
     for values in _choices_of_zeros(found.ranges):
         found.view(values)
         if swept:
             found.half_range(values, float(speeds[-1]))
     return found
+
+
+def _starts(file: SceneFile, path: Run) -> tuple[SliderRange, ...]:
+    """Return a range around the start of each state that is a number, as wide as the motion at least."""
+    found = []
+    for k, (state, value) in enumerate(file.scene.initial.items()):
+        if isinstance(value, float):
+            reach = 1.5 * (float(np.max(np.abs(path.x[k]))) or 1.0)
+            found.append(SliderRange(state.name, file.units.get(state.name, ""), -reach, reach, value))
+    return tuple(found)
 
 
 def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
@@ -197,18 +261,16 @@ def _choices_of_zeros(ranges: tuple[SliderRange, ...]) -> list[dict[str, float]]
     return [base | {r.name: r.high for r, on in zip(zeros, chosen, strict=True) if on} for chosen in choices]
 
 
-def _friction(file: SceneFile, fastest: float) -> Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return a function of values: speeds, coefficients, and coefficients under the fast excitation.
+def _friction(
+    file: SceneFile, contact: Contact, fastest: float
+) -> Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return a function of values: speeds, coefficients of a contact, and those under the fast excitation.
 
     The speeds go beyond the breaks of the law and the belts, or `fastest`, that of the motion, without any.
     """
     from symfric.theory.separation import fast_slips
 
     scene = file.scene
-    if not scene.contacts:
-        nothing = np.zeros(0)
-        return lambda _values: (nothing, nothing, nothing)
-    contact = scene.contacts[0]
     parameters = tuple(scene.values)
     law = numeric_function((SPEED, *parameters), contact.law.kinetic)
     shaken = scene.where({r.name: r.high for r in _ranges(file, "", np.zeros(0)) if r.value == 0})
