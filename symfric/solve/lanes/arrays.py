@@ -18,6 +18,7 @@ class Kernels(Scalars, kind=int):
     smooth: int  # kernels; those that there are not are zero
     event: int
     stick: int
+    swap: int
     settles: int  # whether lanes choose the mode after an event
     closing: int  # whether there are no cases beside those that are handed out
     wanting: int  # whether a lane waits for one
@@ -86,7 +87,7 @@ def lane_arrays(
     given = {f.name: getattr(cases, f.name) for f in fields(CaseArrays)} | {"place": cases.place.copy()}
     for name in Kernels.names:
         place = at.get(name, at.get(f"{name}0", -1))
-        setattr(kernels, name, addresses.get(name, 0) if name in ("smooth", "event", "stick") else place)
+        setattr(kernels, name, addresses.get(name, 0) if name in ("smooth", "event", "stick", "swap") else place)
     kernels.closing, kernels.wanting, kernels.calls, kernels.settles = 0, 0, 0, plan.settles
     kernels.n_x, kernels.n_e = plan.n_x, len(plan.rows)
     kernels.sticker = plan.automaton.sticks.index(True) if len(plan.variants) > 1 else -1

@@ -89,8 +89,8 @@ def _ready(b, width):
 @compiled
 def _exchange(b, k, j):
     """Exchange lane k of those that move and lane j of those that wait."""
-    for f in range(b.moving.shape[0]):
-        b.moving[f, k], b.waiting[f, j] = b.waiting[f, j], b.moving[f, k]
+    of_k, of_j = b.moving.ctypes.data + 8 * k, b.waiting.ctypes.data + 8 * j
+    call_code(b.kernels.swap, of_k, of_j, b.masks.ctypes.data)
     b.case_of[MOVING, k], b.case_of[WAITING, j] = b.case_of[WAITING, j], b.case_of[MOVING, k]
     b.room_of[MOVING, k], b.room_of[WAITING, j] = b.room_of[WAITING, j], b.room_of[MOVING, k]
     b.state[j] = EMPTY

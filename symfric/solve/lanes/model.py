@@ -21,6 +21,7 @@ from symfric.solve.lanes.arrays import LaneArrays, lane_arrays
 from symfric.solve.lanes.event import event_step
 from symfric.solve.lanes.fields import Plan
 from symfric.solve.lanes.located import located_step, smooth_step
+from symfric.solve.lanes.swap import swap
 from symfric.solve.lanes.wanted_rows import CARRIED
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.compiled_model import CompiledModel, own
@@ -72,6 +73,7 @@ class LaneModel:
         self.plan, self.model, self.width = plan, model, width or lane_width()
         key = f"{_written_by()} {plan.key()} {self.width}"
         kernels = [Drafted("smooth", key, partial(smooth_step, plan, self.width))]
+        kernels.append(Drafted("swap", key, partial(swap, len(plan.names()), self.width)))
         if plan.n_g:
             located, names = event_step if plan.settles else located_step, ("event", "stick")[: len(plan.variants)]
             kernels += [Drafted(name, key, partial(located, plan, self.width, name, k)) for k, name in enumerate(names)]

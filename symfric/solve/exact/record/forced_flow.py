@@ -12,6 +12,7 @@ from symfric.solve.loop.polynomials import value as horner
 from symfric.solve.loop.step_acceptance import slope
 
 EPS = 2.0**-52
+NEAR = 1e-8  # last step of Newton's method, relative to the interval; the next one would be about its square
 # entries of a transition: u and w from u, from w, from the force at the beginning, and from its slope
 UU, UW, UF, UG, WU, WW, WF, WG, KAPPA = range(9)
 _INVERSE = np.array([np.inf, *(1.0 / k for k in range(1, ORDER + 1))])
@@ -55,10 +56,17 @@ def bend(c, t):
 
 @compiled
 def root(c, level, low, high, derivative):
-    """Return the time at which a polynomial, or its derivative, passes a level, by safeguarded Newton's method."""
+    """Return the time at which a polynomial, or its derivative, passes a level, by safeguarded Newton's method.
+
+    It starts where a straight line would pass: over a part of a sample the motion is nearly one.
+    """
     f_low = (slope(c, low) if derivative else value(c, low)) - level
-    t = 0.5 * (low + high)
+    f_high = (slope(c, high) if derivative else value(c, high)) - level
+    near = NEAR * (high - low)
+    t = low + (high - low) * (f_low / (f_low - f_high)) if f_low != f_high else low
     for _ in range(80):
+        if not low < t < high:
+            t = 0.5 * (low + high)
         f = (slope(c, t) if derivative else value(c, t)) - level
         if f == 0.0:
             return t
@@ -68,9 +76,9 @@ def root(c, level, low, high, derivative):
             high = t
         rate = bend(c, t) if derivative else slope(c, t)
         step = f / rate if rate != 0.0 else np.inf
-        if abs(step) <= 4.0 * EPS * t or high - low <= 4.0 * EPS * t:
+        if abs(step) <= near:
+            return min(max(t - step, low), high)
+        if high - low <= 4.0 * EPS * t:
             return t
         t -= step
-        if not low < t < high:
-            t = 0.5 * (low + high)
     return t
