@@ -123,48 +123,51 @@ class WantedRows:
         for k in range(n - 2, -1, -1):
             last = last + slope[k]
         turns = lanes & ((first < 0.0) ^ (last < 0.0))
-        t = g.select(turns, self.summit(slope, n - 1, first, last, turns), 0.5)
+        t, inner = self.summit(b, n, first, last, turns)
+        t = g.select(turns, t, 0.5)
         curve = change = 0.0
         for k in range(n, 1, -1):
             curve = curve * t + float(k * (k - 1)) * b[k]
             change = change + float(k * (k - 1) * (k - 2)) * g.abs(b[k])
         one_way = g.logic("or", one_way, g.abs(curve) > change * g.max(t, 1.0 - t))
-        inner = b[n]
-        for k in range(n - 1, -1, -1):
-            inner = inner * t + b[k]
         low, high = g.select(turns, g.min(low, inner), low), g.select(turns, g.max(high, inner), high)
         return [low, high, g.logic("and", lanes, g.logic("xor", one_way, True))]
 
-    def summit(self, b: list, n: int, f_lo, f_hi, lanes):
-        """Return the only root of b in (0, 1) to half of the digits, by Newton's method kept between its ends."""
+    def summit(self, b: list, n: int, first, last, lanes) -> tuple:
+        """Return place and value of the extremum of b in (0, 1), as the function of this name does for one case."""
         g = self.g
-        zero = f_lo - f_lo
-        rises, bend = f_lo < 0.0, (f_hi - f_lo) - b[1]
-        root = g.sqrt(g.max(g.rounded(b[1] * b[1]) - g.rounded(4.0 * g.rounded(f_lo * bend)), 0.0))
-        s = 2.0 * g.abs(f_lo) / (root + g.select(rises, b[1], -b[1]))
-        begins = f_lo >= 0.0
+        zero, bend = first - first, 2.0 * b[2]
+        rises, curve = first < 0.0, (last - first) - bend
+        root = g.sqrt(g.max(g.rounded(bend * bend) - g.rounded(4.0 * g.rounded(first * curve)), 0.0))
+        s = 2.0 * g.abs(first) / (root + g.select(rises, bend, -bend))
+        begins = first >= 0.0
 
         def body(state: Sequence) -> list:
-            go, s, lo, hi, rounds = state
-            inside = (lo < s) & (s < hi)
-            s = g.select(inside, s, 0.5 * (lo + hi))
-            stuck = ~((lo < s) & (s < hi))
-            f, rate = b[n], 0.0
+            go, s, lo, hi, place, value, rounds = state
+            s = g.select((lo < s) & (s < hi), s, 0.5 * (lo + hi))
+            f, slope, curve = b[n], 0.0, 0.0
             for k in range(n - 1, -1, -1):
-                rate, f = rate * s + f, f * s + b[k]
-            same = g.logic("xor", g.logic("xor", f >= 0.0, begins), True)
+                curve, slope, f = curve * s + slope, slope * s + f, f * s + b[k]
+            curve = 2.0 * curve
+            same = g.logic("xor", g.logic("xor", slope >= 0.0, begins), True)
             low, high = g.select(same, s, lo), g.select(same, hi, s)
-            flat = g.equal(rate, 0.0)
-            new = g.select(flat, 0.5 * (low + high), s - f / g.select(flat, 1.0, rate))
+            flat, middle = g.equal(curve, 0.0), 0.5 * (low + high)
+            new = g.select(flat, middle, s - slope / g.select(flat, 1.0, curve))
             done = (low <= new) & (new <= high) & (g.abs(new - s) <= HALF_OF_DIGITS)
+            found = g.select(done, f + 0.5 * slope * (new - s), f)
+            new = g.select((low < new) & (new < high), new, middle)
+            stuck = ~((low < new) & (new < high))
             rounds = rounds - 1.0
-            live = go & ~stuck
             return [
-                live & ~done & (rounds > 0.0),
-                g.select(live, new, g.select(go, hi, state[1])),
-                g.select(live, low, lo),
-                g.select(live, high, hi),
+                go & ~done & ~stuck & (rounds > 0.0),
+                g.select(go, new, state[1]),
+                g.select(go, low, lo),
+                g.select(go, high, hi),
+                g.select(go, s, place),
+                g.select(go, found, value),
                 rounds,
             ]
 
-        return g.loop([lanes, s, zero, zero + 1.0, zero + 100.0], body)[1]
+        start = [lanes, s, zero, zero + 1.0, zero + 0.5, zero, zero + 100.0]
+        _, _, _, _, place, value, _ = g.loop(start, body)
+        return place, value

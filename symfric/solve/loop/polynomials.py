@@ -75,31 +75,37 @@ def _guess(first, last, slope):
 
 
 @compiled(fused=True, from_python=True)
-def _summit(b, n, f_lo, f_hi):
-    """Return the only root in (0, 1) of b, the slope of a polynomial, well enough for its extremum there.
+def _summit(b, n, first, last):
+    """Return place and value of the extremum of b in (0, 1) whose slope has these values of different signs there.
 
-    Half of the digits of the place are all of those of the extremum, and the last step of Newton's method doubles them.
+    Half of the digits of the place are all of those of the extremum: a step of Newton's method that changes no more is
+    not taken, but what it adds to the value is.
     """
     lo, hi = 0.0, 1.0
-    s = _guess(f_lo, f_hi, b[1])
+    s = _guess(first, last, 2.0 * b[2])
+    f = b[0]
     for _ in range(100):
         if not lo < s < hi:
             s = 0.5 * (lo + hi)
-            if not lo < s < hi:
-                break
-        f, slope = b[n], 0.0
+        f, slope, curve = b[n], 0.0, 0.0
         for k in range(n - 1, -1, -1):
+            curve = curve * s + slope
             slope = slope * s + f
             f = f * s + b[k]
-        if (f >= 0.0) == (f_lo >= 0.0):
+        curve = 2.0 * curve
+        if (slope >= 0.0) == (first >= 0.0):
             lo = s
         else:
             hi = s
-        new = s - f / slope if slope != 0.0 else 0.5 * (lo + hi)
+        new = s - slope / curve if curve != 0.0 else 0.5 * (lo + hi)
         if lo <= new <= hi and abs(new - s) <= HALF_OF_DIGITS:
-            return new
+            return s, f + 0.5 * slope * (new - s)
+        if not lo < new < hi:
+            new = 0.5 * (lo + hi)
+            if not lo < new < hi:
+                break
         s = new
-    return hi
+    return s, f
 
 
 @compiled(fused=True, from_python=True)
@@ -289,11 +295,12 @@ def extend_range(b, n, low, high, table, stack, found, slope):
         slope[k] = (k + 1) * b[k + 1]
     last = value(slope, n - 1, 1.0)
     turns = (first < 0.0) != (last < 0.0)
-    t = _summit(slope, n - 1, first, last) if turns else 0.5
+    t, inner = 0.5, 0.0
+    if turns:
+        t, inner = _summit(b, n, slope[0], last)
     if 2.0 * abs(second) > bend or _bends_one_way(b, n, t):  # the slope is monotone: at most one extremum
         if not turns:
             return low, high
-        inner = value(b, n, t)
         return min(low, inner), max(high, inner)
     for j in range(roots(slope, n - 1, n, table, stack, found)):
         inner = value(b, n, found[j])
