@@ -126,7 +126,7 @@ def test_several_masses():
 def test_errors():
     with pytest.raises(sf.SceneError, match="did you mean beta"):
         damper(BELT, "betta", (0.0, 1.0), (0.1, 0.4))
-    with pytest.raises(sf.SceneError, match="give the lowest and the highest"):
+    with pytest.raises(sf.SceneError, match="give two numbers, bounds"):
         damper(BELT, "beta", 1.0, (0.1, 0.4))
     with pytest.raises(sf.SceneError, match="0 <= low <= high"):
         damper(BELT, "beta", (1.0, 0.5), (0.1, 0.4))

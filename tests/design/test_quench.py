@@ -303,7 +303,7 @@ def test_the_unset_belt_speed_becomes_the_worst():
         ({"speeds": (0.4, 0.1)}, "the lower bound comes first"),
         ({"speeds": (-0.1, 0.1)}, "must not be negative"),
         ({"speeds": (0, 0)}, "belt at rest"),
-        ({"speeds": 0.3}, "lowest and the highest"),
+        ({"speeds": 0.3}, "give two numbers, speeds"),
         ({"speeds": (0, float("inf"))}, "finite"),
         ({"Omega": (0, 60)}, "must be positive"),
         ({"Omega": (1, 60)}, "at least 3 times the natural"),
@@ -346,7 +346,7 @@ def changed(force=None, slip=None, normal=1, **values):
         (lambda: changed(normal=1 + sp.Symbol("x", real=True) ** 2), "the normal load"),
         (lambda: changed(force=lambda x, u, f: -x - u + f + sp.sin(3 * sf.TIME)), "frequencies"),
         (lambda: sf.scenes.mass_on_belt(v_b=0.2, beta=None), "no value for beta"),
-        (lambda: "belt", "no sf.Scene"),
+        (lambda: "belt", "not a scene"),
     ],
 )
 def test_other_scenes_are_refused(build, message):

@@ -159,7 +159,7 @@ def test_rest_is_one_attractor_and_escape_is_a_status():
         (lambda: sf.basins(belt(), {}), "give a mapping of states"),
         (lambda: sf.basins(belt(), {"x": [0.0]}, near=0), "near is 0"),
         (lambda: sf.basins(belt(), {"x": [0.0]}, jobs=0), "jobs is 0"),
-        (lambda: sf.basins("belt", {"x": [0.0]}), "no sf.Scene"),
+        (lambda: sf.basins("belt", {"x": [0.0]}), "not a scene"),
         (lambda: sf.bifurcation_diagram(belt(), "v", [1.0], "u"), "v is no parameter"),
         (lambda: sf.bifurcation_diagram(belt(), "v_b", [], "u"), "give a sequence of at least one"),
         (lambda: sf.bifurcation_diagram(belt(), "v_b", [1.0]), "nothing depends on time; give a section"),

@@ -91,7 +91,7 @@ def test_a_grid_alone_leaves_the_study_without_a_range():
             BELT + "[sweep.grid]\nv_b = {start=0, stop=1, count=99999}\na = {start=0, stop=1, count=99999}\n",
             "at most 1000000",
         ),
-        (BELT.replace("[outputs]\nx_max", "[units]\nx").replace('end = "end"', "") + GRID, "[outputs] has no number"),
+        (BELT.replace('x_max = "max(x)"\nend = "end"\n', 'events = "events"\n') + GRID, "[outputs] has no number"),
         ("", "is empty"),
     ],
 )

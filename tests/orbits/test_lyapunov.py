@@ -167,7 +167,7 @@ def test_results_in_plain_form():
         (lambda scene: sf.lyapunov(scene, -1.0), "horizon is -1; it must be positive"),
         (lambda scene: sf.lyapunov(scene, piece=0.0), "piece is 0; it must be positive"),
         (lambda scene: sf.lyapunov(scene, transient=-1.0), "transient is -1; it must not be negative"),
-        (lambda scene: sf.lyapunov("scene"), "no sf.Scene"),
+        (lambda scene: sf.lyapunov("scene"), "not a scene"),
         (lambda scene: sf.lyapunov(oscillator(-X - sf.TIME)), "has no period"),
     ],
 )

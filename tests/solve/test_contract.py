@@ -216,7 +216,7 @@ def test_changes_are_checked_like_the_scene_itself():
 def test_routes_refuse_what_they_do_not_know():
     with pytest.raises(sf.SceneError, match=r"no route 'tailor'; did you mean taylor\?"):
         sf.prepare(BELT, route="tailor")
-    with pytest.raises(sf.SceneError, match=r"is not a sf\.Scene"):
+    with pytest.raises(sf.SceneError, match="not a scene; give a sf.Scene"):
         sf.simulate(BELT.system)
     with pytest.raises(sf.SceneError, match="no value for mu_s"):
         sf.simulate(sf.scenes.mass_on_belt(sf.laws.coulomb(sp.Symbol("mu_s")), v_b=0.2))

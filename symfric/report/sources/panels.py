@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.report.sources.registry import Entry, Finding, title
 from symfric.report.study.data import plain
-from symfric.report.study.figures import COLOURS, GREY, new_axes, tidy
+from symfric.report.study.figures import COLOURS, GREY, WIDE, new_axes, tidy
 
 PANEL = (5.2, 3.6)  # inches
 DASHES = {"solid": "-", "dashed": (0, (4, 2)), "dotted": (0, (1, 1.5)), "none": "none"}
@@ -122,7 +122,7 @@ def first_line(function: Callable) -> str:
 
 def plot_panel(panel: Panel, ax=None):
     """Draw the curves of one panel; return the Axes."""
-    ax = new_axes() if ax is None else ax
+    ax = new_axes(WIDE) if ax is None else ax
     named = {""}
     for curve in panel.curves:
         label = curve.label if curve.label not in named else None

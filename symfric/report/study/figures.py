@@ -14,6 +14,7 @@ from symfric.locks import DRAWING, alone
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#d9730d", "#2b8a3e", "#b3261e", "#6b7280"
 COLOURS = (BLUE, ORANGE, GREEN, "#7048a8", RED, "#0b7285")
 SIZE = (5.4, 3.5)  # inches, so that letters stay legible on a narrow screen
+WIDE = (7.0, 4.2)  # of figures that a page shows in their full size
 
 
 def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
@@ -26,11 +27,11 @@ def in_brackets(unit: str | None) -> str:
     return " [" + unit.replace("$", r"\$") + "]" if unit else ""
 
 
-def new_axes():
+def new_axes(size: tuple[float, float] = SIZE):
     """Return the Axes of a new figure without global state."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=SIZE, layout="constrained").add_subplot()
+    return Figure(figsize=size, layout="constrained").add_subplot()
 
 
 def tidy(ax):

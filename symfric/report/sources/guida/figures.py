@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.report.sources.guida import slides
 from symfric.report.sources.registry import Entry, Finding
-from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, label, new_axes, tidy
+from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, label, WIDE, new_axes, tidy
 
 DASHED = (0, (4, 3))
 
@@ -116,7 +116,7 @@ def plot_slides_motion(motion, axes=None):
 
 def plot_readings(found, axes=None):
     """Draw the smallest fs1 with a cycle against s2 for both interpretations, and the cases of the source."""
-    ax = new_axes() if axes is None else axes
+    ax = new_axes(WIDE) if axes is None else axes
     words = {"omega1": r"$d_2 = s_2$, (24) as printed", "omega2": r"$d_2 = s_2/\zeta$, (23) as printed"}
     for (name, fs1), colour in zip(found.fs1.items(), (BLUE, ORANGE), strict=True):
         ax.plot(
@@ -135,7 +135,7 @@ def plot_readings(found, axes=None):
 
 def plot_stability_gap(gap, axes=None):
     """Draw the slopes of friction with proved stability, with stability by eigenvalues, and with instability."""
-    ax = new_axes() if axes is None else axes
+    ax = new_axes(WIDE) if axes is None else axes
     top = 1.25 * np.max(gap.exact)
     ax.fill_between(gap.zeta, 0, gap.definite, color=GREEN, alpha=0.25, linewidth=0, label="damping definite: stable")
     ax.fill_between(
