@@ -326,6 +326,8 @@ def dimensions_of(scene):
 
 
 SLOW = (
+    "cycle beside a body at rest",
+    "curve of onsets",
     "branch of a pair",
     "damper of a limit",
     "branch of the belt",

@@ -85,7 +85,7 @@ def fit_curve(
     if load <= 0:
         raise SceneError(f"normal is {load:g}; it must be positive")
     v, y = _points(speed, friction)
-    held = np.zeros(0) if static is None else np.atleast_1d(numbers(static, "static"))
+    held = np.zeros(0) if static is None else numbers(np.atleast_1d(static), "static")
     unknowns = read_bounds(parameters)
     evaluate = _formula(law, unknowns.names, v, held.size, load)
     order = np.argsort(v, kind="stable")

@@ -43,12 +43,12 @@ def test_the_readme_is_current():
 
 
 def test_one_source_in_full():
-    done = run("rolling_isolation", "--json")
+    done = run("handbook", "--json")
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
     (source,) = data["sources"]
     assert data["sound"]
-    assert [row["equation"] for row in source["rows"]] == [e.equation for e in ledger_of("rolling_isolation").entries]
+    assert [row["equation"] for row in source["rows"]] == [e.equation for e in ledger_of("handbook").entries]
     assert {row["residual"] for row in source["rows"]} == {"", "0"}
 
 

@@ -9,6 +9,7 @@ import sympy as sp
 import symfric as sf
 from symfric.design import damper
 from symfric.scenefile import read_scene_file
+from tests.longer import longer
 
 ROOT = Path(__file__).parents[2]
 
@@ -159,7 +160,7 @@ def stepped(mu, fall, at, width):
         (steep(0.27, 0.16, 0.11), 0.05, 0.2),  # at slow belts the cycle is small before it ends
         pytest.param(steep(0.31, 0.06, 0.036), 0.05, 0.05, marks=pytest.mark.long),
         pytest.param(steep(0.21, 0.17, 0.063), 0.05, 0.1, marks=pytest.mark.long),
-        (stepped(0.41, 0.054, 0.36, 0.024), 0.1, 0.05),
+        pytest.param(stepped(0.41, 0.054, 0.36, 0.024), 0.1, 0.05, marks=pytest.mark.long),
         pytest.param(stepped(0.38, 0.036, 0.32, 0.18), 0.1, 0.05, marks=pytest.mark.long),
         pytest.param(stepped(0.25, 0.072, 0.44, 0.053), 0.1, 0.05, marks=pytest.mark.long),
     ],
@@ -174,7 +175,13 @@ def test_limits_on_the_half_range_for_laws_that_fall_within_a_small_speed(law, l
     assert settled_size(scene, decides, 0.99 * beta) > limit
 
 
-@pytest.mark.parametrize(("mu", "v_c", "low"), [(0.287, 0.186, 0.253), (0.263, 0.944, 0.353), (0.335, 0.182, 0.559)])
+@pytest.mark.parametrize(
+    ("mu", "v_c", "low"),
+    longer(
+        [(0.287, 0.186, 0.253), (0.263, 0.944, 0.353), (0.335, 0.182, 0.559)],
+        [(0.263, 0.944, 0.353), (0.335, 0.182, 0.559)],
+    ),
+)
 def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
     """Without damping the friction far out is nothing, and motions there neither shrink nor stick."""
     scene = sf.scenes.mass_on_belt(sf.laws.exponential(mu, v_c), v_b=low)
@@ -192,8 +199,8 @@ def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
 @pytest.mark.parametrize(
     ("law", "low"),
     [
-        pytest.param(sf.laws.coulomb(0.43, 0.3), 1e-3, marks=pytest.mark.long),
-        (sf.laws.coulomb(0.43, 0.3), 0.1),
+        (sf.laws.coulomb(0.43, 0.3), 1e-3),
+        pytest.param(sf.laws.coulomb(0.43, 0.3), 0.1, marks=pytest.mark.long),
         pytest.param(sf.laws.gauss(0.3, 0.2, 0.4), 0.0, marks=pytest.mark.long),
     ],
 )

@@ -27,7 +27,7 @@ def error(run, problem) -> float:
         ("P1", 1e-9),
         ("P2", 1e-6),
         ("P2", 1e-9),
-        ("P3", 1e-6),
+        pytest.param("P3", 1e-6, marks=pytest.mark.long),
         pytest.param("P3", 1e-9, marks=pytest.mark.long),
     ],
 )

@@ -27,7 +27,7 @@ from symfric.errors import SceneError
 from symfric.model.laws import Law
 from tests.longer import longer
 
-MIXED = {0: 60, 2: 30, 3: 30, 6: 40, 25: 30, 30: 40}  # runs of each structure
+MIXED = {0: 60, 2: 20, 3: 20, 6: 40, 25: 20, 30: 40}  # runs of each structure
 prepared = cache(comparison_of)
 SEEDS = {"weak-load": 1, "vanishing-load": 3, "parallel": 11, "cell-edge": 1, "cycle": 1}  # 0 for the others
 

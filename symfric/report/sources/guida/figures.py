@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.report.sources.guida import slides
 from symfric.report.sources.registry import Entry, Finding
-from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, label, WIDE, new_axes, tidy
+from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, WIDE, label, new_axes, tidy
 
 DASHED = (0, (4, 3))
 
