@@ -9,7 +9,6 @@ import sympy as sp
 import symfric as sf
 from symfric.design import damper
 from symfric.scenefile import read_scene_file
-from tests.longer import longer
 
 ROOT = Path(__file__).parents[2]
 
@@ -177,10 +176,11 @@ def test_limits_on_the_half_range_for_laws_that_fall_within_a_small_speed(law, l
 
 @pytest.mark.parametrize(
     ("mu", "v_c", "low"),
-    longer(
-        [(0.287, 0.186, 0.253), (0.263, 0.944, 0.353), (0.335, 0.182, 0.559)],
-        [(0.263, 0.944, 0.353), (0.335, 0.182, 0.559)],
-    ),
+    [
+        (0.287, 0.186, 0.253),
+        pytest.param(0.263, 0.944, 0.353, marks=pytest.mark.long),
+        pytest.param(0.335, 0.182, 0.559, marks=pytest.mark.long),
+    ],
 )
 def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
     """Without damping the friction far out is nothing, and motions there neither shrink nor stick."""
