@@ -156,8 +156,8 @@ class FlowMap:
         """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
         raised = np.zeros(LIFTS * len(self.lines)) if lift is None else lift
-        passage, *rest = self._runs.follow(y, np.concatenate([p, raised]), time)
-        return (passage._replace(idle=self._idle(passage)), *rest)
+        passage, parameters, modes = self._runs.follow(y, np.concatenate([p, raised]), time)
+        return passage._replace(idle=self._idle(passage)), parameters, modes
 
     def _idle(self, passage: Passage) -> tuple[int, ...]:
         """Return the springs that were stretched by the slip alone: ``z(T) = z(0) + r (q(T) - q(0))`` for any start."""
@@ -172,7 +172,7 @@ class FlowMap:
 
 def _springs_of(scene: Scene) -> dict[int, np.ndarray]:
     """Return places of the springs of contacts among the states, and the slopes of their slips if these are numbers."""
-    found = {}
+    found: dict[int, np.ndarray] = {}
     for contact in (c for c in scene.contacts if not c.along_line):
         slopes = scene.system.slopes(contact.slip)
         if isinstance(slopes, np.ndarray) or all(e.is_number for e in slopes):

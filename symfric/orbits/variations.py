@@ -154,7 +154,7 @@ class Variations:
         m, (B, U, R) = steps.mode[piece[0]], coupled
         rows = np.vstack([self._channels.rows, R])
         n_phi, n_xi, n_s = B.shape[1], len(self._channels.rows), len(self._chosen)
-        share = np.count_nonzero((steps.t > span[0]) & (steps.t < span[1])) + 1
+        share = int(np.count_nonzero((steps.t > span[0]) & (steps.t < span[1]))) + 1
         count = max(share, int(np.ceil(motion.fastest * length / REACH)))
         while True:
             t = span[0] + length / count * (np.arange(count)[:, None] + gauss()[0])
