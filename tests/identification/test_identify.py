@@ -85,6 +85,42 @@ def test_derivatives_against_thirty_digits():
                 assert found.slopes[k, j] == pytest.approx(float(slope), rel=1e-7, abs=1e-9)
 
 
+def stick_slip(t, mu_s, mu_k, v_b):
+    """Return x of ``x'' = -x`` on a belt with two coefficients, from x = 0 at rest, in closed form piece by piece."""
+    left, stop = mp.mpf(t), mp.asin(v_b / mu_k)
+    if left <= stop:
+        return mu_k * (1 - mp.cos(left))
+    left, x, a = left - stop, mu_k * (1 - mp.cos(stop)), mu_s - mu_k
+    stroke = 2 * mp.pi - 2 * mp.atan(a / v_b)
+    while True:
+        stick = (mu_s - x) / v_b
+        if left <= stick:
+            return x + v_b * left
+        left -= stick
+        if left <= stroke:
+            return mu_k + a * mp.cos(left) + v_b * mp.sin(left)
+        left, x = left - stroke, mu_k + a * mp.cos(stroke) + v_b * mp.sin(stroke)
+
+
+def test_derivatives_through_stick_and_slip_against_thirty_digits():
+    belt = sf.Contact("belt", U - V_B, 1, sf.laws.coulomb(MU_S, MU_K))
+    numbers = {MU_S: 0.4, MU_K: 0.25, V_B: 0.2}
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-X]), [belt], numbers, {X: 0.0, U: 0.0}, 60.0)
+    t = np.linspace(0.37, 60.0, 60)
+    channels = read_channels({"": scene}, {"x": (t, np.cos(t))}, None, None)
+    unknowns = read_unknowns({"mu_s": (0.3, 0.5), "mu_k": (0.2, 0.3), "v_b": (0.1, 0.3)}, {"": scene}, channels)
+    found = Predictor({"": scene}, channels, unknowns, 1e-12).at(np.array([0.4, 0.25, 0.2]))
+    assert len(found.sequence[0]) > 12
+    with mp.workdps(30):
+        true, step = [mp.mpf("0.4"), mp.mpf("0.25"), mp.mpf("0.2")], mp.mpf(10) ** -10
+        for k, time in enumerate(t):
+            assert found.y[k] == pytest.approx(float(stick_slip(time, *true)), abs=1e-10)
+            for j in range(3):
+                sides = [[v + way * step * (i == j) for i, v in enumerate(true)] for way in (1, -1)]
+                slope = (stick_slip(time, *sides[0]) - stick_slip(time, *sides[1])) / (2 * step)
+                assert found.slopes[k, j] == pytest.approx(float(slope), rel=1e-7, abs=1e-8)
+
+
 def test_the_law_of_a_rig_from_noise(fit):
     for name, true in (("mu_s", 0.4), ("mu_k", 0.25), ("v_s", 0.1)):
         assert abs(fit.values[name] - true) < 3 * fit.standard_errors[name] < 0.06
