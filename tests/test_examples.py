@@ -23,6 +23,7 @@ SCRIPTS = {
     "rig_law_from_record": r"Stribeck's, with v_s between 4\d and 6\d mm/s",
     "rod_turning_points": r"friction 0\.190, damping ratio 0\.0090",
     "robot_joint": r"needs 0\.50 N m to break away and yields 1 mrad under 0\.40 N m",
+    "stage_hunting": r"hunts (96\.251) mm about the target every (49\.356) s; computed \1 mm, \2 s",
     "stopping_ramp": r"stopped over 20\.\d ms: 6\.6 um",
     "which_parameter_matters": r"Most of the scatter comes from mu_s",
     "violin_bow": r"0\.4 m/s: sticks and slips 35\d",

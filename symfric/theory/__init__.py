@@ -7,6 +7,7 @@ from symfric.theory.broken_line import TwoLines, two_lines
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.falling import falling_speeds
 from symfric.theory.hopf import HopfPoint, hopf
+from symfric.theory.hunting import Hunting, hunting
 from symfric.theory.hurwitz import symbolic_hurwitz, symbolic_hurwitz_of_matrices
 from symfric.theory.root_locus import RootLocus, damper_loop, root_locus
 from symfric.theory.separation import separate
@@ -16,6 +17,7 @@ from symfric.theory.stability import Stability, stability, stability_of_matrices
 __all__ = [
     "Equilibrium",
     "HopfPoint",
+    "Hunting",
     "RootLocus",
     "SlowFlow",
     "Stability",
@@ -30,6 +32,7 @@ __all__ = [
     "falling_speeds",
     "foundation",
     "hopf",
+    "hunting",
     "presliding",
     "root_locus",
     "scaling",

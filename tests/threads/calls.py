@@ -122,6 +122,7 @@ MODEL = {
     ).numbers(),
     "scenes.drive_stop": lambda k: sf.scenes.drive_stop(mu1=-1.0, mu2=0.5, lam=0.1 + 0.1 * k).numbers(),
     "scenes.mass_on_belt": lambda k: belt(k).equations(),
+    "scenes.positioning_stage": lambda k: sf.scenes.positioning_stage(k_p=4.0, k_d=1.0 + k, k_i=1.0).numbers(),
     "scenes.rolling_isolator": lambda k: sf.scenes.rolling_isolator(
         C=1.0, m=10.0, motion=MOTION, profile=([-0.5, 0.0, 0.5], [0.02, 0.03 + 0.01 * k, 0.01])
     ).numbers(),
@@ -155,6 +156,7 @@ THEORY = {
     "theory.symbolic_hurwitz_of_matrices": lambda k: sf.theory.symbolic_hurwitz_of_matrices(
         sp.eye(2), sp.diag(*sp.symbols("a b")), sp.eye(2)
     ),
+    "theory.hunting": lambda k: sf.theory.hunting(k_p=4.0, k_d=1.0 + 0.1 * k, k_i=1.0, F_s=1.5, F_c=1.0),
     "theory.presliding.dahl_reversal": lambda k: sf.theory.presliding.dahl_reversal(1.0 + k, 10.0, 0.1),
     "theory.presliding.dahl_loop": lambda k: sf.theory.presliding.dahl_loop(1.0 + k, 10.0, 0.1),
     "theory.presliding.lugre_drift": lambda k: sf.theory.presliding.lugre_drift(100.0 + k, 0.2, 0.8),

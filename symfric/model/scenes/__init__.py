@@ -8,6 +8,7 @@ from symfric.model.scenes.foundation import sprung_foundation
 from symfric.model.scenes.isolator import rolling_isolator
 from symfric.model.scenes.oscillators import coulomb_oscillator
 from symfric.model.scenes.slides import drive_slide, drive_stop, two_slides
+from symfric.model.scenes.stage import positioning_stage
 
 __all__ = [
     "absorber",
@@ -16,6 +17,7 @@ __all__ = [
     "drive_slide",
     "drive_stop",
     "mass_on_belt",
+    "positioning_stage",
     "rolling_isolator",
     "sprung_foundation",
     "two_slides",
