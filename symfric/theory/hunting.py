@@ -22,6 +22,13 @@ class Hunting(NamedTuple):
         Lengths of a slip and of a wait.
     period : float
         ``2 (slip_time + stick_time)``.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> cycle = sf.theory.hunting(k_p=4.0, k_d=1.0, k_i=1.0, F_s=1.5, F_c=1.0)
+    >>> round(cycle.slip_time, 9), round(cycle.stick_time, 9)
+    (1.598243027, 23.079886529)
     """
 
     offset: float
