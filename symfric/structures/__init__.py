@@ -8,6 +8,7 @@ from symfric.structures.files import read, write
 from symfric.structures.flutter import Critical, Flutter, flutter
 from symfric.structures.flutter_map import FlutterMap, flutter_map
 from symfric.structures.makers import beam, chain, ziegler
+from symfric.structures.onset import LiftOff, Onset, onset
 from symfric.structures.real_modes import Modes
 from symfric.structures.reduction import ReductionError
 from symfric.structures.structure import Structure
@@ -18,7 +19,9 @@ __all__ = [
     "Critical",
     "Flutter",
     "FlutterMap",
+    "LiftOff",
     "Modes",
+    "Onset",
     "ReductionError",
     "RowContact",
     "RowLoad",
@@ -28,6 +31,7 @@ __all__ = [
     "disc_and_pad",
     "flutter",
     "flutter_map",
+    "onset",
     "read",
     "write",
     "ziegler",

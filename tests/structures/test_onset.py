@@ -43,3 +43,21 @@ def test_mode_coupling_under_coulomb_friction_has_no_cubic_coefficient():
     found = sf.hopf(scene, "mu", bracket=(0.1, 0.4))
     assert found.value == pytest.approx(0.205175, abs=1e-6)
     assert found.kind == "degenerate"
+
+
+def test_from_the_onset_along_limit_cycles_to_lift_off():
+    s = st.Structure(np.eye(2), [[1.05, 0.2], [0.2, 0.0]], 0.02 * np.eye(2), names=["x", "y"])
+    load = st.RowLoad(1.0, {"y": 1.0}, push={"y": -1.0})
+    belt = st.RowContact("belt", {"x": 1.0}, load, sf.laws.custom(MU * (1 - 0.2 * sp.exp(-sf.SPEED)), MU), speed=1.0)
+    scene = s.scene([belt], values={MU: 0.3}, horizon=300.0)
+    found = st.onset(scene, "mu", (0.1, 0.4), span=(0.21, 0.224))
+    (first,) = found.lift_off
+    assert first.contact == "belt"
+    assert first.orbit.x_min[first.orbit.names.index("y")] == pytest.approx(-1.0, abs=1e-5)  # N = 1 + y
+    assert found.hopf.value < first.value < 0.224
+    smaller = sf.limit_cycle(scene.where({MU: 0.5 * (found.hopf.value + first.value)}), first.orbit)
+    assert smaller.x_min[1] > -1.0
+    constant = st.RowContact("belt", {"x": 1.0}, load, sf.laws.coulomb(MU), speed=1.0)
+    linear = s.scene([constant], values={MU: 0.3})
+    with pytest.raises(sf.NotFound, match="decided near the onset but by lift-off and sticking"):
+        st.onset(linear, "mu", (0.1, 0.4))

@@ -321,8 +321,17 @@ def response(k):
     return sf.frequency_response(scene, "Omega", (0.9, 1.1)).peak.half_range
 
 
+def beginning(k):
+    speed = sp.Symbol("v_b", positive=True)
+    pad = sf.structures.RowContact("pad", {"x1": 1.0}, 1.0, sf.laws.cubic(0.4, 0.25, 0.5), speed=speed)
+    chain = sf.structures.chain(1, damping=0.05 + 0.01 * k, ends="fixed-free")
+    found = sf.structures.onset(chain.scene([pad], values={speed: 0.3}), "v_b", (0.3, 0.7), (0.44, 0.7), most=2)
+    return [found.hopf.value, *found.branch.values]
+
+
 STRUCTURES = {
     "frequency_response": response,
+    "structures.onset": beginning,
     "structures.disc_and_pad": lambda k: sf.structures.disc_and_pad(20 + 2 * k).structure.K.diagonal(),
     "structures.beam": lambda k: sf.structures.beam(4 + k, load="follower").modes(2).frequency,
     "structures.chain": lambda k: sf.structures.chain(5 + k).modes(2).frequency,
