@@ -18,7 +18,9 @@ def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool)
     jacobian = problem.weight[:, None] * np.where(np.isfinite(at.slopes), at.slopes, 0.0)
     fit = fit_of(problem, best, tries, known, at.y, jacobian)
     fit = replace(fit, crossings=crossings_near(problem, best, jacobian, fit.variance, at.sequence))
-    secants = "the motion grazes or has simultaneous events here: parts of the derivatives are differences"
+    secants = (
+        "the motion grazes, has simultaneous events or a law of infinite slope here: some derivatives are differences"
+    )
     return with_notes(fit, *([secants] if at.secants else []))
 
 

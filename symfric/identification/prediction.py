@@ -222,10 +222,18 @@ class Predictor:
                     sensed = run[channel.name]
                     y[rows] = scale * sensed + offset
                     self._fill(slopes, rows, channel, run, float(scale), sensed)
+        if differences and np.any(np.isnan(y)):
+            self._without_derivatives(values, y, slopes)
         void = ~np.isfinite(slopes) & np.isfinite(y)[:, None]
         if differences and np.any(void):
             slopes = np.where(void, self._differences(values, np.flatnonzero(np.any(void, axis=0))), slopes)
         return Prediction(y, slopes, tuple(sequence), int(np.count_nonzero(void)))
+
+    def _without_derivatives(self, values: np.ndarray, y: np.ndarray, slopes: np.ndarray) -> None:
+        """Write predictions of runs that succeed only without derivatives, as with a law of infinite slope at rest."""
+        missing = np.isnan(y)
+        y[missing] = self.many(values[None])[missing, 0]
+        slopes[missing & np.isfinite(y)] = math.nan
 
     def _run(self, label: str, values: np.ndarray, settings: Mapping[str, float]) -> Run | None:
         """Return the run of a scene with derivatives, None if it failed."""

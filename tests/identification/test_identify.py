@@ -199,6 +199,20 @@ def test_weights_leave_out_what_they_do_not_trust():
     assert abs(found.values["mu_s"] - 0.4) < 3 * found.standard_errors["mu_s"]
 
 
+def test_a_law_without_derivatives():
+    """The slope of the square-root law is infinite at rest: the fit takes differences, and says so."""
+    belt = sf.Contact("belt", U - V_B, 1, sf.laws.square_root(MU_K, -V_S, MU_S))
+    numbers = {MU_S: 0.4, MU_K: 0.35, V_S: 0.2, V_B: 0.2}
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-X - U / 20]), [belt], numbers, {X: 0.0, U: 0.0}, 60.0)
+    t = T[:187]
+    found = sf.identify(
+        scene, {"x": (t, measured(scene, t, 0.005))}, {"mu_k": (0.2, 0.39), "v_s": (0.1, 0.4)}, starts=1
+    )
+    for name, true in (("mu_k", 0.35), ("v_s", 0.2)):
+        assert abs(found.values[name] - true) < 3 * found.standard_errors[name] < 0.1 * true
+    assert any("differences" in n for n in found.notes)
+
+
 def test_a_record_of_many_samples():
     t = np.linspace(0.0, 96.0, 50_001)
     found = sf.identify(rig(), {"x": (t, measured(rig(), t))}, {"mu_s": (0.3, 0.6), "v_s": (0.05, 0.2)}, starts=1)

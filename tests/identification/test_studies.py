@@ -18,7 +18,7 @@ LAWS = {  # a law, its values, and the speed of the belt
     "stribeck": (sf.laws.stribeck(A, B, C), {"a": 0.4, "b": 0.25, "c": 0.1}, 0.2),
     "lorentz": (sf.laws.lorentz(A, B, C), {"a": 0.25, "b": 0.1, "c": 0.4}, 0.2),
     "gauss": (sf.laws.gauss(A, B, C), {"a": 0.25, "b": 0.2, "c": 0.4}, 0.2),
-    "square_root": (sf.laws.square_root(A, B, C), {"a": 0.25, "b": 4.0, "c": 0.4}, 0.2),
+    "square_root": (sf.laws.square_root(A, -B, C), {"a": 0.35, "b": 0.2, "c": 0.4}, 0.2),
     "cubic": (sf.laws.cubic(A, B, C), {"a": 0.4, "b": 0.25, "c": 0.5}, 0.2),
     "exponential": (sf.laws.exponential(A, B), {"a": 0.3, "b": 0.3}, 0.2),
     "dahl": (sf.laws.dahl(A, B), {"a": 0.3, "b": 3.0}, 0.3),
