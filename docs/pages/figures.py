@@ -20,11 +20,11 @@ def write(folder: Path) -> None:
     """Compute all figures, except those that exist if cached ones are asked for, and write a page for each source."""
     matplotlib.use("Agg")
     made = {name: _kept(name, entry, folder) for name, entry in reproductions().items()}
-    rows = ["| source | figures and tables | true | not so | open |", "|---|---:|---:|---:|---:|"]
+    rows = ["| source | figures and tables | true | false | true only if |", "|---|---:|---:|---:|---:|"]
     for source, words in SOURCES.items():
         own = {name: m for name, m in made.items() if name.startswith(f"{source}-")}
         verdicts = Counter(VERDICTS[f["holds"]] for m in own.values() for f in m["findings"])
-        counted = " | ".join(str(verdicts[v]) for v in ("true", "not so", "open"))
+        counted = " | ".join(str(verdicts[v]) for v in VERDICTS.values())
         rows.append(f"| [{words}]({source}.md) | {len(own)} | {counted} |")
         put(folder / f"{source}.md", _page(source, own))
     text = (folder / "index.in.md").read_text(encoding="utf-8").replace("<!-- counts -->", "\n".join(rows))

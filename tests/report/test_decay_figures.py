@@ -194,8 +194,8 @@ def test_pictures_show_the_data_with_labels(data, name):
         assert ax.get_ylabel().endswith("]")
         for line, curve in zip(ax.lines, panel.curves, strict=True):
             np.testing.assert_array_equal(line.get_ydata(), curve.y)
-        shown = [t.get_text() for t in ax.get_legend().get_texts()]
-        assert len(shown) == len(set(shown)) == len({c.label for c in panel.curves})
+    shown = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert len(shown) == len(set(shown)) == len({c.label for p in data[name].panels for c in p.curves})
 
 
 def test_a_panel_takes_an_ax(data):

@@ -111,7 +111,14 @@ def test_pictures_have_labels_that_do_not_collide(name, made, rolled):
         assert box.x1 <= figure.bbox.x1 + 1
         assert box.y1 <= figure.bbox.y1 + 1
         assert not any(box.overlaps(other) for other in boxes[:k])
+    for legend in figure.legends:
+        box = legend.get_window_extent()
+        assert figure.bbox.x0 <= box.x0
+        assert box.x1 <= figure.bbox.x1
+        assert not any(box.padded(-1).overlaps(other) for other in boxes)
     for ax in figure.axes:
+        if ax.get_legend() is not None:  # beside the data
+            assert not ax.get_legend().get_window_extent().padded(-2).overlaps(ax.get_window_extent())
         if ax.axison:
             assert ax.get_xlabel()
             assert ax.get_ylabel()
@@ -232,7 +239,14 @@ def test_the_index_shows_every_picture_once(made):
         .replace('<meta charset="utf-8">', "")
         .replace('<meta name="viewport" content="width=device-width, initial-scale=1">', "")
         .replace('loading="lazy">', 'loading="lazy"/>')
+        .replace("class=n", 'class="n"')
     )
+    counts = [
+        r.getElementsByTagName("td") for r in page.getElementsByTagName("table")[0].getElementsByTagName("tr")[1:]
+    ]
+    numbers = [[int(c.firstChild.data) for c in row[1:]] for row in counts]
+    assert numbers[-1] == [sum(column) for column in zip(*numbers[:-1], strict=True)]
+    assert numbers[-1][:3] == [[v for m in made.values() for v in verdicts(m)].count(v) for v in (True, False, None)]
     shown = [i.getAttribute("src") for i in page.getElementsByTagName("img")]
     assert shown == [f"{n}.png" for n in made]
     assert all(reason in text for n, reason in NOT_MADE.items() if n.startswith(("thomsen", "handbook")))

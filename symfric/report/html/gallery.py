@@ -7,7 +7,7 @@ from symfric.report.sources.registry import SOURCES, Entry, Made, title
 from symfric.report.sources.reproduction import NOT_MADE
 from symfric.templates import render
 
-VERDICTS = {True: "true", False: "not so", None: "open"}
+VERDICTS = {True: "true", False: "false", None: "true only if"}
 
 
 def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str, str]) -> str:
@@ -19,10 +19,12 @@ def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str
         The figures are in the folder of the page, as ``name.png``.
     versions : mapping of str to str
     """
+    sources = [_source(s, made) for s in SOURCES if any(name.startswith(f"{s}-") for name in made)]
     return render(
         "gallery.html",
         title="Reproduction",
-        sources=[_source(s, made) for s in SOURCES if any(name.startswith(f"{s}-") for name in made)],
+        sources=sources,
+        counts=_counts(sources),
         seconds=sum(time for _, _, time in made.values()),
         used=used(versions),
     )
@@ -36,6 +38,15 @@ def _source(source: str, made: Mapping[str, tuple[Entry, Made, float]]) -> dict:
         "entries": [_entry(n, *found) for n, found in made.items() if n.startswith(f"{source}-")],
         "left_out": [(n, why) for n, why in NOT_MADE.items() if n.startswith(source)],
     }
+
+
+def _counts(sources: list[dict]) -> list[list]:
+    """Return how many claims of each source have each verdict, and of all."""
+    rows = []
+    for source in sources:
+        verdicts = [v for entry in source["entries"] for _, v, _ in entry["findings"]]
+        rows.append([source["title"], *(verdicts.count(v) for v in VERDICTS.values()), len(verdicts)])
+    return [*rows, ["all", *(sum(column) for column in list(zip(*rows, strict=True))[1:])]] if rows else []
 
 
 def _entry(name: str, entry: Entry, made: Made, seconds: float) -> dict:

@@ -1,5 +1,7 @@
 """Figures made of panels of curves: their data, and functions that draw them."""
 
+import re
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,7 +11,9 @@ from symfric.report.sources.registry import Entry, Finding, title
 from symfric.report.study.data import plain
 from symfric.report.study.figures import COLOURS, GREY, WIDE, new_axes, tidy
 
-PANEL = (5.2, 3.6)  # inches
+PANEL = (4.4, 3.2)  # inches; two panels side by side are legible at the width of a page
+MOST_COLUMNS = 2
+HANDLE, LETTER = 0.6, 0.075  # inches in a legend
 DASHES = {"solid": "-", "dashed": (0, (4, 2)), "dotted": (0, (1, 1.5)), "none": "none"}
 WIDTHS = {"solid": 1.1, "dashed": 1.1, "dotted": 1.0, "none": 1.0}
 
@@ -53,8 +57,8 @@ class Panel:
     ----------
     title, x_label, y_label : str
     curves : tuple of PanelCurve
-    log : bool
-        Whether both axes are logarithmic.
+    log : {"", "y", "both"}
+        Which axes are logarithmic.
     x_range, y_range : (float or None, float or None) or None
         What is shown; all where None.
     marks : tuple of (str, float)
@@ -67,7 +71,7 @@ class Panel:
     x_label: str
     y_label: str
     curves: tuple[PanelCurve, ...]
-    log: bool = False
+    log: str = ""
     x_range: tuple[float | None, float | None] | None = None
     y_range: tuple[float | None, float | None] | None = None
     marks: tuple[tuple[str, float], ...] = ()
@@ -122,6 +126,8 @@ def first_line(function: Callable) -> str:
 
 def plot_panel(panel: Panel, ax=None):
     """Draw the curves of one panel; return the Axes."""
+    from matplotlib.ticker import MaxNLocator
+
     ax = new_axes(WIDE) if ax is None else ax
     named = {""}
     for curve in panel.curves:
@@ -131,18 +137,37 @@ def plot_panel(panel: Panel, ax=None):
         style = {"color": COLOURS[curve.group], "linestyle": DASHES[curve.dash], "linewidth": WIDTHS[curve.dash]}
         points = {"marker": curve.marker, "markersize": 4.5, "fillstyle": "none"}
         ax.plot(curve.x, curve.y, label=label, drawstyle=steps, **style, **points)
-    if panel.log:
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        for axis in (ax.xaxis, ax.yaxis):
+    for axis, name in ((ax.xaxis, "x"), (ax.yaxis, "y")):
+        if panel.log in ("both", name):
+            ax.set(**{f"{name}scale": "log"})
             plain_ticks(axis)
+        else:
+            axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     limits = {"xlim": panel.x_range, "ylim": panel.y_range}  # None would switch off autoscaling
     ax.set(title=panel.title, xlabel=panel.x_label, ylabel=panel.y_label, **{k: v for k, v in limits.items() if v})
     ax.title.set_fontsize(10)
     _note_values(ax, panel)
-    if len(named) > 1:
-        ax.legend(fontsize=8, edgecolor="none", framealpha=0.85)
     return tidy(ax)
+
+
+def legend_below(axes) -> None:
+    """Draw one legend of all panels below them; equal curves of several panels are named once."""
+    from matplotlib.lines import Line2D
+
+    shown: dict[tuple, tuple] = {}
+    for ax in np.ravel(axes):
+        for handle, name in zip(*ax.get_legend_handles_labels(), strict=True):
+            line = isinstance(handle, Line2D)
+            look = (handle.get_color(), handle.get_linestyle(), handle.get_marker()) if line else ()
+            shown.setdefault((name, *look), (handle, name))
+    if not shown:
+        return
+    handles, names = zip(*shown.values(), strict=True)
+    figure = np.ravel(axes)[0].figure
+    longest = max(len(re.sub(r"\\[a-z]+", "m", name)) for name in names)
+    columns = int(figure.get_figwidth() / (HANDLE + LETTER * longest))
+    options = {"ncols": max(1, min(columns, len(names))), "frameon": False, "fontsize": 9}
+    figure.legend(handles, names, loc="outside lower center", **options)
 
 
 def _note_values(ax, panel: Panel) -> None:
@@ -162,23 +187,22 @@ def plot_figure(data: FigureData, axes=None) -> np.ndarray:
     if axes is None:
         from matplotlib.figure import Figure
 
-        rows = -(-len(data.panels) // data.columns)
-        figure = Figure(figsize=(data.columns * PANEL[0], rows * PANEL[1] + 0.4), layout="constrained")
-        axes = figure.subplots(rows, data.columns, squeeze=False)
+        columns = min(data.columns, MOST_COLUMNS)
+        rows = -(-len(data.panels) // columns)
+        figure = Figure(figsize=(columns * PANEL[0], rows * PANEL[1] + 0.6), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False)
         for ax in axes.flat[len(data.panels) :]:
             ax.remove()
-        figure.suptitle(_filled(f"{title(data.name)}. {data.caption}", 78 * data.columns), fontsize=9)
+        figure.suptitle(_filled(f"{title(data.name)}. {data.caption}", 66 * columns), fontsize=9)
     axes = np.ravel(axes)[: len(data.panels)]
     for panel, ax in zip(data.panels, axes, strict=True):
         plot_panel(panel, ax)
+    legend_below(axes)
     return axes
 
 
 def _filled(text: str, width: int) -> str:
     """Break lines between words, but not within mathematics."""
-    import re
-    import textwrap
-
     whole = re.sub(r"\$[^$]*\$", lambda formula: formula[0].replace(" ", "\0"), text)
     return textwrap.fill(whole, width).replace("\0", " ")
 

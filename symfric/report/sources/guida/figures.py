@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from symfric.report.sources.guida import slides
+from symfric.report.sources.panels import legend_below
 from symfric.report.sources.registry import Entry, Finding
 from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, WIDE, label, new_axes, tidy
 
 DASHED = (0, (4, 3))
+CLOSE = ("-", "-", "-", "-", (0, (6, 3)), (0, (2, 2)))  # curves for large slopes lie on each other
 
 
 def panels(rows: int, columns: int, size: tuple[float, float]) -> np.ndarray:
@@ -61,7 +63,7 @@ def plot_surfaces(surfaces: Sequence, axes=None):
         ax.clabel(lines, fmt={e**2: f"{e:g}" for e in levels}, fontsize=8)
         ax.set(xlabel=r"$\mu_1$", ylabel=r"$\mu_2$", title=rf"$\epsilon_\mathrm{{crit}}$ at $p^* = {found.p_star:g}$")
         ax.set(xlim=(found.mu1[0], found.mu1[-1]), ylim=(0, found.mu2[-1]))
-    axes.flat[0].legend(loc="lower left", frameon=False)
+    legend_below(axes)
     return axes
 
 
@@ -69,8 +71,8 @@ def plot_errors(diagrams: Sequence, axes=None):
     """Draw Delta S_lambda against lambda, one panel for each mu1; a dashed line where type a ends."""
     axes = panels(2, 2, (8.5, 7.2)) if axes is None else axes
     for ax, found in zip(axes.flat, diagrams, strict=True):
-        for (mu2, error), colour in zip(found.error.items(), COLOURS, strict=False):
-            ax.plot(found.lam, error, color=colour, label=rf"$\mu_2 = {mu2:g}$")
+        for (mu2, error), colour, dash in zip(found.error.items(), COLOURS, CLOSE, strict=False):
+            ax.plot(found.lam, error, color=colour, linestyle=dash, label=rf"$\mu_2 = {mu2:g}$")
         if found.limit > 0:
             ax.axvline(found.limit, color=GREY, linewidth=0.9, linestyle=DASHED)
         ax.set(xlim=(0, found.lam[-1]), ylim=(0, None), title=rf"$\mu_1 = {found.mu1:g}$")
@@ -129,7 +131,7 @@ def plot_readings(found, axes=None):
     ax.set(xscale="log", xlim=(found.s2[0], found.s2[-1]), xlabel=r"$s_2$", ylabel=r"$f_{s1}$")
     _plain_ticks(ax.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2))
     ax.grid(True, color="0.9", linewidth=0.8)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend_below(ax)
     return ax
 
 
@@ -153,7 +155,7 @@ def plot_stability_gap(gap, axes=None):
     ax.set(xscale="log", xlim=(gap.zeta[0], gap.zeta[-1]), ylim=(0, top))
     ax.set(xlabel=r"$\zeta = \omega_1/\omega_2$", ylabel=r"falling slope of the friction, $-\mu$")
     _plain_ticks(ax.xaxis, (0.25, 0.5, 1, 2, 4))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+    legend_below(ax)
     return ax
 
 

@@ -97,7 +97,7 @@ def figure_3(inputs: Inputs) -> FigureData:
         "the mean spectrum matches the target, JTJ 004-89, well",
         f"neither the target nor the 20 records are printed; {_origin(inputs)} here, within {100 * off:.0f} %",
     )
-    panel = Panel("", "period [s]", "pseudo-acceleration over PGA", tuple(curves), log=True)
+    panel = Panel("", "period [s]", "pseudo-acceleration over PGA", tuple(curves), log="both")
     caption = f"Response spectra, damping ratio 0.05: {len(motions)} motions, {_origin(inputs)}."
     return FigureData("rolling-3", caption, (panel,), 1, (finding,))
 
@@ -121,7 +121,8 @@ def ratios(name: str, inputs: Inputs) -> FigureData:
     panels = [_ratio_panel(part[f"ratio_{k}"], words) for k, words in RESPONSES.items()]
     if name not in ("rolling-4",):
         narrow = replace(panels[3], title="(e) residual displacement, main points", y_range=(0, 3))
-        panels.append(narrow)
+        # single ratios of up to 50 would press all others on the axis
+        panels = [*panels[:3], replace(panels[3], log="" if panels[3].y_range else "y"), narrow]
     words = f"{friction}, C = 100 kN s/m, {table}, gravity {'of the model' if scaled else 'unscaled'}"
     moved_words = ", positions of the friction scaled" if moved else ""
     caption = f"{words}{moved_words}; {_origin(inputs)}. Lines: medians."

@@ -61,7 +61,7 @@ def figure_5() -> FigureData:
         return found
 
     caption = f"Decay time without damping; {ASSUMED}."
-    return FigureData("younes-5", caption, _by_law(curves, r"$\mu_m$", DECAY_TIME, log=True))
+    return FigureData("younes-5", caption, _by_law(curves, r"$\mu_m$", DECAY_TIME, log="both"))
 
 
 def figure_6() -> FigureData:
