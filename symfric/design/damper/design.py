@@ -176,17 +176,8 @@ def damper(
     >>> sf.design.damper(belt, "beta", bounds=(0, 1), speeds=(0.1, 0.45)).values
     {'beta': 0.21600000000000003}
 
-    The normal load of a joint with a tangential stiffness that keeps a resonance smallest:
-
-    >>> import sympy as sp
-    >>> x, u = sp.symbols("x u", real=True)
-    >>> W, N = sp.symbols("W N", positive=True)
-    >>> system = sf.System([x], [u], [[1]], [-x - 0.04 * u + sp.cos(W * sf.TIME)])
-    >>> joint = sf.Contact("joint", u, N, sf.laws.coulomb(0.3), stiffness=0.5)
-    >>> forced = sf.Scene(system, [joint], {W: 1.05, N: 1.0}, {x: 0, u: 0}, horizon=60.0)
-    >>> best = sf.design.damper(forced, "N", bounds=(2, 12), speeds=(0.9, 1.4), speed="W")
-    >>> best.status, round(best.values["N"], 2), round(best.objective, 3)
-    ('optimal', 4.15, 4.904)
+    The normal load of a joint that keeps a resonance smallest is found likewise; ``examples/blade_friction_damper.py``
+    does so.
     """
     name = scene.parameter(parameter).name
     low, high = _pair(bounds, f"bounds of {name}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from symfric.report.explorer.views import Explorer, SliderRange
 
@@ -35,19 +36,21 @@ class Controls:
 
     values: dict
     starts: dict
-    coordinate: object
-    contact: object
-    reset: object
-    save: object
-    saved: object
+    coordinate: Any
+    contact: Any
+    reset: Any
+    save: Any
+    saved: Any
 
     def numbers(self) -> tuple[dict[str, float], dict[str, float]]:
         """Return the values and the starts."""
-        return tuple({n: float(entry.value) for n, (_, entry) in of.items()} for of in (self.values, self.starts))
+        values, starts = ({n: float(field.value) for n, (_, field) in of.items()} for of in (self.values, self.starts))
+        return values, starts
 
     def chosen(self) -> tuple[int, int]:
         """Return the numbers of the coordinate and of the contact."""
-        return tuple(0 if s is None else s.options.index(s.value) for s in (self.coordinate, self.contact))
+        coordinate, contact = (0 if s is None else s.options.index(s.value) for s in (self.coordinate, self.contact))
+        return coordinate, contact
 
 
 def controls(explorer: Explorer) -> Controls:
@@ -94,7 +97,7 @@ def _choice(names: list[str], what: str):
 
     if len(names) < 2:
         return None
-    return Select(value=names[0], options=names, name=what, width=180)
+    return Select(value=names[0], options=list[Any](names), name=what, width=180)
 
 
 def connect(made: Controls, explorer: Explorer, answer: Callable[[], None], tell: Callable[[str], None]) -> None:

@@ -6,6 +6,7 @@ text.
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def _panel(explorer: Explorer, made: Controls) -> list:
     """Return the controls in their order on the page."""
     from bokeh.layouts import row
 
-    parts = [row(made.reset, made.save)]
+    parts: list = [row(made.reset, made.save)]
     for menu, words in ((made.coordinate, "coordinate"), (made.contact, "contact")):
         if menu is not None:
             parts += [_text(words), menu]
@@ -85,7 +86,8 @@ def _figure(title: str):
 
 def _lines(shown, *of: tuple[str, str, float, str]) -> None:
     """Draw lines, each of a new source of data; a legend beside the drawing names them."""
-    from bokeh.models import ColumnDataSource, Legend, LegendItem, PlainText
+    from bokeh.models import ColumnDataSource, PlainText
+    from bokeh.models.annotations import Legend, LegendItem
 
     entries = []
     for name, colour, width, words in of:
@@ -94,7 +96,8 @@ def _lines(shown, *of: tuple[str, str, float, str]) -> None:
         if words:
             entries.append(LegendItem(label=words, renderers=[line]))
     if entries:
-        legend = Legend(items=entries, orientation="horizontal", border_line_color=None, padding=0, margin=0)
+        legend = Legend(items=entries, orientation="horizontal", border_line_color=None, margin=0)
+        legend.update(padding=0)
         shown.add_layout(legend, "above")
     for axis in (shown.xaxis, shown.yaxis):
         axis.axis_label = PlainText(text="")
@@ -145,7 +148,8 @@ def _label(figures: dict, explorer: Explorer, coordinate: int, contact: int) -> 
 
 def _answering(doc, explorer: Explorer, figures: dict, made: Controls, note) -> Callable[[], None]:
     """Return the callback of a change: updates motion and friction at once, and the amplitude diagram in batches."""
-    state, sources = {"change": 0, "shown": None}, _sources(figures)
+    state: dict[str, Any] = {"change": 0, "shown": None}
+    sources = _sources(figures)
 
     def answer() -> None:
         begin = time.perf_counter()

@@ -13,7 +13,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
-from symfric.model.outputs import Max, Min
+from symfric.model.outputs import Max, Min, Output
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.orbits.steady_state import Schedule, Settling
@@ -114,14 +114,14 @@ class Explorer:
 
     def view(self, values: Numbers, initial: Numbers = NO_NUMBERS, coordinate: int = 0, contact: int = 0) -> View:
         """Return the motion of a coordinate and the friction of a contact for some values and some starts."""
-        empty = np.zeros(0)
-        curves = self.friction[contact](values) if self.friction else (empty, empty, empty)
+        empty, unmoved = np.zeros(0), np.zeros(0, dtype=bool)
+        speed, force, slow = self.friction[contact](values) if self.friction else (empty, empty, empty)
         try:
             run = self.motion.run(values=values, initial=initial)
         except SceneError as error:
-            return View(empty, empty, empty, empty.astype(bool), *curves, str(error))
+            return View(empty, empty, empty, unmoved, speed, force, slow, str(error))
         if not run.t_final > 0:
-            return View(empty, empty, empty, empty.astype(bool), *curves, run.advice)
+            return View(empty, empty, empty, unmoved, speed, force, slow, run.advice)
         begin = (1 - SHOWN) * run.t_final if self.excited(values) else 0.0
         within = run.t[run.t >= begin]
         t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), within[:: max(1, within.size // SAMPLES)])
@@ -129,7 +129,7 @@ class Explorer:
         velocity = self.file.scene.system.u[coordinate]
         rubbing = [velocity in c.slip.free_symbols for c in self.file.scene.contacts]
         held = sticking(run, t, rubbing)
-        return View(t, states[coordinate], states[n + coordinate], held, *curves, run.advice)
+        return View(t, states[coordinate], states[n + coordinate], held, speed, force, slow, run.advice)
 
     def half_range(self, values: Numbers, at: float, initial: Numbers = NO_NUMBERS, coordinate: int = 0) -> float:
         """Return half the range of a coordinate after settling, with the swept value; NaN if a run fails."""
@@ -187,7 +187,7 @@ def explorer(file: SceneFile) -> Explorer:
     motion = prepare(as_run(scene).wanting({PATH: as_run(scene).outputs[PATH]}), TOLERANCE)
     path, n = motion.run(), len(scene.system.q)
     times = Schedule(SETTLE * scene.horizon, scene.horizon, note=FIXED)
-    extremes = {f"high{k}": Max(q) for k, q in enumerate(scene.system.q)}
+    extremes: dict[str, Output] = {f"high{k}": Max(q) for k, q in enumerate(scene.system.q)}
     extremes |= {f"low{k}": Min(q) for k, q in enumerate(scene.system.q)}
     fastest = float(np.max(np.abs(path.x[n : 2 * n])))
     found = Explorer(

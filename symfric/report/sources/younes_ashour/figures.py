@@ -168,7 +168,7 @@ FIGURES: dict[str, Callable[[], FigureData]] = {
 }
 
 
-def _by_law(curves: Callable[[str], list[PanelCurve]], x: str, y: str, log: bool = False) -> tuple[Panel, ...]:
+def _by_law(curves: Callable[[str], list[PanelCurve]], x: str, y: str, log: str = "") -> tuple[Panel, ...]:
     return tuple(Panel(law, x, y, tuple(curves(law)), log) for law in LAWS)
 
 
