@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.longer import longer
+
 FOLDER = Path(__file__).parents[1] / "examples"
 SCRIPTS = {
     "absorber_on_brake": r"it decays at \d",
@@ -100,7 +102,8 @@ def test_every_script_is_listed():
     assert len(SCRIPTS) >= 8
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+# the documentation's gallery runs every script, too
+@pytest.mark.parametrize("name", longer(SCRIPTS, ["blade_friction_damper", "disc_brake_squeal"]))
 def test_a_script_answers_its_question(name, capsys):
     pytest.importorskip(NEEDS.get(name, "symfric"), reason="an extra that the example needs is not installed")
     path = FOLDER / f"{name}.py"

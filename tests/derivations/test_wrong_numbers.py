@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 from derivations.ledger import evaluate
+from tests.longer import longer
 
 SPOILED = {  # what is multiplied, by how much, the ledger that must notice
     "averaged decay time": ("symfric.theory.transient", "_decay_time", 1.02, "numbers"),
@@ -51,7 +52,9 @@ def multiplied(right, factor):
     return spoiled
 
 
-@pytest.mark.parametrize("name", SPOILED)
+@pytest.mark.parametrize(
+    "name", longer(SPOILED, [n for n in SPOILED if n.startswith("damping of") and "peak" not in n])
+)
 def test_a_wrong_number_fails_a_derivation(name, monkeypatch):
     module, function, factor, source = SPOILED[name]
     right = getattr(importlib.import_module(module), function)
