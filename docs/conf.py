@@ -38,6 +38,7 @@ nb_merge_streams = True
 html_theme = "furo"
 html_static_path = ["_static"]
 html_extra_path = ["gallery/extra"]
+(Path(__file__).parent / "gallery" / "extra").mkdir(exist_ok=True)  # looked for before the gallery fills it
 html_css_files = ["symfric.css"]
 html_copy_source = False
 html_show_sphinx = False
