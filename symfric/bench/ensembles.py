@@ -7,11 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from symfric.bench.peers.registry import peers
+from symfric.bench.peers.registry import parts_of_sweep, peers
 from symfric.bench.problems import Problem, named
 from symfric.ensemble.sweep import sweep
 from symfric.model.outputs import HalfRange
-from symfric.solve.routes import prepare
 
 SIZES = (1, 10, 100, 1000, 10_000)
 _TOLERANCE = 1e-6
@@ -75,10 +74,7 @@ def _of_peer(name: str, problem: Problem, number: int) -> Callable:
 
 
 def _on_threads(problem: Problem, threads: int, number: int) -> Callable:
-    begin, end = problem.window
-    (x,), (u,) = problem.scene.system.q, problem.scene.system.u
-    first = prepare(problem.scene.until(begin).wanting({}), _TOLERANCE)
-    second = prepare(problem.scene.until(end - begin).wanting({"half": HalfRange(x)}), _TOLERANCE)
+    first, second, x, u = parts_of_sweep(problem, _TOLERANCE, None)
     speeds = {"v_b": np.array(_some(problem, number).speeds)}
 
     def run():

@@ -13,6 +13,7 @@ from symfric.locks import SYMBOLIC, alone
 
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
 #: SymPy's own ``dynamicsymbols._t``, so that time derivatives of SymPy's mechanics are with respect to it.
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 TIME = sp.Symbol("t")
 #: Sliding speed ``v`` = ``|slip|`` > 0, reserved for laws: ``sf.laws.custom(0.3 + 0.1 * sp.exp(-sf.SPEED), 0.4)``.
 #: Outside a law it is an error; a velocity of your own is another symbol.
@@ -90,6 +91,11 @@ def expression(value, what: str) -> sp.Expr:
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result
+
+
+def superscript(number: int) -> str:
+    """Return a whole number in raised digits."""
+    return str(number).translate(_RAISED)
 
 
 def counted(n: int, noun: str) -> str:

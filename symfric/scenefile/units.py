@@ -13,7 +13,7 @@ from symfric.locks import SYMBOLIC
 from symfric.model.outputs import Integral, OutputOfExpression, dissipated_power, friction_force, stored_energy
 from symfric.model.outputs import slip as slip_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, TIME
+from symfric.model.symbols import SPEED, TIME, superscript
 from symfric.scenefile.build import friction_laws
 from symfric.scenefile.dimensions import PLAIN, Dimension, Dimensions, Mismatch, factor
 from symfric.scenefile.expressions import parse_expression, shorten
@@ -21,7 +21,6 @@ from symfric.scenefile.expressions import parse_expression, shorten
 _WRITTEN = re.compile(r"[\w\s·⋅*/^().%°²³⁻¹⁰⁴⁵⁶⁷⁸⁹+-]{0,40}")
 _POWER = re.compile(r"(\*\*|\^)\s*([+-]?\d{1,2}(\.\d+)?(?!\s*(\*\*|\^|\d))|\(\s*-?\d{1,2}\s*/\s*\d{1,2}\s*\))")
 _NUMBER = ("", "1", "-", "–")
-_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _BASE = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", "[temperature]": "K"}
 _COMMON = ("m", "m/s", "m/s²", "1/s", "s", "kg", "N", "J", "W", "N/m", "N s/m", "Pa", "N m s", "kg m²")
 
@@ -261,7 +260,7 @@ def _in_base_units(found: Dimension) -> str:
 
 
 def _power(unit: str, power: Fraction) -> str:
-    return unit if power == 1 else unit + (str(power).translate(_RAISED) if power.denominator == 1 else f"^({power})")
+    return unit if power == 1 else unit + (superscript(int(power)) if power.denominator == 1 else f"^({power})")
 
 
 def output_unit(units: Units, output) -> str:

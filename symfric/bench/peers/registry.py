@@ -88,7 +88,7 @@ def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], 
     return run
 
 
-def _parts(problem: Problem, tolerance: float, route):
+def parts_of_sweep(problem: Problem, tolerance: float, route):
     """Return both parts of a sweep, the second for the half range alone, and the state between them."""
     begin, end = problem.window
     (x,), (u,) = problem.scene.system.q, problem.scene.system.u
@@ -98,7 +98,7 @@ def _parts(problem: Problem, tolerance: float, route):
 
 def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
     """Run all speeds of a sweep together."""
-    first, second, x, u = _parts(problem, tolerance, route)
+    first, second, x, u = parts_of_sweep(problem, tolerance, route)
     speeds = {"v_b": np.array(problem.speeds)}
 
     def run() -> BenchAnswer:
@@ -110,7 +110,7 @@ def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAn
 
 def _one_by_one(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Run every speed of a sweep by itself."""
-    first, second, x, u = _parts(problem, tolerance, None)
+    first, second, x, u = parts_of_sweep(problem, tolerance, None)
 
     def half_range(v_b: float) -> float:
         speed = {"v_b": v_b}

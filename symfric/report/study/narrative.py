@@ -7,13 +7,12 @@ import numpy as np
 import sympy as sp
 
 from symfric.model.excitation import is_excited
-from symfric.model.symbols import counted
+from symfric.model.symbols import counted, superscript
 from symfric.report.study import designs
 from symfric.report.study.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
 
 _EXPONENT = re.compile(r"(?<=\d)e([+-]\d+)\b")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
 
 
@@ -51,7 +50,7 @@ def measured(value: float, unit: str) -> str:
 
 def powers_of_ten(text: str) -> str:
     """Return a number in text with a power of ten in the place of an e."""
-    return _EXPONENT.sub(lambda m: "·10" + str(int(m.group(1))).translate(_RAISED), text)
+    return _EXPONENT.sub(lambda m: "·10" + superscript(int(m.group(1))), text)
 
 
 def angular_frequency(value: float, file: SceneFile) -> str:

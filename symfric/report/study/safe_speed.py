@@ -68,25 +68,24 @@ def safe_speed(scene: Scene, plan: SweepPlan, onset: float) -> SafeSpeed:
 
     low = float(scene.numbers()[scene.parameter(plan.parameter)])
     size, state = after(low, None)
-    moved = abs(max(state.values(), key=abs))
-    if not low > 0 or size <= 1e-9 * moved:
+    if not low > 0 or size <= 1e-9 * abs(state[plan.coordinate]):
         raise NotFound(f"nothing vibrates at {plan.parameter} = {low:g}")
-    high, found = low, state
+    high = low
     for _ in range(_MOST):
         high *= _FACTOR
-        left, found = after(high, state)
+        left, settled = after(high, state)
         if left <= _GONE * size:
             break
-        low, state = high, found
+        low, state = high, settled
     else:
         raise NotFound(f"it vibrates up to {plan.parameter} = {low:g} at least")
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        left, found = after(middle, state)
+        left, settled = after(middle, state)
         if left <= _GONE * size:
             high = middle
         else:
-            low, state = middle, found
+            low, state = middle, settled
     return SafeSpeed(plan.parameter, max(high, _end_of_orbits(scene, plan, high)), onset)
 
 
