@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -159,7 +159,13 @@ def merged(cases: CaseValues, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
 
     rows = joined(lambda part: {"final": part.final, "t_final": part.t_final, "status": part.status})
     outputs, stats = joined(lambda part: part.outputs), joined(lambda part: part.stats)
-    return Batch(outputs, rows["final"], rows["t_final"], rows["status"], stats, parts[0][1].names, cases.given())
+    ends = joined(lambda part: part.sensitivities)
+    of_outputs = {
+        name: joined(lambda part, name=name: part.output_sensitivities[name])
+        for name in parts[0][1].output_sensitivities
+    }
+    found = rows["final"], rows["t_final"], rows["status"], stats, parts[0][1].names, cases.given()
+    return Batch(outputs, *found, ends, of_outputs)
 
 
 def _spread(size: int, parts: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
@@ -253,20 +259,7 @@ def batch_of_runs(
     t_final, rest = np.array([r.t_final for r in runs]), np.array([r.raw.rest for r in runs])
     status = np.array([int(r.status) for r in runs], dtype=np.int64)
     stats = {name: np.array([r.stats[name] for r in runs]) for name in (runs[0].stats if runs else ())}
-    batch = make_batch(scene, cases, final, t_final, status, stats, _rows_of(scene, runs), rest)
-    return replace(batch, **_derivatives_of(runs)) if runs and runs[0].raw.derivatives is not None else batch
-
-
-def _derivatives_of(runs: list[Run]) -> dict[str, Any]:
-    ends, outputs = [r.sensitivities for r in runs], [r.raw.derivatives.outputs for r in runs if r.raw.derivatives]
-    of_outputs = {
-        name: {d: np.array([row[name][d] for row in outputs]).T for d in columns}
-        for name, columns in outputs[0].items()
-    }
-    return {
-        "sensitivities": {d: np.array([e[d] for e in ends]).T for d in ends[0]},
-        "output_sensitivities": of_outputs,
-    }
+    return make_batch(scene, cases, final, t_final, status, stats, _rows_of(scene, runs), rest)
 
 
 def _rows_of(scene: Scene, runs: list[Run]) -> dict[str, Any]:

@@ -221,8 +221,15 @@ class Compiled:
 
     def _map_own(self, cases: CaseValues, threads: int, progress: Callable[[float], None] | None) -> Batch:
         """Run cases whose built-in values are unchanged."""
-        model, (y, p) = self._model, self._numbers.rows(cases)
-        kept = self._run_cases(y, p, threads, progress)
+        return self._batch(cases, self._run_cases(*self._starts_of(cases), threads, progress))
+
+    def _starts_of(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
+        """Return starts and parameters of cases, row by row, as the loop takes them."""
+        return self._numbers.rows(cases)
+
+    def _batch(self, cases: CaseValues, kept: CaseArrays) -> Batch:
+        """Return the results of cases from what their loop has left."""
+        model = self._model
         stats: dict[str, np.ndarray] = dict(zip(COUNTS, np.ascontiguousarray(kept.counted.T), strict=True))
         stats |= {name: np.full(cases.size, value) for name, value in self._extra.items()}
         final, t_final = kept.y[:, : model.n_x].T, kept.y[:, -1].copy()

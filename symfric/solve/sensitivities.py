@@ -1,6 +1,5 @@
-"""Derivatives of a run by parameters and initial values."""
+"""Derivatives of a run, or of many, by parameters and initial values."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,6 +40,8 @@ class Columns:
 class Derivatives:
     """Derivatives of a run, by the name of a parameter, or of a state for its initial value.
 
+    Those of many cases at once have the cases as a further, last axis.
+
     Attributes
     ----------
     columns : Columns
@@ -52,10 +53,10 @@ class Derivatives:
         Sampled values, observable after observable, and the index at which those of each begin.
     rest : ndarray
         Derivatives of the time since which the system rests.
-    known : bool
+    known : bool or ndarray of bool
         Whether derivatives exist at the end of the run; else those of the final state and of integrals are NaN, and
         those of extremes and values taken after the event at which they cease to exist.
-    rests, smooth : bool
+    rests, smooth : bool or ndarray of bool
         Whether the system rests at the end, and whether no event occurred before the end.
     """
 
@@ -65,19 +66,23 @@ class Derivatives:
     seen: np.ndarray
     first: np.ndarray
     rest: np.ndarray
-    known: bool
-    rests: bool
-    smooth: bool
+    known: bool | np.ndarray
+    rests: bool | np.ndarray
+    smooth: bool | np.ndarray
+
+    @property
+    def _cases(self) -> tuple[int, ...]:
+        return self.state.shape[1:]
 
     @cached_property
     def _ends(self) -> np.ndarray:
-        return (1.0 if self.known else math.nan) * self.state.reshape(-1, self.columns.n_x)
+        return np.where(self.known, 1.0, np.nan) * self.state.reshape(-1, self.columns.n_x, *self._cases)
 
     @cached_property
     def _tables(self) -> np.ndarray:
         """The four numbers of every observable and column."""
         n_e = len(self.columns.wanted.rows)
-        return self.total[n_e:].reshape(n_e, len(self._ends), 4)
+        return self.total[n_e:].reshape(n_e, len(self._ends), 4, *self._cases)
 
     @cached_property
     def final(self) -> dict[str, np.ndarray]:
@@ -92,17 +97,17 @@ class Derivatives:
         for name, output in self.columns.outputs.items():
             if isinstance(output, OutputOfExpression | StopTime):
                 slopes = output.slopes(self, name)
-                columns = slopes.tolist() if slopes.ndim == 1 else slopes.T
+                columns = slopes.tolist() if slopes.ndim == 1 else np.moveaxis(slopes, -1 - len(self._cases), 0)
                 found[name] = dict(zip(names, columns, strict=True))
         return found
 
     def of_end(self) -> np.ndarray:
         """Return the derivatives of the final state, (n_x, n_s)."""
-        return self._ends[: len(self.columns.directions)].T
+        return self._ends[: len(self.columns.directions)].swapaxes(0, 1)
 
     def of_rest(self) -> np.ndarray:
         """Return the derivatives of the time since which the system rests, (n_s,)."""
-        factor = 1.0 if self.known and self.rests else math.nan
+        factor = np.where(np.logical_and(self.known, self.rests), 1.0, np.nan)
         return factor * self.rest[: len(self.columns.directions)]
 
     def of_row(self, name: str) -> Any:
@@ -113,7 +118,7 @@ class Derivatives:
             return self._values(k)[:, :n_s]
         table = self._tables[k, :n_s]
         if row.kind == INTEGRAL:
-            return table[:, 2] if self.known else np.full(n_s, math.nan)
+            return np.where(self.known, table[:, 2], np.nan)
         return self._of_range(k, row, table[:, 0], table[:, 1])
 
     @cached_property
@@ -131,13 +136,13 @@ class Derivatives:
     @cached_property
     def second(self) -> dict[tuple[str, str], np.ndarray]:
         """Second derivatives of the final state if ``order=2``; NaN if an event occurred."""
-        factor = 1.0 if self.smooth else math.nan
+        factor = np.where(self.smooth, 1.0, np.nan)
         return dict(zip(self._pairs, factor * self._ends[len(self.columns.directions) :], strict=True))
 
     @cached_property
     def second_outputs(self) -> dict[str, dict[tuple[str, str], Any]]:
         """Second derivatives of integrals and of values at given times."""
-        factor, n_s = 1.0 if self.smooth else math.nan, len(self.columns.directions)
+        factor, n_s = np.where(self.smooth, 1.0, np.nan), len(self.columns.directions)
         found = {}
         for name, k in self.columns.wanted.row.items():
             kind, output = self.columns.wanted.rows[k].kind, self.columns.outputs[name]
@@ -151,12 +156,12 @@ class Derivatives:
         """Return the derivatives of an observable at its times, the second after the first ones, (n_t, columns)."""
         n_e, n_columns = len(self.columns.wanted.rows), len(self._ends)
         rows = range(n_e + k * n_columns, n_e + (k + 1) * n_columns)
-        return np.column_stack([self.seen[self.first[r] : self.first[r + 1]] for r in rows])
+        return np.stack([self.seen[self.first[r] : self.first[r + 1]] for r in rows], axis=1)
 
     def _of_range(self, k: int, row: Row, d_low: np.ndarray, d_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of the smallest and the largest value of an observable."""
         if not row.magnitude:
             return d_low, d_high
         low, high = self.total[k, :2]
-        least = d_low if low > 0 else -d_high if high < 0 else np.zeros_like(d_low)
-        return least, -d_low if -low > high else d_high
+        least = np.where(low > 0, d_low, np.where(high < 0, -d_high, 0.0))
+        return least, np.where(-low > high, -d_low, d_high)

@@ -34,10 +34,12 @@ class CaseArrays(ArraySet):
     seen: Matrix  # (n, n_t)
     counted: IntegerMatrix  # (n, 4)
     rest: Reals
+    slopes: Matrix  # derivatives of that time, (n, n_s)
+    doubts: Integers  # number of events after which derivatives do not exist
     status: Integers
 
 
-def make_arrays(given_y: np.ndarray, given_p: np.ndarray, rows: int, times: int) -> CaseArrays:
+def make_arrays(given_y: np.ndarray, given_p: np.ndarray, rows: int, times: int, directions: int = 0) -> CaseArrays:
     """Allocate the arrays of the cases that start with these states (n, ...) and parameters (n, ...).
 
     A case whose start is not a number gets its status here; the loop skips it.
@@ -53,5 +55,7 @@ def make_arrays(given_y: np.ndarray, given_p: np.ndarray, rows: int, times: int)
         seen=np.full((n, times), np.nan),
         counted=np.zeros((n, len(COUNTS)), dtype=np.int64),
         rest=np.full(n, np.nan),
+        slopes=np.full((n, directions), np.nan),
+        doubts=np.zeros(n, dtype=np.int64),
         status=np.where(begins, int(Status.OK), int(Status.NOT_FINITE)),
     )

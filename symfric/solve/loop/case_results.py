@@ -17,7 +17,10 @@ def take(b, w, k):
     for i in range(w.seen.size):
         b.seen[k, i] = w.seen[i]
     b.rest[k] = w.clock.rest
+    for i in range(b.slopes.shape[1]):
+        b.slopes[k, i] = w.rest[i]
     c = w.counts
+    b.doubts[k] = c.doubts
     counts = (c.steps, c.events, c.kinks, c.grazes)
     for i in range(_COUNTED):
         b.counted[k, i] = counts[i]

@@ -19,7 +19,12 @@ _INTERVAL = 0.1  # time between two reports of the progress, s
 
 
 def run_cases(
-    model: CompiledModel, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
+    model: CompiledModel,
+    y: np.ndarray,
+    p: np.ndarray,
+    threads: int,
+    progress: Callable[[float], None] | None,
+    directions: int = 0,
 ) -> CaseArrays:
     """Run every case from its state at t = 0 with its parameters.
 
@@ -32,6 +37,8 @@ def run_cases(
         Number of threads, each with its own workspace.
     progress : callable or None
         Called with the fraction of the cases that are done, in this thread; what it raises ends all.
+    directions : int
+        Number of directions of differentiation.
 
     Returns
     -------
@@ -55,7 +62,7 @@ def run_cases(
             yield block[1] - block[0]
         model.give_back(workspace)
 
-    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size)
+    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size, directions)
     return share_out(arrays, work, threads, progress)
 
 

@@ -67,6 +67,7 @@ class RunArrays(ArraySet):
     first_due: Integers  # index of the first sampling time of each, (n_e + 1,)
     next_due: Integers  # index of the first sampling time not yet passed, (n_e,)
     seen: Reals  # sampled values
+    rest: Reals  # derivatives of the time since which everything rests, where a loop has them
     counts: Counts
     clock: Clock
     event_t: Reals
@@ -89,6 +90,7 @@ def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c
         "first_due": np.cumsum([0, *(len(row) for row in times)]),
         "next_due": np.zeros(n_e, dtype=np.int64),
         "seen": np.zeros(due.size),
+        "rest": np.zeros(n_x),
         "counts": Counts.zeros(),
         "clock": Clock.zeros(),
         "event_t": np.zeros(64),

@@ -148,7 +148,6 @@ class LoopArrays(RunArrays):
     before: Reals  # inputs of the saltation: parameters, modes before and after an event, guards hit
     after: Reals  # outputs of the saltation; see `symfric.lower.variational_equations`
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
-    rest: Reals  # derivatives of the time of the last event, (n_s,)
     left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
     asked: Reals  # inputs of a transition: parameters, mode, guards hit, guards at zero; next, its outputs: state,
     answer: Reals  # mode, guards at zero
@@ -270,7 +269,6 @@ def make_arrays(
         before=room(jump.nnz_in(1) if jump else 0),
         after=room(jump.nnz_out(0) if jump else 0),
         tau=room(n_x),
-        rest=room(n_x),
         left=room(n_x + 1 if layout.others else 0),
         asked=room(n_p + layout.n_mode + 2 * (n_g - layout.first_other) if layout.others else 0),
         answer=room(automaton.n_y + layout.n_mode + n_g - layout.first_other if layout.others else 0),

@@ -1,7 +1,7 @@
 """Runs with derivatives: the motion with its variational equations and the exact saltation at every event."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,15 +11,17 @@ from symfric.lower.variational_equations import Variations, varied
 from symfric.model.outputs import FOLLOW, RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
-from symfric.solve.batch import Batch, batch_of_runs
-from symfric.solve.case_values import read_cases, refuse_lists, workers_of
+from symfric.solve.batch import Batch, reached
+from symfric.solve.case_values import CaseValues
+from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
+from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import Wanted
-from symfric.solve.program import Numbers, check_tolerance
+from symfric.solve.program import Compiled, Numbers, check_tolerance
 from symfric.solve.run import Run
 from symfric.solve.sensitivities import Columns, Derivatives
 from symfric.solve.status import Status
@@ -30,7 +32,7 @@ from symfric.solve.widened import widened
 LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # for linear equations, whose series are cheap to compile
 
 
-class SensitiveProgram:
+class SensitiveProgram(Compiled):
     """A scene compiled with its derivatives; may be run from any thread.
 
     Parameters
@@ -71,7 +73,8 @@ class SensitiveProgram:
         self._numbers = Numbers(scene, automaton.parameters, self.built_in)
         self._moving_start = any(not isinstance(v, float) for v in scene.initial.values())
         start, p = self._numbers.start
-        self._first = self._start_derivatives(p, {})
+        self._first = self._start_derivatives(p, ())
+        self._extra = {}
         self._given = np.concatenate([start, self._first]), p
 
     def __reduce__(self):
@@ -96,7 +99,7 @@ class SensitiveProgram:
         y, p = self._given
         if values or initial:
             y, p = self._numbers.changed(values, initial)
-            first = self._start_derivatives(p, initial) if self._moving_start else self._first
+            first = self._start_derivatives(p, map(name_of, initial)) if self._moving_start else self._first
             y = np.concatenate([y, first])
         workspace = self._model.workspace()
         status = workspace.drive(y, p, progress)
@@ -109,25 +112,51 @@ class SensitiveProgram:
             self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
         )
 
-    def map(
-        self,
-        values: Mapping[Key, Any] | None = None,
-        initial: Mapping[Key, Any] | None = None,
-        threads: int = 1,
-        progress: Callable[[float], None] | None = None,
-    ) -> Batch:
-        """Run many cases with their derivatives, one by one; see `symfric.solve.program.Compiled.map`."""
-        refuse_lists(self.scene.outputs)
-        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
+    def _start_derivatives(self, p: np.ndarray, replaced: Iterable[str]) -> np.ndarray:
+        """Return the derivatives of the initial state, of one case or of rows of them, column after column.
 
-    def _start_derivatives(self, p: np.ndarray, initial: Mapping[Key, float]) -> np.ndarray:
-        """Return the derivatives of the initial state; zero for a state whose formula was replaced by a number."""
+        They are zero for a state whose formula was `replaced` by a number.
+        """
         columns = [*self.directions, *self._columns.pairs]
-        first = np.array(self._start(p[: self._start.nnz_in(0)]), dtype=float).reshape(len(columns), len(self._states))
-        for name in map(name_of, initial):
+        found = np.array(self._start(p[..., : self._start.nnz_in(0)].T), dtype=float).T
+        first = found.reshape(*p.shape[:-1], len(columns), len(self._states))
+        for name in replaced:
             for k, direction in enumerate(columns):
-                first[k, self._states.index(name)] = float(direction == name)
-        return first.ravel()
+                first[..., k, self._states.index(name)] = float(direction == name)
+        return first.reshape(*p.shape[:-1], -1)
+
+    def _starts_of(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
+        y, p = super()._starts_of(cases)
+        first = self._start_derivatives(p, cases.initial) if self._moving_start else self._first
+        return np.hstack([y, np.broadcast_to(first, (len(y), self._first.size))]), p
+
+    def _run_cases(
+        self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
+    ) -> CaseArrays:
+        found = run_cases(self._model, y, p, threads, progress, len(self.directions))
+        found.status[(found.status == Status.OK) & (found.doubts > 0)] = Status.NO_DERIVATIVE
+        return found
+
+    def _batch(self, cases: CaseValues, found: CaseArrays) -> Batch:
+        lost = ~reached(found.status)
+
+        def masked(rows: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return {name: np.where(lost, np.nan, row) for name, row in rows.items()}
+
+        derivatives = Derivatives(
+            self._columns,
+            np.ascontiguousarray(found.y[:, len(self._states) : -1].T),
+            np.moveaxis(found.total, 0, -1),
+            found.seen.T,
+            self._model.first.first_due,
+            found.slopes.T,
+            found.status != Status.NO_DERIVATIVE,
+            found.rest >= 0.0,
+            ~np.any(found.counted[:, COUNTS.index("events") : COUNTS.index("kinks") + 1], axis=1),
+        )
+        of_outputs = {name: masked(rows) for name, rows in derivatives.outputs.items()}
+        batch = super()._batch(cases, found)
+        return replace(batch, sensitivities=masked(derivatives.final), output_sensitivities=of_outputs)
 
     def _derivatives(self, w: LoopArrays, status: Status) -> Derivatives:
         """Copy the derivatives of a run from its arrays."""
