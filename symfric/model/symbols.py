@@ -11,9 +11,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
 #: SymPy's own ``dynamicsymbols._t``, so that time derivatives of SymPy's mechanics are with respect to it.
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 TIME = sp.Symbol("t")
 #: Sliding speed ``v`` = ``|slip|`` > 0, reserved for laws: ``sf.laws.custom(0.3 + 0.1 * sp.exp(-sf.SPEED), 0.4)``.
 #: Outside a law it is an error; a velocity of your own is another symbol.

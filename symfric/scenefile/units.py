@@ -10,7 +10,14 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
-from symfric.model.outputs import Integral, OutputOfExpression, dissipated_power, friction_force, stored_energy
+from symfric.model.outputs import (
+    Integral,
+    OutputOfExpression,
+    StopTime,
+    dissipated_power,
+    friction_force,
+    stored_energy,
+)
 from symfric.model.outputs import slip as slip_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME, superscript
@@ -264,7 +271,9 @@ def _power(unit: str, power: Fraction) -> str:
 
 
 def output_unit(units: Units, output) -> str:
-    """Return the unit of an output of an expression; "" for others."""
+    """Return the unit of an output of an expression or of a time; "" for others."""
+    if isinstance(output, StopTime):
+        return units.of(TIME)
     if not isinstance(output, OutputOfExpression):
         return ""
     return units.of(output.expr * TIME if isinstance(output, Integral) else output.expr)

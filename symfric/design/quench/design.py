@@ -319,4 +319,4 @@ def _along(problem: QuenchProblem, q: float, marks: tuple[float, ...]) -> Curve:
 
 
 def _curve(problem: QuenchProblem, v, y, marks) -> Curve:
-    return Curve(v, y, problem.margin, "belt speed v_b", "damping of the slow motion", marks)
+    return Curve(v, y, problem.margin, "speed v_b", "damping of the slow motion", marks)

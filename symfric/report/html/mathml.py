@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import sympy as sp
@@ -15,6 +15,7 @@ from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
+from symfric.report.html.letters import letter
 from symfric.scenefile import LawSpec, friction_laws
 
 SHOWN = {  # functions as SymPy prints them, and their replacements
@@ -23,21 +24,18 @@ SHOWN = {  # functions as SymPy prints them, and their replacements
     "<mo>&gt;=</mo>": "<mo>≥</mo>",
     "<mo>==</mo>": "<mo>=</mo>",
     "<mo>!=</mo>": "<mo>≠</mo>",
-    "&InvisibleTimes;": "&#x2062;",
+    "<mo>&InvisibleTimes;</mo>": "<mo>&#x2062;</mo><mspace width='.14em'/>",  # names of several letters stay apart
     "&ApplyFunction;": "&#x2061;",
     "&ExponentialE;": "e",
 }
 ENTITY = re.compile(r"&(#x?)?\w+;")
-_W = sp.Symbol("w", real=True)
-W, MU, BAR, EQUALS = (
-    Markup("<mi>w</mi>"),
-    Markup("<mi>μ</mi>"),
-    Markup("<mo stretchy='false'>|</mo>"),
-    Markup("<mo>=</mo>"),
-)
+MU, EQUALS = Markup("<mi>μ</mi>"), Markup("<mo>=</mo>")
+LEFT, RIGHT = (Markup(f"<mo stretchy='false' form='{form}'>|</mo>") for form in ("prefix", "postfix"))
+MINUS = Markup("<mo form='prefix'>−</mo>")
 OPEN, CLOSE = Markup("<mo stretchy='false'>(</mo>"), Markup("<mo stretchy='false'>)</mo>")
 DOT = Markup("<mo>·</mo>")
 COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
+SLIPS, SPEEDS = ("w", "s", "r", "xi"), ("v", "s", "c", "nu")  # letters for the slip and the sliding speed in a law
 HIDDEN = "D_of_"  # prefix of a velocity's name that stands for its rate, written with a dot
 
 
@@ -57,7 +55,7 @@ class _Printer(MathMLPresentationPrinter):
             dot.appendChild(self.dom.createTextNode("˙"))
             over.appendChild(dot)
             return over
-        return super()._print_Symbol(sym)
+        return super()._print_Symbol(letter(sym))
 
     def _print_Piecewise(self, expr):
         row, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
@@ -204,30 +202,48 @@ def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
 
 
 @alone(SYMBOLIC)
-def friction_of_contact(contact: Contact, law: Law) -> list[Markup]:
+def friction_of_contact(contact: Contact, law: Law, taken: Collection[str] = ()) -> list[Markup]:
     """Return the displayed set-valued friction of one contact and its law: slipping, sticking, the coefficient.
 
-    Of a law with memory, its friction; the rates of its states are among the equations of motion.
+    Of a law with memory, its friction; the rates of its states are among the equations of motion. The letters of the
+    slip and of the sliding speed are none of those `taken` by the scene.
     """
     load = contact.normal * contact.profile
     size = [] if load == 1 else [_in_brackets(load), DOT]
     name = _force_name(contact)
+    slip = next((sp.Symbol(n, real=True) for n in SLIPS if n not in taken), sp.Symbol("w", real=True))
+    if contact.slip.is_Symbol:  # has a letter already
+        slip, given = contact.slip, []
+    else:
+        given = [EQUALS, to_mathml(contact.slip)]
+    w = to_mathml(slip)
     if law.memory:
-        shown = coefficient(replace(contact, law=law, slip=_W))
-        line = [name, EQUALS, operator("−"), *size, _in_brackets(shown), _words("with"), W, EQUALS]
-        return [block([*line, to_mathml(contact.slip)], f"friction of contact {contact.name}")]
-    slipping = [name, EQUALS, operator("−"), *size, MU, OPEN, BAR, W, BAR, CLOSE, DOT, Markup("<mi>sgn</mi>"), OPEN, W]
-    slipping += [CLOSE, _words("while"), W, EQUALS, to_mathml(contact.slip)]
+        shown = coefficient(replace(contact, law=law, slip=slip))
+        line = [name, EQUALS, MINUS, *size, _in_brackets(shown)]
+        return [block([*line, *([_words("with"), w, *given] if given else [])], f"friction of contact {contact.name}")]
+    slipping = [name, EQUALS, MINUS, *size]
+    if law.kinetic != 1:
+        slipping += [MU, OPEN, LEFT, w, RIGHT, CLOSE, DOT]
+    slipping += [Markup("<mi>sgn</mi>"), OPEN, w, CLOSE, _words("while"), w, *given]
     slipping += [operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
-    sticking = [BAR, name, BAR, operator("≤"), *size, to_mathml(law.stick), _words("while it sticks,"), W, EQUALS]
-    sticking += [Markup("<mn>0</mn>")]
-    mu = [MU, OPEN, to_mathml(SPEED), CLOSE, EQUALS, to_mathml(law.kinetic)]
+    sticking = [LEFT, name, RIGHT, operator("≤"), *(size[:-1] if law.stick == 1 else size)]
+    sticking += [to_mathml(law.stick)] if law.stick != 1 or not size else []
+    sticking += [_words("while it sticks,"), w, EQUALS, Markup("<mn>0</mn>")]
     label = f"friction of contact {contact.name}"
-    return [
-        block(slipping, f"{label} while it slips"),
-        block(sticking, f"{label} while it sticks"),
-        block(mu, f"coefficient of {label}"),
-    ]
+    lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
+    if law.kinetic == 1:
+        return lines
+    speed = next((sp.Symbol(n, positive=True) for n in SPEEDS if n not in {*taken, slip.name}), SPEED)
+    mu = [MU, OPEN, to_mathml(speed), CLOSE, EQUALS, to_mathml(_shortest(law.kinetic).xreplace({SPEED: speed}))]
+    return [*lines, block(mu, f"coefficient of {label}")]
+
+
+def _shortest(law: sp.Expr) -> sp.Expr:
+    """Return a law with the terms of every section cancelled where that makes them shorter."""
+    if not isinstance(law, sp.Piecewise):
+        return law
+    pairs = [(min(e, sp.cancel(e), sp.factor_terms(sp.cancel(e)), key=sp.count_ops), c) for e, c in law.args]
+    return sp.Piecewise(*pairs)
 
 
 def _words(text: str) -> Markup:

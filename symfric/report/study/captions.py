@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from symfric.report.study import figures
+from symfric.report.study import designs, figures
 from symfric.report.study import narrative as sentences
 from symfric.report.study.study import DesignResult, StudyResult
 from symfric.scenefile import belt_speeds
@@ -61,7 +61,7 @@ def _motion(result: StudyResult) -> list[Picture]:
         Picture(
             figures.to_svg(ax),
             f"{words}; {sentences.counted(count, 'interval')} of sticking",
-            "The motion; sticking is shaded.",
+            "The motion; sticking is shaded." if count else "The motion.",
         )
     ]
     speeds = belt_speeds(file.scene)
@@ -79,9 +79,10 @@ def _friction(result: StudyResult) -> list[Picture]:
     shown = []
     for curve in result.friction:
         velocities = {result.file.units.get(u.name, "") for u in result.file.scene.system.u}
-        ax = figures.plot_friction(curve, velocities.pop() if len(velocities) == 1 else "")
+        unit = result.file.units.get(curve.place, "") if curve.place else ""
+        ax = figures.plot_friction(curve, unit or (velocities.pop() if len(velocities) == 1 else ""))
         what = "Force" if curve.is_force else "Coefficient"
-        alt = f"{what} of friction of contact {curve.contact} against sliding speed"
+        alt = f"{what} of friction of contact {curve.contact} against {curve.place or 'sliding speed'}"
         if curve.effective:
             alt += ", and the effective one under fast excitation"
         shown.append(Picture(figures.to_svg(ax), alt, f"Friction of contact {curve.contact}."))
@@ -109,11 +110,15 @@ def _design(result: StudyResult, made: DesignResult) -> list[Picture]:
     if design is None:
         return []
     ax, caption = design.plot(figures.new_axes()), "What limits the design; dashed: the level at which it does."
+    ax.set_xlabel(figures.with_units(ax.get_xlabel(), result.file.units))
+    ax.set_ylabel(designs.axis(made.plan, ax.get_ylabel(), result.file))
+    figures.tidy(ax)
     limit = Picture(figures.to_svg(ax), f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}", caption)
     found = result.quench.value
     if made.plan.kind != "quench" or found is None:
         return [limit]
     q = result.plan.coordinate
     ax = figures.plot_before_after(found.before, found.after, q, result.file.units)
-    caption = f"At {found.speed} = {found.shown:.4g}, without and with the designed excitation."
+    at = sentences.measured(found.shown, result.file.units.get(found.speed, ""))
+    caption = f"At {found.speed} = {at}, without and with the designed excitation."
     return [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption), limit]

@@ -12,6 +12,8 @@ from symfric.model.excitation import is_excited
 from symfric.model.outputs import Max
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import SETTLE, Schedule, Settling
+from symfric.report.study.closed_forms import closed_forms
+from symfric.report.study.designs import with_all_units
 from symfric.scenefile import DesignPlan, SceneFile
 
 
@@ -45,14 +47,14 @@ def closed_forms_apply(file: SceneFile) -> bool:
     return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
 
 
-def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -> tuple[ComparisonRow, ...]:
+def compare(file: SceneFile, base: Scene, equilibrium, onset, motion, steady, designs) -> tuple[ComparisonRow, ...]:
     """Return the lines of the table.
 
     Parameters
     ----------
     base : Scene
         Of the slow motion if the file's scene is excited.
-    equilibrium, onset, steady : result or None
+    equilibrium, onset, motion, steady : result or None
         Results of the study.
     designs : tuple of DesignResult
     """
@@ -62,6 +64,8 @@ def compare(file: SceneFile, base: Scene, equilibrium, onset, steady, designs) -
         rows += _of_vibration(file, base, equilibrium, steady)
     if closed_forms_apply(file):
         rows += _of_belt(file.scene, onset, steady)
+    forms = closed_forms(file, motion, steady)
+    rows += [ComparisonRow(what, one, two, source, file.units.get(name, "")) for what, one, two, source, name in forms]
     for found in designs:
         if found.design.value is not None:
             rows += of_design(file, found.plan, found.design.value)
@@ -178,7 +182,13 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Compari
         words = f"[design.{plan.kind}]; computed: event-driven"
         unit = file.units.get((file.sweep.coordinate if file.sweep else file.scene.system.q[0].name), "")
         rows += [
-            ComparisonRow(r.quantity, r.predicted, r.computed, words, unit if "half range" in r.quantity else "")
+            ComparisonRow(
+                with_all_units(r.quantity, file),
+                r.predicted,
+                r.computed,
+                words,
+                unit if "half range" in r.quantity else "",
+            )
             for r in design.check.rows
         ]
     return rows

@@ -1,13 +1,17 @@
 """Texts and table rows of the designs of a study, as plain text that the page escapes."""
 
 import math
+import re
 from collections.abc import Mapping
 
 from symfric.design.damper.design import DamperCheck
 from symfric.design.quench.multipliers import MultiplierCheck
 from symfric.design.result import Design
+from symfric.model.symbols import TIME
+from symfric.report.study.figures import in_brackets
 from symfric.scenefile import DesignPlan, SceneFile, belt_speeds
 
+_NUMBER = r"([-−]?\d++(?:\.\d++)?+(?:e[+-]?\d++)?+)"
 HEADINGS = {
     "quench": "Stopping the vibration by a fast excitation",
     "damper": "The smallest damper",
@@ -44,7 +48,7 @@ def heading(plan: DesignPlan) -> str:
 
 def asked(plan: DesignPlan, file: SceneFile) -> str:
     """Return the design problem as a sentence."""
-    return f"Asked: {_QUESTIONS[plan.kind](plan.arguments, file)}{_limits(plan.arguments)}."
+    return f"Asked: {_QUESTIONS[plan.kind](plan.arguments, file)}{_limits(plan.arguments, file)}."
 
 
 def _speeds(given: Mapping, file: SceneFile) -> str:
@@ -112,12 +116,50 @@ _QUESTIONS = {
 }
 
 
-def _limits(given: Mapping) -> str:
-    words = [f"{'at least' if n == 'friction' else 'at most'} {v:g} of {n}" for n, v in given.get("limits", {}).items()]
+def _limits(given: Mapping, file: SceneFile) -> str:
+    units = quantities(file)
+    words = [
+        f"at least {100 * v:g} % of the friction is left"
+        if n == "friction"
+        else f"{n} at most {number(v, units.get(n, ''))}"
+        for n, v in given.get("limits", {}).items()
+    ]
     return f"; {', '.join(words)}" if words else ""
 
 
-def found(design: Design) -> list[str]:
+def quantities(file: SceneFile) -> dict[str, str]:
+    """Return the units of what designs report, as far as known."""
+    system, units = file.scene.system, file.units
+    coordinate = file.sweep.coordinate if file.sweep else system.q[0].name
+    u, power = system.u[0], system.mass[0, 0] * system.u[0] ** 2 / TIME
+    return {
+        "half range": units.get(coordinate, ""),
+        "displacement": units.get(system.q[0].name, ""),
+        "velocity": units.get(u.name, ""),
+        "acceleration": units.of(u / TIME),
+        "force": units.of(system.mass[0, 0] * u / TIME),
+        "power": units.of(power),
+        "rate": units.rate,
+        "damping": units.of(1 / TIME),
+        "time of rest": units.get("t", ""),
+    }
+
+
+def with_all_units(text: str, file: SceneFile) -> str:
+    """Return a sentence of a design with units behind its numbers, those of symbols and those of named quantities."""
+    units = quantities(file)
+    known = {**{f"{name} =": unit for name, unit in file.units.items()}, **units}
+    for words, unit in known.items():
+        if unit:
+            text = re.sub(
+                rf"(?<!\w)({re.escape(words)}(?:(?: of [a-z ]+| at [^:;()]+)?:)? ){_NUMBER}(?! ?[\w/%])",
+                rf"\1\2 {unit}",
+                text,
+            )
+    return text
+
+
+def found(design: Design, file: SceneFile) -> list[str]:
     """Return the result of a design and of its verification as sentences."""
     active = ", ".join(design.active)
     lines = [f"Status: {STATUS.get(design.status, design.status)}."]
@@ -125,12 +167,25 @@ def found(design: Design) -> list[str]:
     if design.corrected:
         values = ", ".join(f"{k} = {v:.6g}" for k, v in design.corrected.items())
         lines.append(f"Corrected on the full model: {values}.")
-    return [*lines, f"The full model at the optimum: {str(design.check).rstrip('.')}."]
+    lines.append(f"The full model at the optimum: {str(design.check).rstrip('.')}.")
+    return [with_all_units(line, file) for line in lines]
+
+
+def axis(plan: DesignPlan, text: str, file: SceneFile) -> str:
+    """Return the label of the vertical axis of a design's picture, with its unit as far as known."""
+    if plan.kind in ("absorber", "positioning", "isolator"):  # dimensionless, or with its unit
+        return text
+    unit = next((u for words, u in quantities(file).items() if text.startswith(words)), "")
+    name = text.rpartition(" ")[2]
+    unit = unit or (file.units.get(name, "") if text.startswith("required") else "")
+    return text + in_brackets(unit)
 
 
 def rows(plan: DesignPlan, design: Design, file: SceneFile) -> list[tuple[str, float, str]]:
     """Return name, value and unit of the design parameters and of the objective."""
     made = [(name, value, file.units.get(name, "")) for name, value in design.values.items()]
+    if plan.kind == "damper" and list(design.values.values()) == [design.objective]:
+        return made
     label, unit = objective(plan, file)
     return [*made, (label, design.objective, unit)]
 
@@ -140,7 +195,9 @@ def objective(plan: DesignPlan, file: SceneFile) -> tuple[str, str]:
     given = plan.arguments
     match plan.kind:
         case "quench":
-            return {"intensity": "a*Omega", "power": "mean power", "force": "a*Omega**2"}[given["minimise"]], ""
+            words = {"intensity": "intensity a Ω", "power": "mean power", "force": "acceleration a Ω²"}
+            unit = {"intensity": "velocity", "power": "power", "force": "acceleration"}[given["minimise"]]
+            return words[given["minimise"]], quantities(file)[unit]
         case "damper":
             return f"least {given['parameter']}", file.units.get(given["parameter"], "")
         case "positioning":
@@ -183,6 +240,9 @@ def sentence(plan: DesignPlan, design: Design, file: SceneFile) -> str:
     more = f", {100 * margin:.2g} % more than the least that will do" if 0 < margin < math.inf else ""
     if plan.kind == "quench":
         return f"{head}: {values} keep it quiet for speeds from {_speeds(plan.arguments, file)}{more}."
+    if plan.kind == "damper":
+        _, _, purpose = _damper(plan.arguments, file).partition(" with which ")
+        return f"{head}: with {values} {purpose}{more}."
     return f"{head}: {values}{more}."
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.locks import DRAWING, alone
+from symfric.report.html.letters import letter
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#d9730d", "#2b8a3e", "#b3261e", "#6b7280"
 COLOURS = (BLUE, ORANGE, GREEN, "#7048a8", RED, "#0b7285")
@@ -19,12 +20,18 @@ WIDE = (7.0, 4.2)  # of figures that a page shows in their full size
 
 def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
     """Return a name set as mathematics, with its unit if there is one."""
-    return f"${sp.latex(sp.Symbol(name))}$" + in_brackets(units.get(name) if unit is None else unit)
+    return f"${sp.latex(letter(sp.Symbol(name)))}$" + in_brackets(units.get(name) if unit is None else unit)
 
 
 def in_brackets(unit: str | None) -> str:
     """Return a unit in brackets, with dollar signs escaped."""
     return " [" + unit.replace("$", r"\$") + "]" if unit else ""
+
+
+def with_units(text: str, units: Mapping[str, str]) -> str:
+    """Return the label of an axis with the name of a symbol at its end set as mathematics, with its unit."""
+    words, _, name = text.rpartition(" ")
+    return f"{words} {label(name, units)}".strip() if name in units else text
 
 
 def new_axes(size: tuple[float, float] = SIZE):
@@ -34,14 +41,23 @@ def new_axes(size: tuple[float, float] = SIZE):
     return Figure(figsize=size, layout="constrained").add_subplot()
 
 
+def legend(ax, columns: int = 2) -> None:
+    """Put the legend above the axes and above the power of ten of their ticks."""
+    if ax.get_legend_handles_labels()[1]:
+        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.06), ncols=columns, frameon=False)
+
+
 def tidy(ax):
     """Apply the common style of ticks, grid and spines; return the Axes."""
+    from matplotlib.ticker import MaxNLocator
+
     from symfric.report.html.ticks import Ticks
 
     if ax.get_xscale() == ax.get_yscale() == "linear":
+        ax.xaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 2.5, 5, 10]))
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_major_formatter(Ticks(useMathText=True))
-        ax.ticklabel_format(style="sci", scilimits=(-3, 4))
+        ax.ticklabel_format(style="sci", scilimits=(-2, 4))
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -64,7 +80,7 @@ def plot_time_history(motion, coordinates: Sequence[str], units: Mapping[str, st
     single = len(coordinates) == 1
     ax.set_ylabel(label(coordinates[0], units) if single else _shared(coordinates, units, "displacement"))
     if shaded or not single:
-        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6, frameon=False)
+        legend(ax, 6)
     return tidy(ax)
 
 
@@ -81,30 +97,33 @@ def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: 
     on, inside = motion.sticking(contacts), motion.sticking(contacts, ends=False)
     if drive is not None:
         ax.axhline(drive, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label="no sliding")
-    ax.plot(x, np.where(inside, np.nan, v), color=BLUE, linewidth=0.9, label="slipping")
+    words = "slipping" if contacts else None
+    ax.plot(x, np.where(inside, np.nan, v), color=BLUE, linewidth=0.9, label=words)
     if on.any():
-        ax.plot(x, np.where(on, v, np.nan), color=ORANGE, linewidth=2.4, label="sticking")
+        waits = {"solid_capstyle": "round", "marker": "o", "markersize": 2.0}  # a wait at one place is a dot
+        ax.plot(x, np.where(on, v, np.nan), color=ORANGE, linewidth=2.4, label="sticking", **waits)
     ax.plot(x[0], v[0], "o", color="black", markersize=5, fillstyle="none", label="start")
     ax.set_xlabel(label(q, units))
     ax.set_ylabel(label(u, units))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend(ax)
     return tidy(ax)
 
 
 def plot_friction(curve, unit: str = "", ax=None):
-    """Draw a contact's coefficient of friction against sliding speed, and the effective one under fast vibration."""
+    """Draw the coefficient of friction of a contact against sliding speed or place, and the effective one when shaken."""
     ax = new_axes() if ax is None else ax
     ax.plot(curve.speed, curve.coefficient, color=BLUE, label="friction law")
-    ax.plot(0, curve.stick, "o", color=BLUE, markersize=5, label="largest while sticking")
+    if not curve.place:
+        ax.plot(0, curve.stick, "o", color=BLUE, markersize=5, label="largest while sticking")
     for (name, values), colour in zip(curve.effective, COLOURS[1:], strict=False):
         ax.plot(curve.speed, values, color=colour, linestyle=(0, (6, 2)), label=name)
     if curve.operating is not None:
         ax.axvline(curve.operating, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label="steady sliding")
-    ax.set_xlim(left=-0.02 * curve.speed[-1], right=curve.speed[-1])
+    ax.set_xlim(left=min(-0.02 * curve.speed[-1], curve.speed[0]), right=curve.speed[-1])
     ax.set_ylim(bottom=min(0.0, float(np.nanmin(curve.coefficient))))
-    ax.set_xlabel("sliding speed" + in_brackets(unit))
+    ax.set_xlabel(label(curve.place, {}, unit) if curve.place else "sliding speed" + in_brackets(unit))
     ax.set_ylabel("friction force" if curve.is_force else "coefficient of friction")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend(ax)
     return tidy(ax)
 
 
@@ -116,12 +135,12 @@ def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
     ax.plot(sweep.values, sweep.half_range, "o", color="black", fillstyle="none", markersize=4.5, label="computed")
     if sweep.quenched is not None:
         ax.plot(sweep.values, sweep.quenched, "x", color=RED, markersize=5, label="computed, with the fast excitation")
-    for name, value in sweep.marks.items():
-        ax.axvline(value, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label=name)
+    for (name, value), dash in zip(sweep.marks.items(), ((0, (4, 3)), (0, (1, 2))), strict=False):
+        ax.axvline(value, color=GREY, linewidth=0.9, linestyle=dash, label=name)
     ax.set_ylim(bottom=0)
     ax.set_xlabel(label(sweep.parameter, units))
     ax.set_ylabel(f"half range of {label(sweep.coordinate, units)}")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend(ax)
     return tidy(ax)
 
 
@@ -134,7 +153,7 @@ def plot_before_after(before, after, coordinate: str, units: Mapping[str, str], 
     ax.set_xlim(before.t[0], before.t[-1])
     ax.set_xlabel(label("t", units))
     ax.set_ylabel(label(coordinate, units))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend(ax)
     return tidy(ax)
 
 
@@ -153,7 +172,7 @@ def plot_eigenvalues(stability, units: Mapping[str, str], ax=None):
     time = units.get("t")
     ax.set_xlabel("rate of growth" + in_brackets(time and f"1/{time}"))
     ax.set_ylabel("angular frequency" + in_brackets(time and f"rad/{time}"))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    legend(ax)
     return tidy(ax)
 
 

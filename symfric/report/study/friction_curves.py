@@ -3,13 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
+import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.excitation import is_excited
+from symfric.model.laws import Law
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
+from symfric.model.system import Contact
 from symfric.report.study.measurement import SampledMotion
 
 POINTS = 500
@@ -32,6 +35,8 @@ class FrictionCurve:
         Why an effective curve is missing, if one was expected.
     is_force : bool
         Whether the normal load is one, so that the law itself gives the force.
+    place : str
+        Name of the coordinate that `speed` holds instead, of a contact whose friction depends on the place alone.
     """
 
     contact: str
@@ -42,6 +47,7 @@ class FrictionCurve:
     operating: float | None
     note: str = ""
     is_force: bool = False
+    place: str = ""
 
 
 def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, design) -> tuple[FrictionCurve, ...]:
@@ -58,8 +64,7 @@ def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, des
     if is_excited(scene):
         shaken.append(("under the excitation", scene))
     if design is not None:
-        words = ", ".join(f"{k} = {v:.4g}" for k, v in design.values.items())
-        shaken.append((f"designed: {words}", scene.where(design.values)))
+        shaken.append(("under the designed excitation", scene.where(design.values)))
     slow = []
     for words, excited in shaken:
         from symfric.theory.separation import separate
@@ -71,10 +76,28 @@ def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, des
     return tuple(_curve(scene, i, motion, equilibrium, slow, note) for i in range(len(scene.contacts)))
 
 
+def _place(scene: Scene, contact: Contact, law: Law) -> sp.Symbol | None:
+    """Return the only coordinate on which the friction of a contact depends, if the sliding speed changes nothing."""
+    found = [q for q in scene.system.q if contact.profile.has(q)]
+    constant = law.kinetic.is_number and law.kinetic == law.stick and not law.memory
+    return found[0] if constant and len(found) == 1 and not contact.profile.has(TIME) else None
+
+
+def _range(x: np.ndarray) -> tuple[float, float]:
+    low, high = float(np.min(x)), float(np.max(x))
+    return (low, high) if high > low else (low - 1.0, high + 1.0)
+
+
 @alone(SYMBOLIC)
 def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> FrictionCurve:
     contact = scene.contacts[i]
     law = contact.law.where(scene.parameter_values())
+    over = _place(scene, contact, law)
+    if over is not None and motion is not None:
+        at = np.linspace(*_range(motion.x[motion.names.index(over.name)]), POINTS)
+        profile = numeric_function((over,), contact.profile.subs(scene.parameter_values()))(at)
+        coefficient = float(law.stick) * np.broadcast_to(profile, at.shape)
+        return FrictionCurve(contact.name, at, coefficient, float(law.stick), (), None, note, place=over.name)
     operating = None if equilibrium is None else abs(equilibrium.sliding[contact.name])
     reached = [2.0 * (operating or 0.0), *(1.2 * float(b) for b in law.breaks)]
     if motion is not None:

@@ -35,8 +35,8 @@ def percent(value: float) -> str:
     if abs(value) < 1e-12:
         return "< 10⁻¹²"
     size = 100 * value
-    text = f"{size:+.2f} %" if abs(size) >= 0.01 else f"{size:+.1e} %"
-    return text.replace("-", "−")
+    text = f"{size:+.2f} %" if abs(size) >= 0.01 else f"{size:+.2g} %"
+    return powers_of_ten(text).replace("-", "−")
 
 
 def _measure(value: float, name: str, file: SceneFile) -> str:
@@ -45,7 +45,7 @@ def _measure(value: float, name: str, file: SceneFile) -> str:
 
 def measured(value: float, unit: str) -> str:
     """Return a number of five digits with its unit."""
-    return f"{powers_of_ten(f'{value:.5g}')}{' ' + unit if unit else ''}"
+    return f"{powers_of_ten(f'{value:.5g}').replace('-', '−')}{' ' + unit if unit else ''}"
 
 
 def powers_of_ten(text: str) -> str:
@@ -103,8 +103,14 @@ def summary(result: StudyResult) -> list[str]:
     at = f" at {speeds[0].name} = {_measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
     stability = result.stability.value
     if stability is not None:
-        verdict = "is stable" if stability.stable else "is not stable: a small disturbance grows"
-        lines.append(f"Steady sliding{at} {verdict}.")
+        what = "Steady sliding" if file.scene.contacts else "The equilibrium"
+        verdict = "is stable: a small disturbance dies out" if stability.stable else "is not stable: a small one grows"
+        more = (
+            ". A large one need not: from its start the scene vibrates"
+            if stability.stable and _vibrates(result)
+            else ""
+        )
+        lines.append(f"{what}{at} {verdict}{more}.")
     if result.steady.value is not None:
         lines.append(_settled(result))
     if result.hopf.value is not None:
@@ -116,13 +122,23 @@ def summary(result: StudyResult) -> list[str]:
     return lines or ["Nothing could be said of this scene; the reasons are at the end of the page."]
 
 
+def _vibrates(result: StudyResult) -> bool:
+    """Whether the scene settles to a vibration by itself."""
+    v = result.steady.value
+    return v is not None and v.settled and not _rests(v) and not is_excited(result.file.scene)
+
+
+def _rests(v) -> bool:
+    size = max(abs(v.largest), abs(v.smallest), 1e-300)
+    return v.half_range < STILL * size or not math.isfinite(v.period)
+
+
 def _settled(result: StudyResult) -> str:
     v, name, file = result.steady.found, result.plan.coordinate, result.file
-    size = max(abs(v.largest), abs(v.smallest), 1e-300)
     if not v.settled:
         low, high = _measure(v.smallest, name, file), _measure(v.largest, name, file)
         return f"The motion has not settled to a periodic one: {v.note}. {name} lies between {low} and {high} so far."
-    if v.half_range < STILL * size or not math.isfinite(v.period):
+    if _rests(v):
         return f"The motion settles: {name} comes to rest at {_measure(0.5 * (v.largest + v.smallest), name, file)}."
     kind = "stick-slip vibration" if v.stick_fraction > 0 else "vibration without sticking"
     if is_excited(file.scene):
@@ -156,6 +172,11 @@ def safe(result: StudyResult) -> str:
     found, file = result.safe.found, result.file
     if found.overhangs:
         value = _measure(float(f"{found.value:.3g}"), found.parameter, file)
+        if not found.ended:
+            return (
+                f"No speed is quiet as far as was tried, up to {found.parameter} = {value}: there small disturbances "
+                "die out, but a vibration that has started goes on."
+            )
         return (
             f"Quiet from about {found.parameter} = {value}: up to there a vibration that has started goes on, though "
             "small disturbances die out before. The speed to stay above is this one, not the onset."
@@ -168,10 +189,35 @@ def motion(result: StudyResult) -> str:
     """Return the sentences on the motion: route, status and accuracy."""
     m = result.motion.found
     sticks = sum(len(v) for v in m.sticks.values())
-    text = f"Computed with the route {m.route}: {counted(m.events, 'change')} of mode, "
-    text += f"{counted(sticks, 'interval')} of sticking. "
+    text = f"Computed with the route {m.route}"
+    if result.file.scene.contacts:
+        text += f": {counted(m.events, 'change')} of mode, {counted(sticks, 'interval')} of sticking"
+    text += ". "
     text += f"The energies balance to {powers_of_ten(f'{m.energy_residual:.1e}')}."
     return text + (f" It ended early ({m.status}): {m.advice}." if m.advice else "")
+
+
+def stability_heading(result: StudyResult) -> str:
+    """Return the heading of the stability."""
+    return f"{'Steady sliding' if result.file.scene.contacts else 'The equilibrium'} and its stability"
+
+
+def route(result: StudyResult) -> tuple[list[list[str]], list[list[str]]]:
+    """Return each route with its verdict, and what the computation leaves out with the reason, as rows."""
+    note = result.explanation.note if result.explanation.value is None else str(result.explanation.value)
+    lines = [line.strip().partition(": ") for line in note.splitlines() if line.strip()]
+    names = [name.rstrip(":") for name, _, _ in lines]
+    end = names.index("skipped") if "skipped" in names else len(names)
+    rows = [[name, text] for name, (_, _, text) in zip(names, lines, strict=True)]
+    return [row for row in rows[:end] if row[0] != "route"], rows[end + 1 :]
+
+
+def without_answer(result: StudyResult) -> list[str]:
+    """Return one line for each reason why parts of the study have no result."""
+    topics: dict[str, list[str]] = {}
+    for topic, reason in result.skipped().items():
+        topics.setdefault(reason, []).append(topic)
+    return [f"{', '.join(names)}: {reason}" for reason, names in topics.items()]
 
 
 def amplitude_heading(result: StudyResult) -> str:

@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -25,28 +26,32 @@ from symfric.report.study.study import DesignResult, StudyResult
 from symfric.scenefile.units import output_unit
 from symfric.templates import render
 
+_MINUS = re.compile(r"(?<=[ (])-(?=\d)")  # of a number
+
 
 def page(result: StudyResult) -> str:
     """Return the page as HTML."""
-    route = result.explanation.note if result.explanation.value is None else str(result.explanation.value)
     drawn = designs_shown(result)
     system = result.file.scene.system
     names = [s.name for s in (*system.states, *result.file.scene.parameters)]
+    expressions = [e for c in result.file.scene.contacts for e in (c.slip, c.normal, c.profile)]
+    routes, left_out = narrative.route(result)
+    said = partial(typeset, names=names, expressions=expressions)
     return render(
         "study.html",
-        typeset=partial(typeset, names=names),
+        typeset=said,
         title=result.file.title or "A scene with dry friction",
         result=result,
         file=result.file,
         words=narrative,
-        shown=pictures(result),
+        shown={section: _captioned(shown, said) for section, shown in pictures(result).items()},
         comparison=[
             [
-                r.quantity + (f" [{r.unit}]" if r.unit else ""),
+                said(r.quantity + (f" [{r.unit}]" if r.unit else "")),
                 number(r.predicted),
                 number(r.computed),
                 narrative.percent(r.difference),
-                r.formula,
+                said(r.formula),
             ]
             for r in result.rows
         ],
@@ -59,27 +64,45 @@ def page(result: StudyResult) -> str:
         stability=_stability(result),
         outputs=_without_empty(_outputs(result), 2),
         no_effective=_no_effective(result),
-        made=[_design(result, d, drawn[d.plan.kind]) for d in result.designs],
-        route=[line for line in route.splitlines() if line.strip()],
-        skipped=result.skipped(),
+        made=[_design(result, d, _captioned(drawn[d.plan.kind], said)) for d in result.designs],
+        routes=routes,
+        left_out=left_out,
+        skipped=narrative.without_answer(result),
         used=used(result.versions),
     )
 
 
-def typeset(text: str, names: Iterable[str]) -> Markup:
+def _captioned(shown: list[Picture], said: Callable[[str], Markup]) -> list[Picture]:
+    """Return pictures with the names of symbols in their captions set as mathematics."""
+    return [replace(p, caption=said(p.caption)) for p in shown]
+
+
+def typeset(text: str, names: Iterable[str], expressions: Iterable[sp.Expr] = ()) -> Markup:
     """Return a sentence with the names of symbols set as mathematics, and powers of ten.
 
-    A name of one or two plain letters may be a word; it counts where a number follows, as in "a = 2".
+    A name of one or two plain letters may be a word; it counts where a number follows, as in "a = 2". Of `expressions`,
+    each counts where a sentence on contacts has it.
     """
+    formulas = {str(e): e for e in expressions if not e.is_number}
     known = sorted({n for n in names if n.isidentifier()}, key=len, reverse=True)
     odd = [n for n in known if "_" in n or n[-1].isdigit() or n.lower() in (*greeks, "lambda")]
-    forms = [rf"{re.escape(n)}(?= = )" for n in known] + [rf"{re.escape(n)}(?![\w(])" for n in odd]
-    forms += [rf"(?<=half range of ){re.escape(n)}(?!\w)" for n in known]
-    text = narrative.powers_of_ten(text)
+    forms = [
+        rf"(?<={place} ){re.escape(n)}(?=[ ,.;]|$)"
+        for n in sorted(formulas, key=len, reverse=True)
+        for place in ("slipping at", "load", "profile")
+    ]
+    forms += [rf"{re.escape(n)}(?= = )" for n in known] + [rf"{re.escape(n)}(?![\w(])" for n in odd]
+    forms += [rf"(?<={place} ){re.escape(n)}(?!\w)" for n in known for place in ("half range of", "mean of", "against")]
+    forms += [rf"(?<=Velocity ){re.escape(n)}(?!\w)" for n in known]
+    forms += [rf"\b{re.escape(n)}(?= (?:at rest|comes to rest|lies between)\b)" for n in known]
+    text = _MINUS.sub("−", narrative.powers_of_ten(text)).replace("M^-1 B", "M⁻¹B")
     if not forms:
         return escape(text)
     parts = re.split(r"(?<![\w.])(" + "|".join(forms) + ")", text)
-    return Markup("").join(inline_name(p) if k % 2 else escape(p) for k, p in enumerate(parts))
+    set_in_letters = (
+        (inline(formulas[p]) if p in formulas else inline_name(p)) if k % 2 else escape(p) for k, p in enumerate(parts)
+    )
+    return Markup("").join(set_in_letters)
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -109,7 +132,8 @@ def inline_name(name: str) -> Markup:
 def _contacts(result: StudyResult) -> list[dict]:
     """Return each contact with its equations and the coefficients that the file gives."""
     specs = {spec.contact: spec for spec in result.file.laws}
-    found = []
+    scene, found = result.file.scene, []
+    taken = {s.name for s in (*scene.system.states, *scene.parameters)}
     for contact in result.file.scene.contacts:
         spec = specs.get(contact.name)
         coefficients = {} if spec is None else spec.coefficients
@@ -117,14 +141,20 @@ def _contacts(result: StudyResult) -> list[dict]:
             {
                 "name": contact.name,
                 "law": None if spec is None else spec.law,
-                "equations": friction_of_contact(contact, law_in_letters(spec, contact)),
+                "equations": friction_of_contact(contact, law_in_letters(spec, contact), taken),
                 "coefficients": [
-                    (inline_name(k), with_unit(narrative.shown(v), _coefficient_unit(result, contact.name, k, v)))
+                    (inline_name(k), with_unit(_coefficient(v, taken), _coefficient_unit(result, contact.name, k, v)))
                     for k, v in coefficients.items()
+                    if k != v
                 ],
             }
         )
     return found
+
+
+def _coefficient(value, names: Collection[str]) -> str:
+    """Return a coefficient as the file gives it, the name of a value set as mathematics."""
+    return inline_name(value) if isinstance(value, str) and value in names else narrative.shown(value)
 
 
 def _values(result: StudyResult) -> list[list[str]]:
@@ -162,7 +192,7 @@ def _stability(result: StudyResult) -> dict | None:
         return None
     return {
         "definiteness": found.definiteness,
-        "reason": found.reason,
+        "reason": found.reason.replace("M^-1 B", "M⁻¹B"),
         "stable": found.stable,
         "growth": with_unit(number(-found.margin), result.file.units.rate),
         "head": _eigenvalue_head(result.file.units),
@@ -212,4 +242,4 @@ def _design(result: StudyResult, made: DesignResult, shown: list[Picture]) -> di
         for name, value, unit in designs.rows(made.plan, design, result.file)
     ]
     rows = _without_empty(rows, 2)
-    return {**head, "note": "", "found": designs.found(design), "rows": rows, "shown": shown}
+    return {**head, "note": "", "found": designs.found(design, result.file), "rows": rows, "shown": shown}

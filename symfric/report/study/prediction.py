@@ -51,13 +51,19 @@ def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Pr
     stable = np.array([max((a for a, good in pairs if good), default=np.nan) for pairs in found])
     unstable = np.array([max((a for a, good in pairs if not good), default=np.nan) for pairs in found])
     curves = []
-    if np.isfinite(stable).any():
+    if _has_a_line(stable):
         curves.append(PredictionCurve("averaging", source, values, stable))
-    if np.isfinite(unstable).any():
+    if _has_a_line(unstable):
         curves.append(PredictionCurve("averaging, unstable", source, values, unstable))
     if not curves:
         raise NotFound("averaging finds no vibration on this range")
     return curves
+
+
+def _has_a_line(amplitude: np.ndarray) -> bool:
+    """Whether two neighbouring values have an amplitude, so that something would be drawn."""
+    found = np.isfinite(amplitude)
+    return bool((found[1:] & found[:-1]).any())
 
 
 def _amplitudes(scene: Scene, flow: SlowFlow, parameter: str, value: float) -> list[tuple[float, bool]]:

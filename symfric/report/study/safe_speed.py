@@ -25,11 +25,14 @@ class SafeSpeed:
         The lowest speed at which it was not found any more.
     onset : float
         Speed at which steady sliding becomes stable.
+    ended : bool
+        Whether it ended; if not, `value` is the highest speed that was tried.
     """
 
     parameter: str
     value: float
     onset: float
+    ended: bool = True
 
     @property
     def overhangs(self) -> bool:
@@ -38,7 +41,13 @@ class SafeSpeed:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data."""
-        return {"parameter": self.parameter, "value": self.value, "onset": self.onset, "overhangs": self.overhangs}
+        return {
+            "parameter": self.parameter,
+            "value": self.value,
+            "onset": self.onset,
+            "overhangs": self.overhangs,
+            "ended": self.ended,
+        }
 
 
 def safe_speed(scene: Scene, plan: SweepPlan, onset: float) -> SafeSpeed:
@@ -55,7 +64,7 @@ def safe_speed(scene: Scene, plan: SweepPlan, onset: float) -> SafeSpeed:
     Raises
     ------
     NotFound
-        If it does not vibrate at the value it has, or does so at any speed that was tried.
+        If it does not vibrate at the value it has.
     """
     (coordinate,) = (s for s in scene.system.states if s.name == plan.coordinate)
     settling = Settling(
@@ -78,7 +87,7 @@ def safe_speed(scene: Scene, plan: SweepPlan, onset: float) -> SafeSpeed:
             break
         low, state = high, settled
     else:
-        raise NotFound(f"it vibrates up to {plan.parameter} = {low:g} at least")
+        return SafeSpeed(plan.parameter, low, onset, ended=False)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         left, settled = after(middle, state)

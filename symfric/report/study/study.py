@@ -167,7 +167,7 @@ class StudyResult:
     def skipped(self) -> dict[str, str]:
         """Return the parts without a result, with reasons."""
         topics = ["slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep"]
-        if not self.designs or self.file.plan("quench") is not None:
+        if self.file.plan("quench") is not None:
             topics.append("quench")
         words = {"slow": "slow motion", "hopf": "onset of vibration", "steady": "steady vibration"}
         found = {words.get(t, t): getattr(self, t).note for t in topics if getattr(self, t).value is None}
@@ -180,10 +180,11 @@ class StudyResult:
         if not self.file.scene.contacts:
             found["friction"] = "the scene has no contacts"
         elif not any(c.effective for c in self.friction):
+            note = next((c.note for c in self.friction if c.note), "")
             shaken = "the scene is not shaken, and the file designs no shaking"
-            found["effective friction"] = next((c.note for c in self.friction if c.note), shaken)
+            found["effective friction"] = note if is_excited(self.file.scene) and note else shaken
         if not self.designs:
-            found["design"] = "the file has no [design.quench] or other design"
+            found["design"] = "the file has no [design]"
         return found
 
 
@@ -233,7 +234,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     moved = answer(motion, scene)
     tell("steady vibration", 0.15)
     steady = answer(_steady, scene, plan)
-    swept = _swept(file, slow, onset, lambda f: tell("sweep", 0.2 + 0.4 * f))
+    swept = _swept(file, slow, onset, safe, lambda f: tell("sweep", 0.2 + 0.4 * f))
     designs = _designs(file, lambda f: tell("design", 0.6 + 0.1 * f))
     quenched = _quench(file, designs)
     if quenched.value is not None and swept.value is not None:
@@ -257,7 +258,7 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         designs,
         answer(explain, as_run(scene)),
         curves,
-        compare(file, base, at_rest.value, onset.value, steady.value, designs),
+        compare(file, base, at_rest.value, onset.value, moved.value, steady.value, designs),
         versions(),
         time.monotonic() - started,
     )
@@ -287,7 +288,11 @@ def _safe(file: SceneFile, onset: StudyAnswer["HopfPoint"]) -> StudyAnswer[SafeS
 
 
 def _swept(
-    file: SceneFile, slow: StudyAnswer[Scene], onset: StudyAnswer["HopfPoint"], progress: Callable[[float], None]
+    file: SceneFile,
+    slow: StudyAnswer[Scene],
+    onset: StudyAnswer["HopfPoint"],
+    safe: StudyAnswer[SafeSpeed],
+    progress: Callable[[float], None],
 ) -> StudyAnswer[SweepResult]:
     """Return computed and predicted amplitudes over the range of the sweep."""
     if file.sweep is None:
@@ -299,6 +304,8 @@ def _swept(
         return StudyAnswer(None, computed.note)
     curves, note = _curves(file, plan, slow)
     marks = {} if onset.value is None else {"onset of vibration": onset.value.value}
+    if safe.value is not None and safe.value.overhangs and safe.value.ended:
+        marks["quiet from here on"] = safe.value.value
     return StudyAnswer(SweepResult(plan.parameter, plan.coordinate, values, tuple(computed.value), curves, note, marks))
 
 
