@@ -110,7 +110,7 @@ def plot_phase_portrait(motion, q: str, u: str, contacts: Sequence[str], units: 
 
 
 def plot_friction(curve, unit: str = "", ax=None):
-    """Draw the coefficient of friction of a contact against sliding speed or place, and the effective one when shaken."""
+    """Draw the coefficient of friction of a contact against sliding speed or place, and the one when shaken."""
     ax = new_axes() if ax is None else ax
     ax.plot(curve.speed, curve.coefficient, color=BLUE, label="friction law")
     if not curve.place:
