@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward
 from symfric.model.outputs import Row
+from symfric.solve.loop.decay_weights import weights
 from symfric.solve.loop.series import Series
 
 # words of the masks: lanes that a kernel left as they were or whose run or input ends, lanes that stick now, those that
@@ -28,6 +29,8 @@ class Plan:
     tolerance, doubt : float
         See `symfric.solve.loop.workspace.LoopClock`.
     horizon : float
+    exact : int
+        Order to which weighted steps are accurate, 0 without them; see `symfric.solve.loop.decay_weights`.
     settles : bool
         Whether the mode after an event is chosen in lanes; otherwise the event loop does that.
     """
@@ -38,6 +41,7 @@ class Plan:
     tolerance: float
     doubt: float
     horizon: float
+    exact: int
     settles: bool
 
     @property
@@ -74,6 +78,7 @@ class Plan:
         """Return a hash of all that kernels are written from."""
         automaton = self.automaton
         parts = [str(self.tolerance), str(self.doubt), str(self.horizon), str(self.settles), str(self.order)]
+        parts += [str(self.exact), str(weights(self.order))] if self.exact else []
         parts += [str(automaton.layout), str(automaton.anchors), str(automaton.n_q), automaton.gauge.serialize()]
         parts += [str([row.kind for row in self.rows]), str(self.n_x)]
         for v in self.variants:

@@ -11,7 +11,7 @@ def smooth_step(plan: Plan, width: int, name: str = "smooth") -> Written:
     k = GuardedStep(plan, name, width)
     g, old, n_x = k.g, dict(k.v), plan.n_x
     c = k.series()
-    h, far, last = k.lengths(c)
+    c, h, far, last = k.lengths(c)
     gains, totals = k.reaches(c, h, far)
     for i in range(plan.n_g):
         row = c[n_x + i]
@@ -45,7 +45,7 @@ class LocatedStep(GuardedStep):
         """Advance lanes; return where an event is reached and which guard has, and where the run or an input ends."""
         g, plan, n_x, layout = self.g, self.plan, self.plan.n_x, self.plan.automaton.layout
         c = self.series()
-        h, far, last = self.lengths(c)
+        c, h, far, last = self.lengths(c)
         _, totals = self.reaches(c, h, far)
         tau, which = far, g.select(self.called, 0.0, far - far)
         for i in range(plan.n_g):

@@ -15,6 +15,7 @@ from symfric.codegen.lane_values import moves
 from symfric.codegen.llvm_ir import Written
 from symfric.solve.lanes.fields import CALLED, LEFT, OWED, OWED_OF, Plan
 from symfric.solve.lanes.wanted_rows import WantedRows
+from symfric.solve.loop.decay_weights import LONGEST, PREFERRED, weights
 from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.series import reach
 
@@ -97,20 +98,32 @@ class Step(WantedRows):
 
     # -- the length of a step
     def lengths(self, c: list[list]) -> tuple:
-        """Return the length of a step, how far guards are looked at, and whether the run ends with it."""
-        g, v = self.g, self.v
-        h = self._size(c)
+        """Return the rows, how long a step is, how far guards are looked at, and whether the run ends with it."""
+        g, v, n = self.g, self.v, self.plan.order
+        limit = _logarithm(self.plan.tolerance)
+        h = self._size(c, n, limit, limit)
+        if self.plan.exact:
+            c, h = self._weighted(c, h)
         left = (v["end"] - v["t"]) - v["t_low"]
         last = h * STRETCH >= left
         far = g.select(last, left, h * STRETCH)
         h = g.select(last, left, h)
         self.require(last | (h > 2.0 * EPS * g.abs(v["t"])))
         self.require((v["t"] < v["end"]) & (v["steps"] < v["mark_steps"]))
-        return h, far, last
+        return c, h, far, last
 
-    def _size(self, c: list[list]):
-        g, n, v, fine = self.g, self.plan.order, self.v, self.plan.tolerance
-        limit = (_bits(fine) - 1023 * ONE) >> CUT
+    def _weighted(self, c: list[list], h) -> tuple:
+        """Return the rows and the length of a step with weighted coefficients in lanes where that is longer."""
+        g, last, damping = self.g, self.plan.exact + 2, weights(self.plan.order)
+        limits = (_logarithm(self.plan.tolerance / (1.0 - float(damping[k]))) for k in (last, last - 1))
+        longer = self._size(c, last, *limits)
+        use = longer > PREFERRED * h
+        weighted = lambda k, e: g.select(use, g.rounded(g.mul(e, float(damping[k]))), e)  # noqa: E731
+        c = [[*row[: last - 1], *(weighted(k, e) for k, e in enumerate(row) if k > self.plan.exact)] for row in c]
+        return c, g.select(use, g.min(longer, LONGEST * h), h)
+
+    def _size(self, c: list[list], n: int, limit: int, limit_below: int):
+        g, v, fine = self.g, self.v, self.plan.tolerance
         top: Any = None
         worst: list[Any] = [None, None]
         for r, row in enumerate(c):
@@ -133,10 +146,10 @@ class Step(WantedRows):
                     part = g.whole("sub", g.bits(g.abs(e)), size)
                     worst[k] = part if worst[k] is None else g.best("sgt", worst[k], part)
         least = None
-        for k, order in enumerate((n, n - 1)):
+        for k, (order, most) in enumerate(((n, limit), (n - 1, limit_below))):
             if worst[k] is not None:
                 self.require(g.compare_whole("slt", worst[k], 1024 * ONE))
-                e = g.whole("sub", limit, g.whole("ashr", worst[k], CUT))
+                e = g.whole("sub", most, g.whole("ashr", worst[k], CUT))
                 e = g.whole("mul", e, int(PART / order))
                 least = e if least is None else g.best("slt", least, e)
         if least is None:  # nothing limits it
@@ -232,6 +245,10 @@ class Step(WantedRows):
         new["steps"] = v["steps"] + 1.0
         new |= {f"fresh{i}": v[f"fresh{i}"] - v[f"fresh{i}"] for i in self.starting}
         v.update(new)
+
+
+def _logarithm(x: float) -> int:
+    return (_bits(x) - 1023 * ONE) >> CUT
 
 
 def _bits(x: float) -> int:

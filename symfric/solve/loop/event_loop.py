@@ -17,7 +17,7 @@ from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, p
 from symfric.solve.loop.saltation import follow, jump, note_places, remember, turn_lowest
 from symfric.solve.loop.singular_start import start_singular
 from symfric.solve.loop.step_acceptance import proven, reach
-from symfric.solve.loop.step_size import step_rule, step_size
+from symfric.solve.loop.step_size import step_rule, step_size, weighted_rule, weighted_size
 from symfric.solve.loop.tolerances import natural_time, no_acceleration
 from symfric.solve.loop.transitions import transit
 from symfric.solve.loop.workspace import (
@@ -70,7 +70,7 @@ def drive(w):
     """Integrate from the state in ``w.y`` to ``w.clock.t_end``; return a status, or a code to call again."""
     n_x, n_c = w.y.size - 1, w.sticks.size
     stop = w.counts.steps + w.limits.chunk
-    rule = step_rule(w)
+    rule, rule_weighted = step_rule(w), weighted_rule(w)
     while True:
         if w.y[n_x] >= w.clock.t_end:
             return _OK
@@ -98,6 +98,8 @@ def drive(w):
             if status != _OK:
                 return status
             continue
+        if w.limits.exact > 0:
+            h = weighted_size(w, n_x, h, rule_weighted)
         limit = min(w.clock.t_end, w.segment_t[w.counts.segment + 1])
         left = (limit - w.y[n_x]) - w.clock.t_low
         last = h * _STRETCH >= left

@@ -11,6 +11,7 @@ from symfric.lower.variational_equations import Variations
 from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
 from symfric.solve.loop.compiled_model import CompiledModel
+from symfric.solve.loop.decay_weights import exact_order
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.series import Series, reach
 from symfric.solve.loop.workspace import SHARED, make_arrays
@@ -63,6 +64,7 @@ def series_model(
     clock.t_end, (clock.tolerance, clock.doubt) = scene.horizon, tolerances
     limit(limits, budgets, wanted)
     limits.n_q, limits.checked, limits.linear = automaton.n_q, first.exposed.size > 0, linear
+    limits.exact = exact_order(variants[0].order) if decays(scene) and not linear else 0
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
@@ -72,6 +74,11 @@ def series_model(
     loop = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)
+
+
+def decays(scene: Scene) -> bool:
+    """Whether a scene may have fast decays: those of a friction law without a jump, or of a state of first order."""
+    return len(scene.system.z) > scene.system.made or any(c.law.smooth for c in scene.contacts if c.along_line)
 
 
 def _joined_transition(automaton: Automaton) -> ca.Function:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.decay_weights import LONGEST, PREFERRED
 from symfric.solve.loop.precision import EPS
 
 _TINY = 1e-300  # scale that counts as zero
@@ -18,9 +19,19 @@ _MOST = 1023 << 30
 @compiled(inline=True)
 def step_rule(w):
     """Return the constants of `step_size` for a tolerance and order."""
-    order, tolerance = w.c.shape[1] - 1, w.clock.tolerance
-    limit = (_bits(tolerance) - 1023 * _ONE) >> _CUT
-    return EPS / tolerance, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
+    order, limit = w.c.shape[1] - 1, _logarithm(w.clock.tolerance)
+    return EPS / w.clock.tolerance, limit, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
+
+
+@compiled(inline=True)
+def weighted_rule(w):
+    """Return the constants of `weighted_size`: the error is a part of the first two coefficients that have weights."""
+    last, tolerance = w.limits.exact + 2, w.clock.tolerance
+    if w.limits.exact == 0:
+        return step_rule(w)
+    limit = _logarithm(tolerance / (1.0 - w.damping[last]))
+    below = _logarithm(tolerance / (1.0 - w.damping[last - 1]))
+    return EPS / tolerance, limit, below, np.int64(_PART / last), np.int64(_PART / (last - 1))
 
 
 @compiled(inline=True, fused=True)
@@ -29,10 +40,33 @@ def step_size(w, n_x, rule):
 
     Terms are compared by their logarithms, in fixed point: see `_bits`.
     """
-    order, before = w.c.shape[1] - 1, w.clock.h_last
-    if before == 0.0:
+    if w.clock.h_last == 0.0:
         return _first_step(w)
-    grain, limit, root, root_below = rule
+    return _size(w, n_x, w.c.shape[1] - 1, rule)
+
+
+@compiled(inline=False, fused=True)
+def weighted_size(w, n_x, h, rule):
+    """Return a longer step than h with weighted coefficients if fast decays limit h, else h.
+
+    See `symfric.solve.loop.decay_weights`.
+    """
+    if w.clock.h_last == 0.0:
+        return h
+    longer = _size(w, n_x, w.limits.exact + 2, rule)
+    if not longer > PREFERRED * h:  # or one of them is not finite
+        return h
+    for r in range(w.c.shape[0]):
+        for k in range(w.limits.exact + 1, w.c.shape[1]):
+            w.c[r, k] *= w.damping[k]
+    return min(longer, LONGEST * h)
+
+
+@compiled(inline=True, fused=True)
+def _size(w, n_x, order, rule):
+    """Return the step at which the terms of an order and of the one below are within their limits."""
+    before = w.clock.h_last
+    grain, limit, limit_below, root, root_below = rule
     worst, worst_below, late = _NONE, _NONE, False
     for r in range(w.c.shape[0]):
         a, b = _bits(abs(w.c[r, order])), _bits(abs(w.c[r, order - 1]))
@@ -56,7 +90,13 @@ def step_size(w, n_x, rule):
         return before if late else np.inf
     if max(worst, worst_below) >= 1024 * _ONE:
         return np.nan
-    return _exp2(min((limit - (worst >> _CUT)) * root, (limit - (worst_below >> _CUT)) * root_below) >> 20)
+    return _exp2(min((limit - (worst >> _CUT)) * root, (limit_below - (worst_below >> _CUT)) * root_below) >> 20)
+
+
+@compiled(inline=True)
+def _logarithm(x):
+    """Return log2 x in the fixed-point format."""
+    return (_bits(x) - 1023 * _ONE) >> _CUT
 
 
 @compiled(inline=True)

@@ -11,6 +11,7 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward, sign
 from symfric.model.outputs import Row
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.decay_weights import weights
 from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 from symfric.solve.loop.series import PROBED, Series
 
@@ -33,6 +34,7 @@ SHARED = frozenset(
         "table",
         "limits",
         "follows",
+        "damping",
         "due",
         "first_due",
     }
@@ -54,6 +56,7 @@ class LoopLimits(Limits, kind=int):
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
     first_variable: int  # index in m of the first variable of other contacts; these start at zero
+    exact: int  # order to which weighted steps are accurate, 0 without them; see `symfric.solve.loop.decay_weights`
     apart: int  # whether a run pauses after every choice of its mode
 
 
@@ -87,6 +90,7 @@ class LoopArrays(RunArrays):
     row: Integers  # rows of these entries, (n,)
     column: Integers
     entry: Reals
+    damping: Reals  # weights of the coefficients in such steps, (order + 1,)
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # first coefficients, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
@@ -211,6 +215,7 @@ def make_arrays(
         row=flags(len(pattern)),
         column=flags(len(pattern)),
         entry=room(len(pattern)),
+        damping=weights(order),
         c=room(n_r, order + 1),
         probe=room(n_r, PROBED + 1),
         gauge=room(gauged, n_c),
