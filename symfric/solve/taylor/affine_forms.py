@@ -6,6 +6,7 @@ atoms a move (states and nonlinear operations) and the coefficients, computed on
 choice by the mode is a choice of coefficients.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -39,14 +40,22 @@ class _Form:
 
 
 def gathered(field: ca.Function) -> ca.Function:
-    """Return an equivalent function ``(y, t, p, m) -> (rate, guards, rows)`` with gathered sums."""
+    """Return an equivalent function ``(y, t, p, m) -> (rate, guards, rows)`` with gathered sums.
+
+    What is written twice, as the rate of a bristle that its damping contains too, is computed once.
+    """
     arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
-    nodes, outputs = read(field)
+    nodes, outputs = read(_once(field.name(), arguments, field(*arguments), field))
     work = _Gathering(arguments)
     for node in nodes:
         work.add(node)
     out = [ca.vertcat(*(work.value(i) for i in row)) if row else ca.SX(0, 1) for row in outputs]
-    return ca.Function(field.name(), arguments, [ca.densify(e) for e in out], field.name_in(), field.name_out())
+    return _once(field.name(), arguments, out, field)
+
+
+def _once(name: str, arguments: list[ca.SX], out: Sequence[ca.SX], like: ca.Function) -> ca.Function:
+    """Return a function that computes every expression once."""
+    return ca.Function(name, arguments, ca.cse([ca.densify(e) for e in out]), like.name_in(), like.name_out())
 
 
 class _Gathering:
