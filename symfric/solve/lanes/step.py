@@ -146,10 +146,10 @@ class Step(WantedRows):
                     part = g.whole("sub", g.bits(g.abs(e)), size)
                     worst[k] = part if worst[k] is None else g.best("sgt", worst[k], part)
         least = None
-        for k, (order, most) in enumerate(((n, limit), (n - 1, limit_below))):
+        for k, (order, within) in enumerate(((n, limit), (n - 1, limit_below))):
             if worst[k] is not None:
                 self.require(g.compare_whole("slt", worst[k], 1024 * ONE))
-                e = g.whole("sub", most, g.whole("ashr", worst[k], CUT))
+                e = g.whole("sub", within, g.whole("ashr", worst[k], CUT))
                 e = g.whole("mul", e, int(PART / order))
                 least = e if least is None else g.best("slt", least, e)
         if least is None:  # nothing limits it

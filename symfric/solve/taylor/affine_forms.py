@@ -45,7 +45,7 @@ def gathered(field: ca.Function) -> ca.Function:
     What is written twice, as the rate of a bristle that its damping contains too, is computed once.
     """
     arguments = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
-    nodes, outputs = read(_once(field.name(), arguments, field(*arguments), field))
+    nodes, outputs = read(_once(field.name(), arguments, list(field(*arguments)), field))
     work = _Gathering(arguments)
     for node in nodes:
         work.add(node)
