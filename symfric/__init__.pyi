@@ -1,6 +1,6 @@
 """What `symfric` offers: the one list of its names, for Python and for type checkers; see ``__init__.py``."""
 
-from . import design, motions, structures, theory
+from . import design, export, motions, structures, theory
 from .ensemble.attractors import Attractor
 from .ensemble.basins import Basins, basins
 from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
@@ -127,6 +127,7 @@ __all__ = [
     "draw",
     "equilibrium",
     "explain",
+    "export",
     "fit_curve",
     "fit_decay",
     "fit_loop",

@@ -25,6 +25,7 @@ BELOW = {
     "codegen": {"errors", "files", "locks"},
     "solve": {"axes", "codegen", "errors", "files", "locks", "templates", "model", "lower"},
 }
+BELOW["export"] = BELOW["solve"] | {"solve"}
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits", "motions"}
 BELOW["structures"] = BELOW["orbits"] | {"orbits"}
@@ -33,7 +34,7 @@ BELOW["identification"] = BELOW["ensemble"] | {"ensemble"}
 BELOW["scenefile"] = BELOW["design"] | {"design", "identification"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}
 BELOW["bench"] = BELOW["report"] | {"report"}
-BELOW["cli"] = BELOW["bench"] | {"bench"}
+BELOW["cli"] = BELOW["bench"] | {"bench", "export"}
 BELOW["__main__"] = {"cli"}
 HEAVY = ("matplotlib", "control", "xarray", "heyoka", "IPython", "distributed")
 

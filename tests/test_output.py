@@ -44,6 +44,7 @@ CALLS = {  # every command that ends by itself, with arguments that make it prin
     "explain": ["explain", "{file}"],
     "sweep": ["sweep", "{file}", "-o", "{out}", "-j", "1"],
     "identify": ["identify", "{file}", "-o", "{out}"],
+    "export": ["export", "{file}", "--to", "c", "--step", "0.05", "-o", "{out}.c"],
     "scenes": ["scenes"],
     "new": ["new", "{out}.toml"],
     "reproduce": ["reproduce", "rolling-table-2", "-o", "{out}"],

@@ -115,6 +115,7 @@ RUNS = {
     "sweep": lambda s: sf.sweep(s.wanting({"m": sf.Max(s.system.q[0])}), {name(s): [*around(s)]}, jobs=1),
     "bifurcation_diagram": lambda s: sf.bifurcation_diagram(s, name(s), [*around(s)], jobs=1),
     "as_function": lambda s: sf.as_function(s.wanting({"m": sf.Max(s.system.q[0])}), [name(s)], ["m"])(value(s)),
+    "export.stepper": lambda s: sf.export.stepper(s, 0.01).run(until=0.5),
     "equilibrium": sf.equilibrium,
     "stability": lambda s: (lambda found: (found, found.hurwitz, found.statespace))(sf.stability(s)),
     "average": lambda s: sf.average(s).amplitudes,

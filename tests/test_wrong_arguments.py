@@ -97,7 +97,7 @@ def test_a_misspelt_name_names_the_nearest(wrong, near):
 
 
 @pytest.mark.parametrize(
-    "module", [sf, sf.scenes, sf.theory, sf.theory.transient, sf.design, sf.motions, sf.structures]
+    "module", [sf, sf.scenes, sf.theory, sf.theory.transient, sf.design, sf.motions, sf.structures, sf.export]
 )
 def test_helpers_do_not_show(module):
     assert [n for n in dir(module) if not n.startswith("__")] == sorted(module.__all__)

@@ -31,10 +31,11 @@ GROUPS = {  # the part of a name or of its module: title, and a sentence on it
     "design": ("Design", "Each returns a `sf.design.Design`, verified on the event-driven model."),
     "structures": ("Large structures", "Matrices of finite elements, modes, flutter, reduction."),
     "identify": ("From records", "Friction laws from measured motion."),
+    "export": ("Other programs", "Steps of fixed length: Python, C code, units for co-simulation."),
     "motions": ("Ground motions", "Records, synthetic earthquakes, spectra."),
     "errors": ("Errors", "What wrong input and failed searches raise."),
 }
-SPACES = ("laws", "mechanics", "scenes", "design", "structures", "motions", "identify")  # public under these names
+SPACES = "laws", "mechanics", "scenes", "design", "structures", "export", "motions", "identify"  # public so
 
 
 def group_of(name: str, thing) -> str:

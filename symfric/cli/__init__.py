@@ -18,6 +18,7 @@ COMMANDS = {  # name: module and attribute, imported at first use
     "sweep": "symfric.cli.sweep:sweep",
     "identify": "symfric.cli.identify:identify",
     "explore": "symfric.cli.explore:explore",
+    "export": "symfric.cli.export:export",
     "scenes": "symfric.cli.commands:scenes",
     "reproduce": "symfric.cli.reproduce:reproduce",
     "bench": "symfric.cli.bench:bench",

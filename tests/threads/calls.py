@@ -143,6 +143,7 @@ MOTIONS = {
     "motions.scaled_set": lambda k: [m.samples for m in sf.motions.scaled_set([MOTION], 1.0 + k)],
 }
 THEORY = {
+    "export.stepper": lambda k: sf.export.stepper(belt(k), 0.05).run(until=5.0).x.values,
     "theory.falling_speeds": lambda k: sf.theory.falling_speeds(sf.laws.lorentz(0.8, 0.3, b=0.35 + 0.01 * k)),
     "equilibrium": lambda k: sf.equilibrium(belt(k, v_b=0.6)),
     "stability": lambda k: (lambda s: (s, s.hurwitz))(sf.stability(belt(k, v_b=0.6))),

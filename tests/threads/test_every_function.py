@@ -13,6 +13,8 @@ from tests.threads.calls import CALLS, SLOW
 from tests.threads.together import THREADS, difference, together
 
 OTHERWISE = {  # public functions that are tried elsewhere or read files
+    "export.write_c": "test_c_code",
+    "export.write_fmu": "test_c_code",
     "motions.read_at2": "test_files_of_motions",
     "motions.read_text": "test_files_of_motions",
     "read": "test_starting",

@@ -1,0 +1,168 @@
+"""Smooth functions of one scene from which a step of fixed length is made, see `symfric.export.step_function`."""
+
+import casadi as ca
+
+from symfric.lower.automaton import Automaton
+from symfric.lower.constraint_forces import hold
+from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.lower.mode_layout import backward, forward
+
+_AT_REST = 1e-12  # slip relative to its terms below which a contact at the start is at rest
+_MOVED = 1e-10  # slip relative to its terms above which it was changed from outside
+_TIE = 1e-10  # slip acceleration relative to that by the static friction below which its direction is open
+_ROUNDING = 64 * 2.0**-52
+
+
+class StepEquations:
+    """Functions of state y, time t, data p and mode m, and the rules at events.
+
+    Parameters
+    ----------
+    model : ContactDynamics
+    automaton : Automaton
+        Of the model.
+
+    Attributes
+    ----------
+    rate, guards : casadi.Function
+        ``(y, t, p, m) -> y'`` and ``-> guards``, shape (n_g,).
+    held : casadi.Function
+        ``(y, t, p, m) -> y`` with the slips of sticking contacts at zero.
+    watched : list of int
+        The guards that end a mode; those of the loads do not.
+    """
+
+    def __init__(self, model: ContactDynamics, automaton: Automaton):
+        self.model, self.automaton, self.layout = model, automaton, automaton.layout
+        self.n_c = len(automaton.contacts)
+        self.loads = list(range(self.layout.first_load, self.layout.first_other))
+        self.watched = [g for g in range(self.layout.n_guards) if g not in self.loads]
+        self._m = ca.SX.sym("m", self.layout.n_mode)
+        self._at = [model.y, model.t, model.p]
+        self._rate, self._guards, _ = automaton.field(*self._at, self._m)
+        self._w, self._size, self._pull, *_ = gauge = automaton.gauge(*self._at)
+        self._forces, self._coupling = gauge[5], ca.diag(ca.reshape(gauge[6], self.n_c, self.n_c))
+        self.rate = ca.Function("rate", [*self._at, self._m], [self._rate])
+        self.guards = ca.Function("guards", [*self._at, self._m], [self._guards])
+        self.held = ca.Function("held", [*self._at, self._m], [self._at_zero(self._m[: self.n_c] > 0.5)])
+
+    def drifts(self) -> bool:
+        """Whether the formula leaves the slips of sticking contacts at zero only within its error."""
+        anchored = all(index >= 0 for index, _ in self.automaton.anchors)
+        return not (anchored and self.model.drift.is_zero())
+
+    def _at_zero(self, sticks: ca.SX) -> ca.SX:
+        """Return the state after impulses that set the slips of some contacts to zero."""
+        y, n = ca.SX(self.model.y), self.model.u.numel()
+        if not self.n_c:
+            return y
+        J = self.model.slopes
+        _, change, _ = hold(J, self.model.spread, self.model.u, self._w - J @ self.model.u, sticks, tested=False)
+        y[n : 2 * n] += change
+        for i, (index, factor) in enumerate(self.automaton.anchors):
+            if index >= 0:  # exact
+                y[index] = ca.if_else(sticks[i], self.model.y[index] - self._w[i] / factor, y[index])
+        return y
+
+    def first_mode(self) -> ca.Function:
+        """Return ``(y, t, p) -> (y, m, zero)``: a mode to begin with, and which contacts are at rest."""
+        rests = ca.fabs(self._w) <= _AT_REST * self._size
+        able = ca.DM([float(e) for e in self.automaton.sticks])
+        mode = [*ca.vertsplit(rests * able), *(ca.if_else(w < 0, -1, 1) for w in ca.vertsplit(self._w))]
+        mode += [ca.SX(1)] * self.layout.switches
+        mode += [ca.SX(0)] * (self.layout.n_mode - len(mode))
+        for j in range(self.layout.switches):  # a switch may depend on earlier ones
+            value = ca.substitute(self._guards[self.layout.switch(j)], self._m, ca.vertcat(*mode))
+            mode[self.layout.sign(j)] = ca.if_else(value < 0, -1, 1)
+        m = ca.vertcat(*mode)
+        return ca.Function("first", self._at, [self.held(*self._at, m), m, ca.SX(rests)])
+
+    def told(self) -> ca.Function:
+        """Return ``(y, t, p, m, fresh) -> (m, fresh)``: the mode after a change of state or data from outside."""
+        fresh, m = ca.SX.sym("fresh", self.layout.n_guards), ca.SX(self._m)
+        after = ca.SX(fresh)
+        for i in range(self.n_c):
+            moved = ca.fabs(self._w[i]) > _MOVED * self._size[i]
+            m[i] = ca.if_else(moved, 0, m[i])
+            m[self.n_c + i] = ca.if_else(moved, ca.if_else(self._w[i] < 0, -1, 1), m[self.n_c + i])
+            after[backward(i)] = ca.if_else(moved, 0, fresh[backward(i)])
+        return ca.Function("told", [*self._at, self._m, fresh], [m, after])
+
+    def crossed(self) -> ca.Function:
+        """Return ``(y, t, p, m, hit) -> (y, m, zero, fresh)``: state and trial mode after some guards were hit.
+
+        Contacts whose slip reached zero stick, those that reached their bound slip, switches change their sign, and
+        contacts behind springs do what is said of them. `zero` marks the contacts with slip zero, `fresh` the guards
+        that start the mode at zero.
+        """
+        layout, n_c = self.layout, self.n_c
+        hit, y, m = ca.SX.sym("hit", layout.n_guards), ca.SX(self.model.y), ca.SX(self._m)
+        fresh, zero = ca.SX.zeros(layout.n_guards), ca.SX.zeros(n_c)
+        if self.automaton.transition is not None:
+            own = slice(layout.first_other, layout.n_guards)
+            y, m, fresh[own] = self.automaton.transition(*self._at, m, hit[own], ca.SX.zeros(own.stop - own.start))
+        for j in range(layout.switches):
+            k, g = layout.sign(j), layout.switch(j)
+            m[k], fresh[g] = ca.if_else(hit[g], -m[k], m[k]), hit[g]
+        for i, able in enumerate(self.automaton.sticks):
+            sticks, d, back, forth = self._m[i] > 0.5, self._m[n_c + i], hit[backward(i)], hit[forward(i)]
+            zero[i] = ca.logic_or(sticks, back)
+            released = ca.logic_or(back, forth)
+            m[i] = ca.if_else(sticks, 1 - released, back) if able else 0
+            turned = d if able else ca.if_else(back, -d, d)
+            m[n_c + i] = ca.if_else(ca.logic_and(sticks, released), ca.if_else(back, -1, 1), turned)
+        args = [*self._at, self._m, hit]
+        trial = ca.Function("trial", args, [y, m, zero, fresh])
+        y, m, zero, fresh = trial(*args)
+        return ca.Function("crossed", args, [self.held(y, *self._at[1:], m), m, zero, fresh])
+
+    def judged(self) -> ca.Function:
+        """Return ``(y, t, p, m, zero) -> (m, changed)``: the mode with the contact changed that contradicts it most.
+
+        Of the contacts at slip zero, one that sticks must not exceed its bound, and one that slips must not accelerate
+        against its direction.
+        """
+        n_c, zero, m = self.n_c, ca.SX.sym("zero", self.n_c), ca.SX(self._m)
+        args = [*self._at, self._m, zero]
+        if not n_c:
+            return ca.Function("judged", args, [m, ca.SX(0)])
+        y, t, _ = self._at
+        drift = ca.jtimes(self._w, y, self._rate) + ca.jtimes(self._w, t, ca.SX(1))
+        worst, which, side, able = ca.SX(0), ca.SX(-1), ca.SX(0), self.automaton.sticks
+        for i in range(n_c):
+            back, forth = self._guards[backward(i)], self._guards[forward(i)]
+            size = _TIE * self._pull[i] + _ROUNDING * self._forces[i]
+            beyond, against = ca.fmax(-back, -forth) * self._coupling[i], -self._m[n_c + i] * drift[i]
+            wrong = ca.if_else(self._m[i] > 0.5, beyond, against)
+            excess = ca.if_else(ca.logic_and(zero[i], wrong > size), wrong, 0)
+            way = ca.if_else(self._m[i] > 0.5, ca.if_else(back < forth, -1, 1), 0 if able[i] else -self._m[n_c + i])
+            found = excess > worst
+            worst, which = ca.if_else(found, excess, worst), ca.if_else(found, i, which)
+            side = ca.if_else(found, way, side)
+        for i in range(n_c):
+            here = which == i
+            m[i] = ca.if_else(here, side == 0, m[i])
+            m[n_c + i] = ca.if_else(ca.logic_and(here, side != 0), side, m[n_c + i])
+        return ca.Function("judged", args, [m, worst > 0])
+
+    def freshly(self) -> ca.Function:
+        """Return ``(m, zero, fresh) -> fresh`` with the slips that start at zero."""
+        zero, fresh = ca.SX.sym("zero", self.n_c), ca.SX.sym("fresh", self.layout.n_guards)
+        after = ca.SX(fresh)
+        for i in range(self.n_c):
+            after[backward(i)] = ca.logic_and(zero[i], self._m[i] < 0.5)
+        return ca.Function("freshly", [self._m, zero, fresh], [after])
+
+    def shown(self) -> ca.Function:
+        """Return ``(y, t, p, m) -> (rows, modes)``: the observables, and -1, 0 or 1 for every contact of the scene."""
+        rows = self.automaton.field(*self._at, self._m)[2]
+        found = {}
+        for i, name in enumerate(self.layout.lines):
+            found[name] = ca.if_else(self._m[i] > 0.5, 0, self._m[self.n_c + i])
+        first = self.layout.first_variable
+        for other in self.layout.others:
+            found[other.name] = self._m[first]  # what a run shows of it
+            first += other.variables
+        names = [*self.layout.lines, *(other.name for other in self.layout.others)]
+        modes = ca.vertcat(*(found[n] for n in names)) if names else ca.SX(0, 1)
+        return ca.Function("shown", [*self._at, self._m], [rows, modes])

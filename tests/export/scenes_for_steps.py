@@ -1,0 +1,44 @@
+"""Small scenes of every kind that a step of fixed length takes."""
+
+import sympy as sp
+
+import symfric as sf
+
+x, u, x2, u2 = sp.symbols("x u x2 u2", real=True)
+v_b, k, a_g = sp.symbols("v_b k a_g", positive=True)
+PUSH = -x + sp.cos(sp.Rational(13, 10) * sf.TIME) / 2
+COULOMB = sf.laws.coulomb(0.3)
+
+
+def one(force, contacts=(), values=None, start=1.0, **more):
+    system = sf.System([x], [u], [[1]], [force])
+    return sf.Scene(system, contacts, values or {}, {x: start, u: 0.0}, 12.0, **more)
+
+
+def floor(law, **more):
+    return [sf.Contact("floor", slip=u, normal=1, law=law, **more)]
+
+
+def pair(first):
+    system = sf.System([x, x2], [u, u2], [[1, 0], [0, sp.Rational(3, 2)]], [-x - k * (x - x2), -x2 - k * (x2 - x)])
+    belt = sf.Contact("belt", slip=u2 - v_b, normal=1.5, law=sf.laws.stribeck(0.4, 0.25, 0.2))
+    return sf.Scene(system, [first, belt], {v_b: 0.1, k: 1.3}, {x: 0.5, u: 0, x2: 0, u2: 0.05}, 12.0)
+
+
+WAVE = sf.Signal([0.0, 1.0, -1.0, 0.5, -0.5, 0.8, 0.0] * 2, dt=0.8)
+SHAKEN = sf.Contact(
+    "table", slip=u - sp.cos(sf.TIME) / 3, normal=1 + sp.sin(2 * sf.TIME) / 2, law=sf.laws.coulomb(0.7, 0.5)
+)
+SCENES = {
+    "belt": sf.scenes.mass_on_belt(v_b=0.2, horizon=12.0),
+    "drop after rest": one(-x - u / 10 + sp.cos(1.3 * sf.TIME), floor(sf.laws.coulomb(0.3, 0.2))),
+    "kink": one(-x - u / 10 - 10 * sp.Max(0, x - 0.3) + sp.cos(1.2 * sf.TIME)),
+    "two slides": sf.scenes.two_slides(r=0.5, zeta=2, s1=0.2, s2=0.3, fc1=1, fs1=7.8).until(12.0),
+    "dahl": one(PUSH, floor(sf.laws.dahl(0.3, 20.0))),
+    "sliders": one(PUSH, floor(sf.laws.maxwell_slip([10.0, 5.0], [0.1, 0.2]))),
+    "behind a spring": one(PUSH, floor(COULOMB, stiffness=20.0)),
+    "moving table": one(PUSH, [SHAKEN]),
+    "pad between masses": pair(sf.Contact("pad", slip=u - u2, normal=0.3, law=sf.laws.stribeck(0.5, 0.3, 0.2))),
+    "two belts": pair(sf.Contact("other", slip=u - v_b, normal=1, law=sf.laws.cubic(0.5, 0.3, 0.2))),
+    "record": one(-x - u / 10 + a_g, floor(COULOMB), inputs={a_g: WAVE}),
+}

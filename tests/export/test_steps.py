@@ -1,0 +1,153 @@
+"""Steps of fixed length: of order four through stick and slip, exactly at rest, honest about what they do not resolve."""
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from symfric.export.step_function import LOST_CONTACT, MANY_EVENTS, NOT_FINITE
+from tests.export.scenes_for_steps import COULOMB, PUSH, SCENES, floor, k, one, pair, u, u2, v_b, x
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_error_falls_with_the_fourth_power_of_the_step(name):
+    coarse, fine = (sf.export.stepper(SCENES[name], h).error() for h in (0.02, 0.01))
+    assert fine < 1e-5
+    assert 3.5 < np.log2(coarse / fine) < 5.0
+
+
+def test_a_bare_sign_would_be_of_first_order():
+    def march(h):
+        y, rate = np.array([1.0, 0.0]), lambda y, t: np.array([y[1], -y[0] + np.cos(1.3 * t) / 2 - 0.3 * np.sign(y[1])])
+        for j in range(round(12.0 / h)):
+            t, k1 = j * h, rate(y, j * h)
+            k2 = rate(y + h / 2 * k1, t + h / 2)
+            k3 = rate(y + h / 2 * k2, t + h / 2)
+            y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(y + h * k3, t + h))
+        return y
+
+    exact = sf.simulate(one(PUSH, floor(COULOMB)), 1e-12).final
+    assert np.max(np.abs(march(0.01) - exact)) > 1e-4
+    assert sf.export.stepper(one(PUSH, floor(COULOMB)), 0.01).error() < 1e-7
+
+
+def test_sticking_is_exact():
+    for name in ("drop after rest", "pad between masses", "moving table"):
+        run = sf.export.stepper(SCENES[name], 0.01).run()
+        for j, contact in enumerate(run.contact.values):
+            rests = run["mode"].values[j] == 0
+            slips = np.abs(run[f"{contact}.slip"].values)
+            assert np.max(slips[rests], initial=0.0) <= 1e-15 * np.max(slips)
+        assert np.any(run["mode"].values == 0)
+    at_rest = sf.export.stepper(one(-x + sp.Rational(1, 5), floor(COULOMB), start=0.3), 0.1).run()
+    assert np.all(at_rest.x.values[0] == 0.3)  # not even rounding moves it
+
+
+def test_modes_and_forces_are_those_of_the_event_driven_run():
+    scene = SCENES["drop after rest"]
+    run, steps = sf.simulate(scene, 1e-11), sf.export.stepper(scene, 0.01).run()
+    far = np.min(np.abs(steps.t.values[:, None] - [e.t for e in run.events]), axis=1) > 0.011
+    modes = run.mode[0][np.searchsorted(run.t, steps.t.values[far], side="right") - 1]
+    assert np.array_equal(steps["mode"].values[0][far], modes)
+    slipping = steps["mode"].values[0] != 0
+    friction = steps["floor.friction"].values[slipping]
+    assert np.allclose(friction, -0.2 * steps["mode"].values[0][slipping], rtol=1e-14)
+    assert np.all(np.abs(steps["floor.friction"].values) <= 0.3 * (1 + 1e-12))
+
+
+def test_outputs_may_be_any_expression():
+    run = sf.export.stepper(
+        SCENES["belt"], 0.05, {"pull": -x, "power": sf.friction_force("belt") * sf.slip("belt")}
+    ).run()
+    assert np.array_equal(run.pull.values, -run.x.values[0])
+    assert np.all(run.power.values <= 1e-15)
+    assert set(run.data_vars) == {"x", "mode", "status", "pull", "power"}
+
+
+def test_parameters_may_change_between_steps():
+    """A contact that stuck to a belt slips if the belt jumps to another speed, as in a run from there."""
+    s = sf.export.stepper(SCENES["belt"], 0.01)
+    y, m = s.start(s.initial, 0.0, s.values, [], [])
+    for n in range(100):
+        y, m, _ = s.advance(y, m, n * s.step, s.values, [], [], s.step)
+    assert s.look(y, m, 1.0, s.values, [])[1] == 0  # it sticks
+    for speed in (0.35, 0.1, -0.2):
+        changed = s.values.copy()
+        changed[s.parameters.index("v_b")] = speed
+        after, kept = y, m
+        for n in range(100, 400):
+            after, kept, status = s.advance(after, kept, n * s.step, changed, [], [], s.step)
+            assert status == 0
+        scene = SCENES["belt"].where({"v_b": speed}).starting(dict(zip(s.states, np.array(y).ravel(), strict=True)))
+        exact = sf.simulate(scene.until(3.0).wanting({"end": sf.End()}), 1e-12).final
+        assert np.array(after).ravel() == pytest.approx(exact, abs=1e-8)
+
+
+def test_what_a_step_does_not_resolve_is_said():
+    many = sf.export.stepper(SCENES["pad between masses"], 0.01, events=1).run()
+    assert int(many.status.max()) <= MANY_EVENTS
+    rattle = one(-x + 5 * sp.cos(40 * sf.TIME), floor(COULOMB))
+    assert int(sf.export.stepper(rattle, 0.3, events=1).run().status.max()) == MANY_EVENTS
+    lifted = one(PUSH, [sf.Contact("floor", slip=u, normal=1 - sf.TIME / 4, law=COULOMB)])
+    statuses = sf.export.stepper(lifted, 0.01).run(until=6.0)
+    assert np.all((statuses.status.values == LOST_CONTACT) == (statuses.t.values > 4.0))
+    stiff = one(-(10**6) * x - 2000 * u)
+    steps = sf.export.stepper(stiff, 0.01)
+    assert int(steps.run().status.max()) == NOT_FINITE
+    assert steps.error() == np.inf
+
+
+def test_after_too_many_events_a_step_is_of_first_order():
+    """Friction never drives: the energy of a body that only slides falls, however coarse the step."""
+    sliding = one(-x, floor(COULOMB), start=3.0)
+    for h in (0.5, 1.0):
+        run = sf.export.stepper(sliding, h, events=1).run(until=30.0)
+        assert np.max(np.diff(np.sum(run.x.values**2, axis=0))) <= 1e-3 * h**4
+        assert abs(float(run.x[0, -1])) <= 0.3 + 0.05 * h
+
+
+def test_the_functions_are_casadi_functions():
+    s = sf.export.stepper(SCENES["belt"], 0.01)
+    y = ca.MX.sym("y", 2)
+    after, _, _ = s.advance(y, s.start(s.initial, 0, s.values, [], [])[1], 0, s.values, [], [], 0.01)
+    slope = ca.Function("slope", [y], [ca.jacobian(after, y)])(s.initial)
+    assert np.linalg.det(np.array(slope)) == pytest.approx(1.0, abs=0.05)
+
+
+def parallel():
+    return pair(sf.Contact("again", slip=u2 - v_b, normal=1, law=COULOMB))
+
+
+def cells():
+    profile = sp.Piecewise((1, x < 0), (2, True))
+    return one(PUSH, [sf.Contact("floor", slip=u, normal=1, law=COULOMB, profile=profile)])
+
+
+REFUSED = {
+    "hold the same motion": parallel,
+    "jumps from cell to cell": cells,
+    "infinite slope": lambda: one(PUSH, floor(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.3))),
+    "no value for k": lambda: one(-k * x, values={k: None}),
+}
+
+
+@pytest.mark.parametrize("reason", REFUSED)
+def test_scenes_that_a_step_does_not_take_are_refused_by_name(reason):
+    with pytest.raises(sf.SceneError, match=reason):
+        sf.export.stepper(REFUSED[reason](), 0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"step": 0.0}, "step is 0; it must be positive"),
+        ({"step": "1ms"}, "step is '1ms', not a number"),
+        ({"step": 0.1, "events": 0}, "events is 0; give a whole number"),
+        ({"step": 0.1, "outputs": [x]}, "give a mapping of names to expressions"),
+        ({"step": 0.1, "outputs": {"pull": sp.Symbol("w_b")}}, "output 'pull' contains w_b.*did you mean v_b"),
+    ],
+)
+def test_arguments_are_checked(arguments, said):
+    with pytest.raises(sf.SceneError, match=said):
+        sf.export.stepper(SCENES["belt"], **arguments)
