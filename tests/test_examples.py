@@ -22,6 +22,7 @@ SCRIPTS = {
     "gear_two_slopes": r"corner at 2\.0\d m/s \+- 0\.0\d(.|\n)*stable there: True",
     "machine_slide_damping": r"damping ratio 0\.0570",
     "positioning_table": r"stops (\d+\.\d+) um beyond \(type a\)(.|\n)* says \1 um",
+    "rig_in_real_time": r"under 300 N, and by \+-2 um under 77 N",
     "rig_law_from_record": r"Stribeck's, with v_s between 4\d and 6\d mm/s",
     "rod_turning_points": r"friction 0\.190, damping ratio 0\.0090",
     "robot_joint": r"needs 0\.50 N m to break away and yields 1 mrad under 0\.40 N m",

@@ -2,7 +2,10 @@
 
 import ctypes
 import json
+import re
+import subprocess
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,6 +56,19 @@ def test_c_code_computes_the_same_bits(library, n):
         assert function("step")(pointer(state), pointer(p), pointer(v), pointer(dv)) == 0
     assert expected.t.size > 500
     assert len(np.unique(expected["mode"])) > 1 or KINDS[n] == "kink"
+
+
+@compiled
+def test_the_documented_program_runs(tmp_path):
+    text = (Path(__file__).parents[2] / "docs" / "howto" / "realtime.md").read_text(encoding="utf-8")
+    (tmp_path / "main.c").write_text(re.search(r"```c\n(.*?)```", text, re.DOTALL)[1])
+    scene = sf.scenes.mass_on_belt(v_b=0.2)
+    sf.export.write_c(scene, tmp_path / "belt.c", 0.01)
+    options = re.search(r"```sh\ncc (.*)\n```", text)[1].split()
+    subprocess.run([compiler(), *options], cwd=tmp_path, check=True)
+    said = subprocess.run([tmp_path / "a.out"], capture_output=True, text=True, check=True).stdout
+    exact = sf.simulate(scene.where({"v_b": 0.25}).until(30.0), 1e-11).final[0]
+    assert float(re.fullmatch(r"x = (\S+), friction = \S+\n", said)[1]) == pytest.approx(exact, abs=1e-7)
 
 
 @compiled
