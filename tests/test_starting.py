@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import symfric as sf
 from symfric.cli import main
 from symfric.scenefile import ready_scenes
-from symfric.scenefile.starters import starters
+from symfric.scenefile.starters import starter, starters
 
 
 def call(*arguments):
@@ -65,3 +65,13 @@ def test_the_package_runs_as_a_module():
     done = subprocess.run([sys.executable, "-m", "symfric", "--version"], capture_output=True, text=True, timeout=60)
     assert done.stdout.startswith("symfric ")
     assert isinstance(sf, ModuleType)
+
+
+@pytest.mark.parametrize("key", ["coordinates", "velocities", "force", "initial", "horizon", "mass", "slip", "normal"])
+def test_a_misspelt_key_that_is_needed_names_the_right_one(key, tmp_path):
+    text = starter("own")
+    assert f"\n{key} = " in text
+    path = tmp_path / "wrong.toml"
+    path.write_text(text.replace(f"\n{key} = ", f"\n{key[:-1]} = "), encoding="utf-8")
+    with pytest.raises(sf.SceneError, match=rf"did you mean {key}\?|{key} is missing; is {key[:-1]} meant"):
+        sf.read(path)

@@ -97,6 +97,80 @@ def test_a_misspelt_name_names_the_nearest(wrong, near):
 
 
 @pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: sf.scenes.mass_on_belt(), r"mass_on_belt needs v_b: mass_on_belt\(v_b=...\)"),
+        (lambda: sf.System([X]), r"System needs u and mass and force: System\(q, u, mass, force\)"),
+        (lambda: sf.hopf(BELT), r"hopf needs parameter and bracket: hopf\(scene, parameter, bracket\)"),
+        (lambda: sf.laws.stribeck(0.5, 0.3), r"stribeck needs v_s"),
+        (lambda: BELT.where(v_b=0.3), r"Scene.where takes a mapping: where\(\{'v_b': 0.3\}\)"),
+        (lambda: BELT.until(), r"Scene.until needs horizon: until\(horizon\)"),
+        (lambda: BELT.until(horzon=3), r"Scene.until has no argument 'horzon'; did you mean horizon\?"),
+        (lambda: sf.simulate(BELT, tol=1e-6), r"simulate has no argument 'tol'; did you mean tolerance\?"),
+        (lambda: sf.simulate(BELT).plot(axes=1), r"Run.plot has no argument 'axes'"),
+    ],
+)
+def test_a_call_that_lacks_something_shows_its_form(call, said):
+    with pytest.raises(TypeError, match=said):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: BELT.where(("v_b", 0.3)), "Scene.where: values is .* it takes mapping"),
+        (lambda: BELT.where("v_b"), "Scene.where: values is 'v_b'; it takes mapping"),
+        (lambda: sf.simulate(BELT)("1"), "t is '1'; give numbers"),
+        (lambda: LAW(["0.1"]), "give numbers"),
+        (lambda: sf.Contact("c", U, 1, sf.laws.coulomb), r"is coulomb; call it: sf.laws.coulomb\(...\)"),
+        (lambda: sf.System([X], [U], 1, [-X]), r"mass is 1, not a matrix; give mass=\[\[m\]\]"),
+        (lambda: sf.as_function(SIZE, "v_b", ["m"]), r"inputs=\['v_b'\]"),
+        (lambda: sf.as_function(SIZE, ["v_b"], "m"), r"outputs=\['m'\]"),
+        (lambda: sf.design.damper(BELT.where({}), "beta", (0, 1), (1, 2), speed="w"), "speeds is the range of w"),
+        (lambda: sf.scenes.rolling_isolator(C=1, m=1, motion=MOTION, profile="0.1"), "profile is '0.1'; give a number"),
+    ],
+)
+def test_values_of_the_wrong_kind_name_the_cure(call, said):
+    with pytest.raises(sf.SceneError, match=said):
+        call()
+
+
+@pytest.mark.parametrize("law", ["stribeck(0.5, 0.3, {})", "cubic(0.4, 0.2, {})", "lorentz(0.4, {})", "gauss(0.4, {})"])
+def test_speeds_of_laws_are_positive(law):
+    for wrong in ("0", "-0.1"):
+        with pytest.raises(sf.SceneError, match=r"v_\w is -?0.*must be positive"):
+            eval("sf.laws." + law.format(wrong))
+
+
+def test_an_unknown_attribute_of_a_result_names_the_nearest():
+    run, point = sf.simulate(BELT), sf.hopf(BELT, "v_b", (0.3, 0.6))
+    for result, wrong, near in (
+        (run, "xs", "x"),
+        (run, "energy_residul", "energy_residual"),
+        (point, "omegas", "omega"),
+    ):
+        with pytest.raises(AttributeError, match=rf"has no attribute '{wrong}'; did you mean {near}\?"):
+            getattr(result, wrong)
+        assert not hasattr(result, "_repr_svg_")
+    with pytest.raises(AttributeError, match="known: "):
+        run.y  # noqa: B018
+    assert pickle.loads(pickle.dumps(point)).value == point.value
+
+
+def test_a_property_that_fails_is_not_taken_for_unknown():
+    from symfric.model.offering import _guard_methods
+
+    class Kind:
+        @property
+        def broken(self):
+            return None.missing
+
+    _guard_methods(Kind)
+    with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'missing'"):
+        Kind().broken  # noqa: B018
+
+
+@pytest.mark.parametrize(
     "module", [sf, sf.scenes, sf.theory, sf.theory.transient, sf.design, sf.motions, sf.structures, sf.export]
 )
 def test_helpers_do_not_show(module):

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from enum import Enum
 from types import ModuleType
 
 from symfric.errors import SceneError
@@ -15,6 +16,7 @@ PATIENCE = 1.0  # time after which a call is logged, s
 _PAIR = tuple[float, float]
 _log = logging.getLogger("symfric")
 _calls = threading.local()
+_seen: set[type] = set()
 
 
 class _Package(ModuleType):
@@ -66,7 +68,8 @@ def guarded(thing, package: str):
     Parameters
     ----------
     thing : object
-        Classes get a guarded ``__init__``; anything but functions and classes is returned as it is.
+        Classes get a guarded ``__init__`` and guarded methods, and an unknown attribute names the nearest; anything but
+        functions and classes is returned as it is.
     package : str
         Where it is found under its name, for pickling.
 
@@ -82,22 +85,102 @@ def guarded(thing, package: str):
         init = vars(thing).get("__init__")
         if inspect.isfunction(init) and not getattr(init, "guarded", False):
             type.__setattr__(thing, "__init__", _guarded(init, thing.__name__, first=1))
+        if not issubclass(thing, Exception | Enum):
+            _guard_methods(thing)
     return thing
+
+
+def _helpful(result):
+    """Return a result whose class answers wrong arguments of its methods and unknown attributes in one line."""
+    kind = type(result)
+    if kind not in _seen:
+        _seen.add(kind)
+        if kind.__module__.startswith("symfric.") and not issubclass(kind, Exception | Enum):
+            _guard_methods(kind)
+    return result
+
+
+def _guard_methods(kind: type) -> None:
+    for name, method in list(vars(kind).items()):
+        if inspect.isfunction(method) and not name.startswith("_") and not getattr(method, "guarded", False):
+            type.__setattr__(kind, name, _guarded_method(method, f"{kind.__name__}.{name}"))
+    if not hasattr(kind, "__getattr__"):
+        type.__setattr__(kind, "__getattr__", _unknown_attribute)
+
+
+def _unknown_attribute(self, name: str):
+    """Raise the error of an unknown attribute, with the nearest known one."""
+    if name.startswith("_") or hasattr(type(self), name):  # a protocol; or a property that failed with this error
+        return object.__getattribute__(self, name)
+    from symfric.model.symbols import nearest
+
+    known = [n for n in dir(self) if not n.startswith("_")]
+    raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{nearest(name, known)}", name=name, obj=self)
+
+
+def _guarded_method(method: Callable, spoken: str) -> Callable:
+    """Return a method that answers wrong arguments in one line; unlike functions, it costs next to nothing."""
+
+    @functools.wraps(method)
+    def guard(*args, **kwargs):
+        try:
+            return method(*args, **kwargs)
+        except (TypeError, AttributeError, ValueError) as error:
+            found = _in_one_line(error, method, spoken, 1, args, kwargs)
+            if found is error:
+                raise
+            raise found from None
+
+    vars(guard)["guarded"] = True
+    return guard
+
+
+def _in_one_line(error: Exception, function: Callable, spoken: str, first: int, args: tuple, kwargs: dict) -> Exception:
+    """Return the error of a call that names the argument at fault; the error itself if none is."""
+    if isinstance(error, SceneError):
+        return error
+    parameters = list(inspect.signature(function).parameters.values())[first:]
+    wrong = _misnamed(parameters, spoken, kwargs) or _missing(parameters, spoken, args[first:], kwargs)
+    if wrong is not None:
+        return wrong
+    blame = _blamed(function, args, kwargs)
+    return error if blame is None else SceneError(f"{spoken}: {blame}")
+
+
+def _misnamed(parameters: list[inspect.Parameter], spoken: str, kwargs: dict) -> TypeError | None:
+    """Return the error of an argument that a function does not have; None if it has them all."""
+    known = [p.name for p in parameters]
+    if any(p.kind is p.VAR_KEYWORD for p in parameters) or set(kwargs) <= set(known):
+        return None
+    from symfric.model.symbols import nearest
+
+    wrong = next(k for k in kwargs if k not in known)
+    if len(known) == 1 and "Mapping" in str(parameters[0].annotation):  # where(k=1) for where({"k": 1})
+        return TypeError(f"{spoken} takes a mapping: {spoken.rpartition('.')[2]}({{{wrong!r}: {kwargs[wrong]!r}}})")
+    return TypeError(f"{spoken} has no argument {wrong!r}{nearest(wrong, known)}")
+
+
+def _missing(parameters: list[inspect.Parameter], spoken: str, args: tuple, kwargs: dict) -> TypeError | None:
+    """Return the error of arguments that a call lacks, with the form of the call; None if it has them all."""
+    places = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    given = {p.name for p in places[: len(args)]} | set(kwargs)
+    needed = [p for p in parameters if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    lacking = [p.name for p in needed if p.name not in given]
+    if not lacking:
+        return None
+    form = ", ".join(f"{p.name}=..." if p.kind is p.KEYWORD_ONLY else p.name for p in needed)
+    return TypeError(f"{spoken} needs {' and '.join(lacking)}: {spoken.rpartition('.')[2]}({form})")
 
 
 def _guarded(function: Callable, spoken: str, first: int) -> Callable:
     parameters = list(inspect.signature(function).parameters.values())
     known = {p.name for p in parameters[first:]}
-    free = any(p.kind is p.VAR_KEYWORD for p in parameters)
     checks = [(i, p.name, check) for i, p in enumerate(parameters) if (check := _check_of(p.annotation))]
 
     @functools.wraps(function)
     def guard(*args, **kwargs):
-        if not (free or known.issuperset(kwargs)):
-            from symfric.model.symbols import nearest
-
-            wrong = next(k for k in kwargs if k not in known)
-            raise TypeError(f"{spoken} has no argument {wrong!r}{nearest(wrong, known)}")
+        if not known.issuperset(kwargs) and (wrong := _misnamed(parameters[first:], spoken, kwargs)):
+            raise wrong
         for i, name, check in checks:
             if i < len(args):
                 check(args[i], name, spoken)
@@ -105,12 +188,13 @@ def _guarded(function: Callable, spoken: str, first: int) -> Callable:
                 check(kwargs[name], name, spoken)
         try:
             if _log.isEnabledFor(logging.INFO) and not getattr(_calls, "inside", False):
-                return _timed(function, spoken, args, kwargs)
-            return function(*args, **kwargs)
+                return _helpful(_timed(function, spoken, args, kwargs))
+            return _helpful(function(*args, **kwargs))
         except (TypeError, AttributeError, ValueError) as error:
-            if isinstance(error, SceneError) or (blame := _blamed(function, args, kwargs)) is None:
+            found = _in_one_line(error, function, spoken, first, args, kwargs)
+            if found is error:
                 raise
-            raise SceneError(f"{spoken}: {blame}") from None
+            raise found from None
 
     vars(guard)["guarded"] = True
     return guard

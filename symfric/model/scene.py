@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient, with_states
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
 from symfric.model.springs import spring_of, stop_rate
-from symfric.model.symbols import TIME, Key, expression, finite, listed, name_of, nearest
+from symfric.model.symbols import TIME, Key, counted, expression, finite, listed, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
 
@@ -69,7 +69,7 @@ class Scene:
     ... )
     >>> faster = scene.where({"v_b": 0.3}).starting({"x": 0.1}).until(20.0).wanting({"end": sf.End()})
     >>> faster
-    Scene(1 coordinates, contacts: belt; k=1, v_b=0.3; horizon 20)
+    Scene(1 coordinate, contacts: belt; k=1, v_b=0.3; horizon 20)
     >>> scene.equations()[1]
     Eq(Derivative(u(t), t), -k*x(t) - 0.3*sign(-v_b + u(t)))
     >>> scene.regularised(1e-3).contacts[0].law.smooth
@@ -429,7 +429,9 @@ class Scene:
     def __repr__(self) -> str:
         names = ", ".join(c.name for c in self.contacts) or "none"
         values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
-        return f"Scene({len(self.system.q)} coordinates, contacts: {names}; {values}; horizon {self.horizon:g})"
+        return (
+            f"Scene({counted(len(self.system.q), 'coordinate')}, contacts: {names}; {values}; horizon {self.horizon:g})"
+        )
 
 
 def _at_start(state: sp.Symbol) -> sp.Symbol:

@@ -6,10 +6,12 @@ import numbers
 from collections.abc import Iterable
 from typing import TypeAlias
 
+import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.blame import shortened
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
@@ -25,7 +27,10 @@ Key: TypeAlias = sp.Symbol | str
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the hint '; did you mean ...?' for a misspelled name, or the list of known names."""
     known = sorted(set(known))
-    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
+    name = str(name)
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    longer = [k for k in known if name and k.startswith(name)]  # tol for tolerance
+    close = close or longer if len(longer) < 2 else close
     if close:
         return f"; did you mean {close[0]}?"
     if not known:
@@ -65,14 +70,26 @@ def finite(value, what: str, name: str = "") -> float:
     return result
 
 
+def numbers_of(value, what: str) -> np.ndarray:
+    """Return a number or an array of numbers as an array of floats; text is an error."""
+    try:
+        found = np.asarray(value)
+        if found.dtype.kind in "USO" and any(isinstance(v, str | bytes) for v in found.flat):
+            raise TypeError
+        return found.astype(float)
+    except (TypeError, ValueError):
+        raise SceneError(f"{what} is {shortened(value)}; give numbers") from None
+
+
 def listed(value, what: str) -> tuple:
     """Return a list or another sequence as a tuple; a single item is an error that shows the list."""
+    single = SceneError(f"{what} is {shortened(value)}; give a list, {what}=[{shortened(value)}]")
     if isinstance(value, str | sp.Basic) and not isinstance(value, sp.Tuple):
-        raise SceneError(f"{what} is {value!r}; give a list, {what}=[{value!r}]")
+        raise single
     try:
         return tuple(value)
     except TypeError:
-        raise SceneError(f"{what} is {value!r}; give a list, {what}=[{value!r}]") from None
+        raise single from None
 
 
 @alone(SYMBOLIC)

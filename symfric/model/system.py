@@ -9,10 +9,11 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.blame import shortened
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
-from symfric.model.symbols import SPEED, TIME, expression, finite, listed
+from symfric.model.symbols import SPEED, TIME, counted, expression, finite, listed
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -80,8 +81,8 @@ class System:
     force: Sequence[sp.Expr]
     z: Sequence[sp.Symbol] = ()
     z_rate: Sequence[sp.Expr] = ()
-    linear: LinearPart | None = None
-    made: int = 0
+    linear: LinearPart | None = field(default=None, repr=False)
+    made: int = field(default=0, repr=False)
 
     @alone(SYMBOLIC)
     def __post_init__(self):
@@ -109,14 +110,14 @@ class System:
         self._check_symbols()
 
     def _read_mass(self, n: int) -> None:
+        cure = "mass=[[m]]" if n == 1 else f"{n} rows of {n} expressions"
         try:
             mass = sp.ImmutableMatrix(self.mass)
-        except (TypeError, ValueError) as error:
-            cure = "mass=[[m]]" if n == 1 else f"{n} rows of {n} expressions"
-            why = " ".join(str(error).split())
-            raise SceneError(f"the mass matrix cannot be read ({why}); it is {self.mass!r}, give {cure}") from None
+        except (TypeError, ValueError):
+            raise SceneError(f"mass is {shortened(self.mass)}, not a matrix; give {cure}") from None
         if mass.shape != (n, n):
-            raise SceneError(f"the mass matrix has shape {mass.shape}; {n} coordinates need ({n}, {n})")
+            need = f"{counted(n, 'coordinate')} {'needs' if n == 1 else 'need'} ({n}, {n})"
+            raise SceneError(f"the mass matrix has shape {mass.shape}; {need}")
         object.__setattr__(self, "mass", mass)
 
     def _check_symbols(self):
@@ -279,7 +280,9 @@ class Contact:
                 raise SceneError(f"{where} contains sf.SPEED, which is reserved for laws")
             object.__setattr__(self, what, value)
         if not isinstance(self.law, Law):
-            raise SceneError(f"the law of contact {self.name!r} is {self.law!r}; use one of sf.laws")
+            name = getattr(self.law, "__name__", "")
+            cure = f"call it: sf.laws.{name}(...)" if callable(self.law) and name else "use one of sf.laws"
+            raise SceneError(f"the law of contact {self.name!r} is {name or shortened(self.law)}; {cure}")
         refuse_jumps(self.law.kinetic, f"law of contact {self.name!r}")
         for e in self.law.memory.expressions if self.law.memory else ():
             refuse_jumps(e, f"law of contact {self.name!r}")

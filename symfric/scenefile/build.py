@@ -1,5 +1,6 @@
 """Build a `Scene` from a checked scene file: ready models and laws by their signatures, own equations by the parser."""
 
+import difflib
 import inspect
 import keyword
 import math
@@ -257,7 +258,9 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         place = _contact_place(document, i)
         for key in ("slip", "normal"):
             if getattr(friction, key) is None:
-                raise SceneError(f"{place}.{key} is missing; own equations say where the contact acts")
+                near = difflib.get_close_matches(key, friction.model_extra or {}, n=1, cutoff=0.6)
+                cure = f"is {near[0]} meant?" if near else "own equations say where the contact acts"
+                raise SceneError(f"{place}.{key} is missing; {cure}")
         name = friction.name or ("contact" if len(document.friction) == 1 else f"contact {i + 1}")
         parts = {
             key: read(getattr(friction, key), f"{place}.{key}", names)

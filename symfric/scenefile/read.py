@@ -130,7 +130,7 @@ def read(path: str | Path) -> Scene:
     >>> from pathlib import Path
     >>> _ = Path("belt.toml").write_text(starter("mass_on_belt"))
     >>> sf.read("belt.toml")
-    Scene(1 coordinates, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
+    Scene(1 coordinate, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
     """
     return read_scene_file(path).scene
 

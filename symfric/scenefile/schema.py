@@ -280,7 +280,10 @@ def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ())
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        finding = error.errors(include_url=False)[0]
+        findings = error.errors(include_url=False)
+        finding = findings[0]
+        if finding["type"] == "missing":  # a misspelt key says more than the one that is missing therefore
+            finding = next((f for f in findings if f["type"] == "extra_forbidden"), finding)
     except RecursionError:
         raise SceneError(f"{place or 'the file'} is nested too deeply") from None
     raise SceneError(_one_line(kind, finding, place, extra)) from None

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
+import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
@@ -160,6 +161,9 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     >>> round(float(f.jacobian()(0.2, 0)), 6)
     0.834308
     """
+    for what, given in (("inputs", inputs), ("outputs", outputs)):
+        if isinstance(given, str | sp.Symbol):
+            raise SceneError(f"{what} is {given!r}; give a list of names, {what}=[{str(given)!r}]")
     names = tuple(name_of(n) for n in inputs)
     if not names or not outputs:
         raise SceneError("as_function needs at least one input and one output")

@@ -11,7 +11,7 @@ from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
-from symfric.model.symbols import nearest
+from symfric.model.symbols import nearest, numbers_of
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status
 
@@ -264,7 +264,7 @@ class Run:
         SceneError
             If the trajectory is not an output, or a time lies outside the run.
         """
-        t = np.asarray(t, dtype=float)
+        t = numbers_of(t, "t")
         if t.size and not (np.min(t) >= 0 and np.max(t) <= self.t_final * (1 + 1e-15)):
             raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
         return self.path(t)

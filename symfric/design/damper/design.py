@@ -188,6 +188,9 @@ def damper(
     half_range = finite(half_range, "half_range")
     if half_range < 0:
         raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    if speeds is not None and name_of(speed) not in {s.name for s in scene.parameters}:
+        known = nearest(name_of(speed), [s.name for s in scene.parameters])
+        raise SceneError(f"speeds is the range of {name_of(speed)}, which the scene has not; give speed='...'{known}")
     speed = name_of(speed) if speeds is None else scene.parameter(speed).name
     if name == speed:
         raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")

@@ -8,6 +8,14 @@ from symfric.model.laws.law import Law
 from symfric.model.symbols import SPEED, expression
 
 
+def _scale(speed, name: str):
+    """Return the speed over which a law changes; a number must be positive."""
+    e = expression(speed, name)
+    if e.is_number and not e > 0:
+        raise SceneError(f"{name} is {float(e):g}; the speed over which the friction changes must be positive")
+    return speed
+
+
 @alone(SYMBOLIC)
 def coulomb(mu_s, mu_k=None) -> Law:
     """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given).
@@ -58,7 +66,7 @@ def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
     >>> round(sf.laws.lorentz(0.4, 0.1)(0.1), 6)
     0.2
     """
-    kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
+    kinetic = mu_d / (1 + (SPEED / _scale(v_c, "v_c")) ** 2) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
 
 
@@ -87,7 +95,7 @@ def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
     >>> round(sf.laws.gauss(0.4, 0.1)(0.1), 6)
     0.147152
     """
-    kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
+    kinetic = mu_d * sp.exp(-((SPEED / _scale(v_c, "v_c")) ** 2)) + b * SPEED
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
 
 
@@ -146,7 +154,8 @@ def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
     >>> law.kinetic
     0.38 + 0.12*exp(-8.33333333333333*v)
     """
-    return Law(mu_k + (mu_s - mu_k) * sp.exp(-SPEED / v_s) + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
+    drop = (mu_s - mu_k) * sp.exp(-SPEED / _scale(v_s, "v_s"))
+    return Law(mu_k + drop + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
 
 
 @alone(SYMBOLIC)
@@ -175,7 +184,7 @@ def cubic(mu_s, mu_m, v_m) -> Law:
     >>> sf.laws.cubic(0.4, 0.25, v_m).where({"v_m": 0.5}) == law
     True
     """
-    s = SPEED / v_m
+    s = SPEED / _scale(v_m, "v_m")
     kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
     return Law(kinetic, mu_s, source="Thomsen (5)")
 
@@ -244,7 +253,7 @@ def exponential(mu_m, v_c=1.0) -> Law:
     >>> round(sf.laws.exponential(0.4)(1.0), 6)
     0.147152
     """
-    return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)")
+    return Law(mu_m * sp.exp(-SPEED / _scale(v_c, "v_c")), mu_m, source="Younes and Ashour (3)")
 
 
 @alone(SYMBOLIC)

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import sympy as sp
@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
-from symfric.model.symbols import SPEED, expression, finite
+from symfric.model.symbols import SPEED, expression, finite, numbers_of
 
 _REGULARISATIONS = {  # by shape, what is done to a law
     "linear": "straight up to v_s, then the law moved by v_s",
@@ -73,7 +73,7 @@ class Law:
     stick: sp.Expr
     breaks: tuple[sp.Expr, ...] = ()
     source: str = ""
-    steep: tuple[sp.Expr, ...] = ()
+    steep: tuple[sp.Expr, ...] = field(default=(), repr=False)
     memory: Memory | None = None
 
     @alone(SYMBOLIC)
@@ -148,7 +148,7 @@ class Law:
         if self.free_symbols:
             names = ", ".join(sorted(s.name for s in self.free_symbols))
             raise SceneError(f"the law has no number for {names}; use law.where({{...}}) first")
-        v = np.asarray(v, dtype=float)
+        v = numbers_of(v, "v")
         speed = np.where(v == 0, 1.0, np.abs(v))
         result = np.sign(v) * numeric_function((SPEED,), self.kinetic)(speed)
         return result if result.ndim else float(result)

@@ -44,7 +44,7 @@ def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, hori
     >>> import symfric as sf
     >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
     >>> belt
-    Scene(1 coordinates, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
+    Scene(1 coordinate, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
     >>> sf.stability(belt).stable
     False
     """

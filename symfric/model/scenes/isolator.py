@@ -9,6 +9,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.blame import shortened
 from symfric.model.outputs import At, Max, friction_force
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
@@ -124,12 +125,14 @@ def _damper(C: sp.Symbol, alpha: float, rest_speed: float) -> tuple[sp.Expr, dic
 def _signal(motion) -> Signal:
     samples, dt = getattr(motion, "samples", None), getattr(motion, "dt", None)
     if samples is None or dt is None:
-        raise SceneError(f"motion is {motion!r}; give a sf.Signal or what sf.motions reads")
+        raise SceneError(f"motion is {shortened(motion)}; give a sf.Signal or what sf.motions reads")
     return Signal(samples, dt, unit="m/s^2")
 
 
 def _profile(profile) -> tuple[sp.Expr, dict]:
     """Return the coefficient of friction over u and the values of its symbols."""
+    if isinstance(profile, str):
+        raise SceneError(f"profile is {profile!r}; give a number mu, a pair (mu0, R), or arrays (edges, values)")
     if not isinstance(profile, Sequence | np.ndarray):
         return sp.Symbol("mu", real=True), {"mu": _coefficient(profile, "mu")}
     if len(profile) != 2:
