@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from symfric.ensemble.cases import Listed
 from symfric.ensemble.grid import row_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.model.excitation import periodic
 from symfric.model.notebook import html_table
-from symfric.model.outputs import Trajectory
+from symfric.model.outputs import Samples, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.orbits.poincare import Cut, cut_of
@@ -23,6 +24,7 @@ from symfric.solve.routes import Program
 from symfric.solve.run import Run
 from symfric.solve.status import Status
 
+_MOST = 4_000_000  # most numbers of points that are computed at once
 _STILL = 1e-6  # range relative to the sizes of the states below which a motion after the transient is a point
 
 
@@ -174,7 +176,7 @@ def bifurcation_diagram(
         Time that is skipped; half of the horizon unless given.
     carry : bool
         Start every value but the first at the end of the previous run, so that increasing and decreasing values
-        show hysteresis; otherwise each starts as the scene does.
+        show hysteresis; otherwise each starts as the scene does. Such runs wait for each other.
     jobs : int
         Threads for the values, if they are not carried on; -1 for as many as there are processors.
     tolerance : float
@@ -191,6 +193,9 @@ def bifurcation_diagram(
     Notes
     -----
     A motion that comes to rest does not cross a section any more: then its final state is its one point.
+
+    Values that are not carried on and have sections at the same times, phases of an excitation whose period does not
+    depend on the parameter, run all at once by `Program.map`. Other sections need the trajectory of every value.
 
     Examples
     --------
@@ -217,7 +222,8 @@ def bifurcation_diagram(
         excitation = periodic(scene, frozenset({name}))
         found = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
     else:
-        found = _apart(make_program(task), name, row, cut, transient, jobs)
+        at_once = _at_once(scene, name, row, cut, transient, task.tolerance, jobs)
+        found = _apart(make_program(task), name, row, cut, transient, jobs) if at_once is None else at_once
     status, times, states = zip(*found, strict=True)
     return BifurcationDiagram(
         parameter=name,
@@ -232,6 +238,30 @@ def bifurcation_diagram(
 
 
 Case = tuple[int, np.ndarray, np.ndarray]  # status, times (n,), states (n_x, n)
+
+
+def _at_once(
+    scene: Scene, name: str, row: np.ndarray, cut: Cut, transient: float, tolerance: float, jobs: int
+) -> list[Case] | None:
+    """Run all values at once if their sections are at the same times, else return None."""
+    if cut.period is None:
+        return None
+    fixed = {s.name: v for s, v in scene.parameter_values().items()}
+    ends = {cut.period(fixed | {name: v}) for v in row.tolist()}
+    times = cut.times(fixed | {name: row[0]}, transient, scene.horizon)
+    if len(ends) > 1 or not times.size:
+        return None
+    states = [s.name for s in scene.system.states]
+    outputs = {s.name: Samples(s, times.tolist()) for s in scene.system.states}
+    most = max(1, _MOST // (len(states) * times.size))
+    cases, found = Listed(scene.wanting(outputs), (name,), tolerance), []
+    for begin in range(0, row.size, most):
+        status, seen = cases.run({name: row[begin : begin + most]}, jobs=jobs)
+        blocks = np.stack([np.atleast_2d(seen[n]) for n in states])  # (n_x, n_t, n)
+        for k, code in enumerate(status.tolist()):
+            right = code == Status.OK
+            found.append((code, times if right else times[:0], blocks[:, :, k] if right else blocks[:, :0, k]))
+    return found
 
 
 def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:

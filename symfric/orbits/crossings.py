@@ -1,7 +1,7 @@
 """Crossings of a surface by a trajectory: sign changes of a function of the state along its polynomials.
 
 A step is halved until the function has no zero or is monotone on each part, by bounds from its Chebyshev coefficients,
-so that no pair of close crossings is missed. Each crossing is located by bisection on the step's own polynomial.
+so that no pair of close crossings is missed. Each crossing is located within a bracket on the step's own polynomial.
 """
 
 from collections.abc import Callable
@@ -18,6 +18,8 @@ _ROUNDING = 64 * np.finfo(float).eps  # value that counts as zero, relative to t
 _CALM = 1e-12  # variation, relative to that by the states, below which the function is zero up to rounding
 _SHIFT = 1e-6  # finite-difference step relative to the sizes of the states
 _HALVINGS = 50  # most halvings of a step
+_NARROW = 2.0**-54  # width of a bracket, as a fraction of a step, at which a crossing is found
+_ROUNDS = 2 * _HALVINGS  # most rounds of this search
 _BLOCK = 4096  # steps processed at once, which bounds the memory
 _MOST = 64 * _BLOCK  # most parts at once; a noisy function is not split further
 
@@ -151,10 +153,41 @@ def _decided(g: np.ndarray, blur: float) -> np.ndarray:
 
 
 def _located(path: Path, function: Function, parts: Parts, sign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the step, and the fraction of it, at which the function changes its sign on each part."""
-    low, high = parts.begin.copy(), parts.begin + parts.width
-    for _ in range(_HALVINGS + 5):
-        middle = 0.5 * (low + high)
-        same = _values(path, function, parts.step, middle[:, None])[:, 0] * sign > 0
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    """Return the step, and the fraction of it, at which the function changes its sign on each part.
+
+    By the method of Chandrupatla (Advances in Engineering Software 28, 1997, 145-149): an inverse quadratic step where
+    the last three values allow it, else a bisection.
+    """
+    if not sign.size:
+        return parts.step, parts.begin
+    begin, h, c = path.t[parts.step], path.h[parts.step], path.coefficients[parts.step]
+    orders = np.arange(c.shape[2])
+
+    def after(place: np.ndarray) -> np.ndarray:
+        """Return the function, positive behind the crossing."""
+        x = np.einsum("mxk,mk->xm", c, (place * h)[:, None] ** orders)
+        return -sign * function(x, begin + place * h)
+
+    low, high = parts.begin, parts.begin + parts.width
+    (a, f_a), (b, f_b) = (high, after(high)), (low, after(low))  # the newest place, and one beyond the crossing from it
+    part = np.full(sign.size, 0.5)
+    for _ in range(_ROUNDS):
+        x = a + part * (b - a)
+        f = after(x)
+        behind = f >= 0
+        low, high = np.where(behind, low, x), np.where(behind, x, high)
+        wide = high - low
+        if np.all((wide <= _NARROW) | (wide <= np.spacing(high))):
+            break
+        same = behind == (f_a >= 0)
+        third, f_third = np.where(same, a, b), np.where(same, f_a, f_b)
+        b, f_b = np.where(same, b, a), np.where(same, f_b, f_a)
+        a, f_a = x, f
+        with np.errstate(all="ignore"):
+            xi, phi = (a - b) / (third - b), (f_a - f_b) / (f_third - f_b)
+            steep = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+            inner = f_a / (f_b - f_a) * f_third / (f_b - f_third)
+            inner += (third - a) / (b - a) * f_a / (f_third - f_a) * f_b / (f_third - f_b)
+        least = np.minimum(0.5, np.maximum(_NARROW, np.spacing(high)) / wide)
+        part = np.clip(np.where(steep & np.isfinite(inner), inner, 0.5), least, 1 - least)
     return parts.step, high

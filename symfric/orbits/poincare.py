@@ -1,6 +1,6 @@
 """Poincare sections: the states of a motion once in every period of the excitation, or where it crosses a surface."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -131,15 +131,20 @@ class Cut:
     function: Callable | None = field(repr=False)
     direction: int
 
+    def times(self, values: Mapping[str, float], after: float, end: float) -> np.ndarray:
+        """Return when the excitation has the phase of the section, from a time on; for sections of that kind only."""
+        assert self.period is not None
+        period = self.period(values)
+        first, last = after / period - self.phase, end / period - self.phase
+        turns = np.arange(max(0, np.ceil(first - _LATE)), np.floor(last + _LATE) + 1)
+        return np.minimum((turns + self.phase) * period, end)
+
     def points(self, run: Run, after: float) -> tuple[np.ndarray, np.ndarray]:
         """Return times (n,) and states (n_x, n) of a run on the section, from a time on."""
         values = {s.name: v for s, v in run.base.parameter_values().items()}
         values |= {name_of(k): v for k, v in run.values.items()}
         if self.period:
-            period = self.period(values)
-            first, last = after / period - self.phase, run.t_final / period - self.phase
-            turns = np.arange(max(0, np.ceil(first - _LATE)), np.floor(last + _LATE) + 1)
-            times = np.minimum((turns + self.phase) * period, run.t_final)
+            times = self.times(values, after, run.t_final)
             return times, run(times)
         assert self.function is not None
         numbers, height = [values[s.name] for s in run.base.parameters], self.function

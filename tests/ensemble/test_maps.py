@@ -63,6 +63,24 @@ def test_forced_diagram_is_the_resonance_curve():
     assert found.to_dict()["points"][0]["x"] == found.points(0)[0].tolist()
 
 
+def test_values_with_one_period_run_at_once_and_give_the_points_of_single_runs():
+    """The speed does not change the period; one value fails, and leaves the others alone."""
+    scene = sf.scenes.mass_on_belt(v_b=0.2, a=0.5, Omega=1.3, horizon=60.0)
+    speeds = [0.1, 0.25, 0.4]
+    found = sf.bifurcation_diagram(scene, "v_b", speeds, phase=0.25, transient=20.0)
+    threads = sf.bifurcation_diagram(scene, "v_b", speeds[::-1], phase=0.25, transient=20.0, jobs=2)
+    for k, v in enumerate(speeds):
+        own = sf.poincare(scene.where({"v_b": v}), phase=0.25, after=20.0)
+        assert np.array_equal(found.times[found.case == k], own.times)
+        assert np.allclose(found.points(k), own.states, rtol=0, atol=1e-8)
+        assert np.array_equal(found.points(k), threads.points(2 - k))
+    soft = oscillator(-X + C * X**3 + F * sp.cos(sf.TIME), {C: 0.1, F: 0.01})
+    found = sf.bifurcation_diagram(soft, "c", [0.1, 1.5, 0.2])  # beyond c = 1 it escapes
+    assert found.status[[0, 2]].tolist() == [0, 0]
+    assert found.status[1] > 0
+    assert np.array_equal(np.unique(found.case), [0, 2])
+
+
 def test_carried_values_go_on_at_the_phase_of_the_excitation():
     """At a horizon of no whole number of periods, the start of the second value is the state at the last whole one."""
     scene = oscillator(-X + sp.cos(W * sf.TIME), {W: 0.5}, horizon=30.0)  # undamped: nothing is forgotten
