@@ -117,7 +117,7 @@ def isolator(
     """
     problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
     points = problem.grid()
-    table = [problem.values(p) for p in points]
+    table = problem.survey(points)
     costs = np.array([problem.cost(v) for v in table])
     excess = np.array([problem.excess(v) for v in table])
     best = least(problem, points, costs, np.maximum(excess, 0.0))

@@ -69,6 +69,20 @@ class Isolated:
             self._known[key] = np.array(rows).T
         return self._known[key]
 
+    def survey(self, points: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return what `values` returns for each of many points; those of one motion run all at once."""
+        new = {p.tobytes(): p for p in points if p.tobytes() not in self._known}
+        if new:
+            given = [self.parameters(p) for p in new.values()]
+            columns = {name: np.array([row[name] for row in given]) for name in self.names}
+            found = []
+            for program in self._programs:
+                batch = program.map(columns)
+                rows = [np.abs(batch[MEASURES[m]]) for m in self.measures]
+                found.append(np.where(batch.status == 0, rows, np.inf))
+            self._known |= dict(zip(new, np.moveaxis(found, (0, 1, 2), (2, 1, 0)), strict=True))
+        return [self._known[p.tobytes()] for p in points]
+
     def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
         """Return the derivatives of the measures for one motion in the unit cube, shape (n_measures, n_parameters)."""
         key = (point.tobytes(), motion)
