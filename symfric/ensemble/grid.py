@@ -178,7 +178,7 @@ def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
     open_values = {n: v[0] for n, v in numbers.items() if scene.values[scene.parameter(n)] is None}
     scene = scene.where(open_values) if open_values else scene
     scene.numbers()
-    scene = scene.wanting(outputs)
+    scene = scene if len(outputs) == len(scene.outputs) else scene.wanting(outputs)
     for n in numbers:
         scene.parameter(n)
     return scene

@@ -21,6 +21,7 @@ from symfric.solve.routes import Program
 # time of work that a thread, or a worker of an executor, takes at once; so much is lost if the sweep is killed
 BLOCK_SECONDS, CHUNK_SECONDS = 0.05, 0.5
 LARGEST = 10_000  # most cases taken at once
+GROWTH = 8  # by how much more cases than the last time, which may have been quick ones
 
 
 class Results:
@@ -97,8 +98,8 @@ class Queue:
 
 
 def next_size(size: int, seconds: float, wanted: float) -> int:
-    """Return the number of cases for a given time of work, from the last number and its time; at most four times it."""
-    return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), 4.0 * size + 4, LARGEST))
+    """Return the number of cases for a given time of work, from the last number and its time; at most about `GROWTH` times it."""
+    return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), GROWTH * (size + 1.0), LARGEST))
 
 
 def run_on_threads(
@@ -185,7 +186,7 @@ def run_on_executor(
             status, values, seconds = future.result()
             results.keep(cases, status, values)
             del running[future]  # last, so that an interrupted collection is repeated
-            size = min(next_size(cases.size, seconds, CHUNK_SECONDS), 4 * size + 4)
+            size = min(next_size(cases.size, seconds, CHUNK_SECONDS), GROWTH * (size + 1))
 
     try:
         while True:

@@ -119,8 +119,9 @@ def _exp2(x):
 
 
 @compiled(inline=True, fused=True)
-def _root(x, n):
-    return _exp2(((_bits(x) - 1023 * _ONE) >> _CUT) // n)
+def _log_of_root(x, n):
+    """Return the logarithm of the root of order n, as `_exp2` takes it; a float division of integers of 42 bits."""
+    return np.int64(np.floor(((_bits(x) - 1023 * _ONE) >> _CUT) / n))
 
 
 @compiled(fused=True)
@@ -160,15 +161,14 @@ def _first_step(w):
                 return np.nan
             if a == 0.0:
                 continue
-            reach = 0.0
+            longest = _NONE
             for k in range(1, last):
                 if w.c[r, k] != 0.0:
-                    reach = max(reach, _root(tolerance * abs(w.c[r, k]) / a, last - k))
-            if reach == 0.0 and w.c[r, 0] != 0.0:
-                reach = _root(tolerance * abs(w.c[r, 0]) / a, last)
-            elif reach == 0.0:  # no scale is known: a fraction of the run
-                reach = _SHORT * w.clock.t_end
-            own = min(own, reach)
+                    longest = max(longest, _log_of_root(tolerance * abs(w.c[r, k]) / a, last - k))
+            if longest == _NONE and w.c[r, 0] != 0.0:
+                longest = _log_of_root(tolerance * abs(w.c[r, 0]) / a, last)
+            # if no scale is known: a fraction of the run
+            own = min(own, _exp2(longest) if longest != _NONE else _SHORT * w.clock.t_end)
         if _comes_late(w, r):
             late = min(late, own)
         else:
