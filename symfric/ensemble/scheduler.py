@@ -98,7 +98,7 @@ class Queue:
 
 
 def next_size(size: int, seconds: float, wanted: float) -> int:
-    """Return the number of cases for a given time of work, from the last number and its time; at most about `GROWTH` times it."""
+    """Return how many cases take a given time, from the last number and its time; at most about `GROWTH` times it."""
     return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), GROWTH * (size + 1.0), LARGEST))
 
 

@@ -138,7 +138,7 @@ class DirectedRuns:
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
         variations = varied(automaton, scene, directions, slip_gap(len(automaton.contacts)))
-        self._model = sensitive_model(scene, variations, _wanted(automaton, scene), tolerance, BUDGETS)
+        self._model, _ = sensitive_model(scene, variations, _wanted(automaton, scene), tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:

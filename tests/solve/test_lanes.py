@@ -12,7 +12,7 @@ from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.lanes.model import LaneModel, lane_width
 from symfric.solve.loop import event_loop, step_acceptance, step_size
 from symfric.solve.loop.cases import run_cases
-from symfric.solve.taylor import route
+from symfric.solve.taylor import laned
 
 X, U = sp.symbols("x u", real=True)
 P = sp.Symbol("p", positive=True)
@@ -239,7 +239,7 @@ def test_map_takes_lanes_for_many_cases(monkeypatch):
     values = {"v_b": np.linspace(0.05, 0.45, 100)}
     few = program.map(values)
     assert not program._lane_models
-    monkeypatch.setattr(route, "LEAST", 1)
+    monkeypatch.setattr(laned, "LEAST", 1)
     told = []
     many = program.map(values, threads=2, progress=told.append)
     assert isinstance(program._lane_models[0], LaneModel)
@@ -252,7 +252,7 @@ def test_map_takes_lanes_for_many_cases(monkeypatch):
 
 @pytest.mark.parametrize("made", [scene(-P * X, [], HALF), BELT.wanting(HALF)])
 def test_scenes_that_are_left_to_the_event_loop(made, monkeypatch):
-    monkeypatch.setattr(route, "LEAST", 1)
+    monkeypatch.setattr(laned, "LEAST", 1)
     monkeypatch.setattr(model, "_LONGEST", 10)
     program = sf.prepare(made, route="taylor")
     assert program._lanes() is None

@@ -1,15 +1,22 @@
 """Derivatives of many cases at once: the bits of single runs, whatever the neighbours, the order and the threads."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
 from longer import longer
 
 import symfric as sf
+from symfric.model.outputs import INTEGRAL
+from symfric.solve.case_values import read_cases
+from symfric.solve.lanes.cases import run_in_lanes
+from symfric.solve.loop.cases import run_cases
 
 X, U, Y, W, Z = sp.symbols("x u y w z", real=True)
 P, Q, V = sp.symbols("p q v_b", positive=True)
 CUBIC = sf.laws.cubic(0.4, 0.25, 0.5)
+ROWS = ("y", "status", "counted", "doubts", "rest", "slopes", "seen", "total")  # of the arrays of cases
 SIGNAL = sf.Signal(np.random.default_rng(3).standard_normal(40), 0.25)
 FLOOR = [sf.Contact("floor", U, 1, sf.laws.coulomb(0.3, 0.2))]
 BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=30.0)
@@ -72,6 +79,27 @@ def as_run(batch, k, run):
     for output, rows in batch.output_sensitivities.items():
         for name, row in rows.items():
             np.testing.assert_array_equal(row[..., k], run.output_sensitivities[output][name], err_msg=output)
+
+
+def same_arrays(a, b, kinds):
+    for name in ROWS[:-1]:
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=name)
+    np.testing.assert_array_equal(a.total[..., :2], b.total[..., :2])
+    areas = kinds == INTEGRAL  # of other rows these are places within the last step
+    np.testing.assert_array_equal(a.total[:, areas, 2], b.total[:, areas, 2])
+
+
+@pytest.mark.parametrize("name", longer(SCENES, ["two contacts", "smooth law"]))
+def test_lanes_end_at_the_bits_of_the_event_loop(name):
+    program, ranges = prepared(name)
+    n, directions, kinds = 53, len(program.directions), program._model.first.kind
+    y, p = program._starts_of(read_cases(drawn(ranges, n), {}))
+    lanes = program._lanes()
+    single = run_cases(program._model, y, p, 1, None, directions)
+    same_arrays(run_in_lanes(lanes, y, p, 1, None, directions), single, kinds)
+    order = np.random.default_rng(1).permutation(n)
+    turned = run_in_lanes(lanes, y[order], p[order], 2, None, directions)
+    same_arrays(turned, replace(single, **{n: getattr(single, n)[order] for n in ROWS}), kinds)
 
 
 @pytest.mark.parametrize("name", longer(SCENES, ["smooth law"]))

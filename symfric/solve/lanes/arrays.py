@@ -36,6 +36,8 @@ class Kernels(Scalars, kind=int):
     scale: int
     first: int
     second: int
+    seen: int
+    follows: int  # whether rows hold derivatives at the extremes of others
     aux: int
     fresh: int
     little: int
@@ -63,7 +65,7 @@ class LaneArrays(CaseArrays):
     state: Integers  # what the lanes that wait need, (width,)
     tables: IntegerMatrix  # of the workspaces, with result and trouble, (2 width, 3)
     masks: Integers
-    notes: Matrix  # what a kernel notes of a step for rows that it leaves, (3 + rows (order + 1), width)
+    notes: Matrix  # what a kernel notes of a step for rows that it leaves, (3 + rows (order + 2), width)
 
 
 def lane_arrays(
@@ -89,7 +91,7 @@ def lane_arrays(
         place = at.get(name, at.get(f"{name}0", -1))
         setattr(kernels, name, addresses.get(name, 0) if name in ("smooth", "event", "stick", "swap") else place)
     kernels.closing, kernels.wanting, kernels.calls, kernels.settles = 0, 0, 0, plan.settles
-    kernels.n_x, kernels.n_e = plan.n_x, len(plan.rows)
+    kernels.n_x, kernels.n_e, kernels.follows = plan.n_x, len(plan.rows), plan.follows
     kernels.sticker = plan.automaton.sticks.index(True) if len(plan.variants) > 1 else -1
     given["place"].loop = loop
     return LaneArrays(
@@ -102,7 +104,7 @@ def lane_arrays(
         state=np.zeros(width, dtype=np.int64),
         tables=tables,
         masks=np.zeros(OWED_OF + len(plan.rows), dtype=np.int64),
-        notes=_aligned(NOTED + len(plan.rows) * (plan.order + 1), width),
+        notes=_aligned(NOTED + len(plan.rows) * plan.noted, width),
     )
 
 

@@ -13,7 +13,12 @@ from symfric.solve.loop.cases import Share, share_out
 
 
 def run_in_lanes(
-    lanes: LaneModel, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
+    lanes: LaneModel,
+    y: np.ndarray,
+    p: np.ndarray,
+    threads: int,
+    progress: Callable[[float], None] | None,
+    directions: int = 0,
 ) -> CaseArrays:
     """Run every case from its state at t = 0 with its parameters; see `symfric.solve.loop.cases.run_cases`.
 
@@ -38,5 +43,5 @@ def run_in_lanes(
         lanes.give_back(workspace)
         yield taken
 
-    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size)
+    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size, directions)
     return share_out(arrays, work, threads, progress)

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward
-from symfric.model.outputs import Row
+from symfric.model.outputs import FOLLOW, Row
 from symfric.solve.loop.decay_weights import weights
 from symfric.solve.loop.series import Series
 
 # words of the masks: lanes that a kernel left as they were or whose run or input ends, lanes that stick now, those that
 # it is called for, those that are at an event, those of which a row was left; next, of which row that is
 LEFT, HELD, CALLED, MET, OWED, OWED_OF = range(6)
-LENGTH, TIME, TIME_LOW, NOTED = range(4)  # notes of a step: its length, its start, then the coefficients of wanted rows
+# notes of a step: its length, its start, then of every wanted row the coefficients and the scale before the step
+LENGTH, TIME, TIME_LOW, NOTED = range(4)
 WANTING = -4  # what the loop over lanes returns to get more cases; see `symfric.solve.status` for the others
 
 
@@ -64,6 +65,20 @@ class Plan:
         """Of the series."""
         return self.variants[0].order
 
+    def followers(self, e: int) -> tuple[int, ...]:
+        """Return the rows that hold the derivatives of a row at its extremes."""
+        return tuple(f for f, row in enumerate(self.rows) if row.kind == FOLLOW and row.follows == e)
+
+    @property
+    def follows(self) -> bool:
+        """Whether there are such rows."""
+        return any(row.kind == FOLLOW for row in self.rows)
+
+    @property
+    def noted(self) -> int:
+        """Number of notes of one row."""
+        return self.order + 2
+
     @property
     def n_aux(self) -> int:
         """Largest number of values that depend on parameters and mode alone."""
@@ -80,7 +95,7 @@ class Plan:
         parts = [str(self.tolerance), str(self.doubt), str(self.horizon), str(self.settles), str(self.order)]
         parts += [str(self.exact), str(weights(self.order))] if self.exact else []
         parts += [str(automaton.layout), str(automaton.anchors), str(automaton.n_q), automaton.gauge.serialize()]
-        parts += [str([row.kind for row in self.rows]), str(self.n_x)]
+        parts += [str([(row.kind, row.follows) for row in self.rows]), str(self.n_x)]
         for v in self.variants:
             functions = [f.serialize() for f in (v.prelude, v.series, v.probe, v.unseen) if f is not None]
             parts += [*functions, str(v.exposed)]
@@ -96,16 +111,17 @@ class Plan:
 
         They are states, time, its rounding rest, the last step, where it ends (the run, or the slope of an input),
         counts of steps and at which of them the event loop looks whether the run advances, starts of the states, scales
-        of the rows, two numbers of every wanted row, values that depend on parameters and mode; whether guards start at
-        zero, and what acceleration of a slip counts as none. Where the event loop chooses the mode after an event, by
-        how much loads are shifted, and the guard that an event has reached. Where lanes do, the number of events and at
-        which of them the event loop looks whether time advances, that of grazes, the mode, the direction of the last
-        slip, the time of rest, scales of the guards in the other mode, parameters.
+        of the rows, two numbers of every wanted row, at which count of steps new extremes of a row with derivatives
+        were seen last, values that depend on parameters and mode; whether guards start at zero, and what acceleration
+        of a slip counts as none. Where the event loop chooses the mode after an event, by how much loads are shifted,
+        and the guard that an event has reached. Where lanes do, the number of events and at which of them the event
+        loop looks whether time advances, that of grazes, the mode, the direction of the last slip, the time of rest,
+        scales of the guards in the other mode, parameters.
         """
         e, g, layout = len(self.rows), self.n_g, self.automaton.layout
         found = [*_many("y", self.n_x), "t", "t_low", "h_last", "end", "steps", "mark_steps"]
         found += [*_many("start", self.n_x), *_many("scale", self.n_r), *_many("first", e), *_many("second", e)]
-        found += [*_many("aux", self.n_aux), *(f"fresh{i}" for i in self.starting)]
+        found += [*_many("seen", e * self.follows), *_many("aux", self.n_aux), *(f"fresh{i}" for i in self.starting)]
         found += _many("little", len(layout.lines))
         if self.settles:
             found += ["events", "mark_events", "grazes", "mode", "way", "rest", *_many("other", g)]

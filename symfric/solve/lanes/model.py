@@ -47,14 +47,14 @@ def _written_by() -> str:
 
 
 def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
-    """Return how a scene runs in lanes; None if it does not: one with long equations, or with derivatives."""
+    """Return how a scene runs in lanes; None if it does not: one with long equations, or with derivatives of turns."""
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
     if layout.n_guards > _GUARDS or any(r.kind not in CARRIED for r in rows):
         return None
     alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs
-    settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0
+    settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0 and not model.first.limits.varied
     return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, exact, settles)
 
 

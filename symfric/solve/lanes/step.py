@@ -234,7 +234,7 @@ class Step(WantedRows):
                 s = g.max(s, g.abs(row[0]))
             else:
                 e = r - plan.n_x - plan.n_g
-                new[f"first{e}"], new[f"second{e}"] = self.extended(e, row, h)
+                new[f"first{e}"], new[f"second{e}"] = self.extended(e, c[plan.n_x + plan.n_g :], h)
                 s = g.max(s, g.abs(row[1]) * h)
             new[f"scale{r}"] = s
         gain = h + v["t_low"]

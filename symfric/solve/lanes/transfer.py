@@ -2,7 +2,7 @@
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
-from symfric.model.outputs import INTEGRAL, VALUES
+from symfric.model.outputs import FOLLOW, INTEGRAL, VALUES
 from symfric.solve.loop.calls import measure
 from symfric.solve.loop.layout import is_load, sign, switch
 from symfric.solve.loop.noted_values import next_due
@@ -52,9 +52,11 @@ def to_lane(b, w, block, k):
     for r in range(w.scale.size):
         block[at.scale + r, k] = w.scale[r]
     for e in range(at.n_e):
+        if at.follows:
+            block[at.seen + e, k] = -1.0
         if w.kind[e] == VALUES:
             block[at.first + e, k], block[at.second + e, k] = next_due(w, e), 0.0
-        else:
+        elif w.kind[e] != FOLLOW:
             first = 2 if w.kind[e] == INTEGRAL else 0
             block[at.first + e, k], block[at.second + e, k] = w.total[e, first], w.total[e, first + 1]
     for i in range(w.aux.size):
@@ -91,13 +93,17 @@ def to_loop(b, w, block, k, met):
         w.counts.stall = 0
         for g in range(w.fresh.size):
             w.fresh[g] = 0
+        for s in range(w.limits.varied):
+            w.tau[s] = 0.0
     w.counts.steps = int(block[at.steps, k])
     for r in range(w.scale.size):
         w.scale[r] = block[at.scale + r, k]
     for e in range(at.n_e):
-        if w.kind[e] != VALUES:
+        if w.kind[e] != VALUES and w.kind[e] != FOLLOW:
             first = 2 if w.kind[e] == INTEGRAL else 0
             w.total[e, first], w.total[e, first + 1] = block[at.first + e, k], block[at.second + e, k]
+        if at.follows and advanced and block[at.seen + e, k] != block[at.steps, k]:  # no new extreme in the last step
+            w.rise[e, 0], w.rise[e, 1] = 0.0, 0.0
     for g in range(w.hit.size):
         w.hit[g] = 0
     w.counts.phase = EXPAND

@@ -8,11 +8,11 @@ from typing import Any
 
 from symfric.codegen.lane_ir import LaneCode
 from symfric.codegen.lane_values import moves
-from symfric.model.outputs import INTEGRAL, RANGE, VALUES
+from symfric.model.outputs import FOLLOW, INTEGRAL, RANGE, VALUES
 from symfric.solve.lanes.fields import NOTED, Plan
 from symfric.solve.loop.precision import HALF_OF_DIGITS
 
-CARRIED = (RANGE, INTEGRAL, VALUES)  # kinds of rows that lanes can carry
+CARRIED = (RANGE, INTEGRAL, VALUES, FOLLOW)  # kinds of rows that lanes can carry
 LATE = 1.0 + 1e-9  # part of a step behind its end at which a value is not yet due
 
 
@@ -42,29 +42,34 @@ class WantedRows:
         """Leave lanes that are not in the mask to the event loop."""
         self.plain = self.g.logic("and", self.plain, mask)
 
-    def extended(self, e: int, row: list, h) -> tuple:
-        """Return the two numbers of a wanted row after a step."""
-        first, second = self.v[f"first{e}"], self.v[f"second{e}"]
-        kind = self.plan.rows[e].kind
+    def extended(self, e: int, rows: list[list], h) -> tuple:
+        """Return the two numbers of a wanted row after a step; `rows` are those of all wanted ones."""
+        first, second, row = self.v[f"first{e}"], self.v[f"second{e}"], rows[e]
+        kind, followers = self.plan.rows[e].kind, self.plan.followers(e)
+        if kind == FOLLOW:  # left together with the row that it follows
+            return first, second
         if kind == INTEGRAL:
             return self._area(row, h, first, second)
         if kind == VALUES:  # the first number is the time of the next one
             left = ~((first - self.v["t"]) - self.v["t_low"] > h * LATE)
+        elif followers:
+            left = self._beyond(row, h, first, second)
         else:
             first, second, left = self._range(row, h, first, second)
-        self._leave(e, left, row, h)
+        self._leave({e: row} | {f: rows[f] for f in followers}, left, h)
         return first, second
 
-    def _leave(self, e: int, lanes, row: list, h) -> None:
-        """Leave a row of some lanes to the loop over lanes."""
-        g, n = self.g, self.plan.order + 1
-        self.owed[e] = lanes
+    def _leave(self, rows: dict[int, list], lanes, h) -> None:
+        """Leave a row of some lanes, with those that follow it, to the loop over lanes."""
+        g, plan = self.g, self.plan
+        self.owed[next(iter(rows))] = lanes
 
         def note(_: Sequence) -> list:
             for k, value in enumerate((h, self.v["t"], self.v["t_low"])):
                 g.note(k, value)
-            for k in range(n):
-                g.note(NOTED + e * n + k, row[k])
+            for e, row in rows.items():
+                for k, value in enumerate((*row, self.v[f"scale{plan.n_x + plan.n_g + e}"])):
+                    g.note(NOTED + e * plan.noted + k, value)
             return []
 
         if moves(lanes):
@@ -79,17 +84,25 @@ class WantedRows:
         new = total + area
         return new, area - (new - total)
 
-    def _range(self, row: list, h, low, high) -> tuple:
-        """Return a range extended by a row over a step, and where that is left because the row may turn twice."""
-        g, n = self.g, self.plan.order
-        if not any(moves(e) for e in row[1:]):
-            return g.min(low, row[0]), g.max(high, row[0]), False
+    def _scaled(self, row: list, h) -> list:
+        """Return the coefficients of a row in powers of the fraction of the step."""
         b, power = [row[0]], h
-        for k in range(1, n + 1):
-            b.append(g.rounded(row[k] * power))
+        for e in row[1:]:
+            b.append(self.g.rounded(e * power))
             power = power * h
+        return b
+
+    def _beyond(self, row: list, h, low, high):
+        """Return where a row may leave its range in a step."""
+        if not any(moves(e) for e in row[1:]):
+            return self.g.logic("xor", (row[0] >= low) & (row[0] <= high), True)
+        return self._leaves(self._scaled(row, h), low, high)[0]
+
+    def _leaves(self, b: list, low, high) -> tuple:
+        """Return where a scaled row may leave its range, and bounds of slope and bend of its higher terms."""
+        g = self.g
         first, second, rest, steep, bend = b[1], b[2], 0.0, 0.0, 0.0
-        for k in range(3, n + 1):
+        for k in range(3, len(b)):
             size = g.abs(b[k])
             rest, steep, bend = rest + size, steep + k * size, bend + float(k * (k - 1)) * size
         bottom, top = g.min(b[0], b[0] + first + second), g.max(b[0], b[0] + first + second)
@@ -98,7 +111,17 @@ class WantedRows:
             turn = b[0] - 0.25 * first * first / g.select(bent, second, 1.0)
             bottom, top = g.select(bent, g.min(bottom, turn), bottom), g.select(bent, g.max(top, turn), top)
         inside = (bottom - rest >= low) & (top + rest <= high)
-        need = g.logic("and", g.logic("and", g.logic("xor", inside, True), self.plain), self.called)
+        return g.logic("xor", inside, True), steep, bend
+
+    def _range(self, row: list, h, low, high) -> tuple:
+        """Return a range extended by a row over a step, and where that is left because the row may turn twice."""
+        g, n = self.g, self.plan.order
+        if not any(moves(e) for e in row[1:]):
+            return g.min(low, row[0]), g.max(high, row[0]), False
+        b = self._scaled(row, h)
+        first, second = b[1], b[2]
+        leaves, steep, bend = self._leaves(b, low, high)
+        need = g.logic("and", g.logic("and", leaves, self.plain), self.called)
 
         def look(olds: Sequence) -> list:
             old_low, old_high, _ = olds

@@ -1,33 +1,24 @@
 """The route `taylor`: settings, and programs compiled from a scene."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import casadi as ca
-import numpy as np
 
 from symfric.errors import SceneError
-from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.model.scene import Scene
 from symfric.model.symbols import counted
 from symfric.solve.integrators.stiffness import MANY, explicit_steps
-from symfric.solve.loop.case_arrays import CaseArrays
-from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.series import Series
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.program import Compiled, Numbers, check_tolerance
+from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.protocol import Answer
 from symfric.solve.taylor.expansion import expand, is_branching, is_long
+from symfric.solve.taylor.laned import Laned
 
-if TYPE_CHECKING:
-    from symfric.solve.lanes.model import LaneModel
-
-LEAST = 1000  # cases for which lanes are compiled, which takes as long as some thousands of them; the bits are the same
-FEWEST = 16  # cases that pay in lanes that there are
 MARGIN = 0.2  # tolerance of a step relative to that of the run, so that the error of a run stays below it
 
 
@@ -124,7 +115,7 @@ def order_for(tolerance: float, n_states: int, branching: bool = False) -> int:
     return math.ceil(-0.5 * math.log(tolerance)) + (2 * extra if branching else extra)
 
 
-class TaylorProgram(Compiled):
+class TaylorProgram(Laned):
     """A scene compiled for one tolerance; `run` repeats it with other numbers, from any thread."""
 
     def __init__(
@@ -147,7 +138,7 @@ class TaylorProgram(Compiled):
         budgets = settings.max_steps, settings.max_events
         fine = MARGIN * self.tolerance
         self._model = series_model(scene, self.automaton, self._variants, wanted, budgets, (fine, fine))
-        self._lane_models: list[LaneModel | None] = []  # one, once many cases have been run
+        self._lane_models = []
         self.wider: dict[frozenset[str], TaylorProgram] = {}
         self.built_in = lowered.built_in
         self._numbers = Numbers(scene, self.automaton.parameters, self.built_in)
@@ -155,32 +146,6 @@ class TaylorProgram(Compiled):
     def __reduce__(self):
         """Pickle as the arguments of `prepare`; machine code is compiled or loaded when unpickled."""
         return TaylorProgram, (self.scene, self.tolerance, self.settings, self.varied)
-
-    def _run_cases(
-        self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
-    ) -> CaseArrays:
-        """Run many cases in lanes of vectors where the scene can, as long as compiling the lanes pays."""
-        self._get_ready(len(y))
-        lanes = self._lane_models[0] if self._lane_models and len(y) >= FEWEST else None
-        if lanes is None:
-            return run_cases(self._model, y, p, threads, progress)
-        from symfric.solve.lanes.cases import run_in_lanes  # numba: not for a single run
-
-        return run_in_lanes(lanes, y, p, threads, progress)
-
-    def _get_ready(self, cases: int) -> None:
-        if cases >= LEAST:
-            self._lanes()
-
-    def _lanes(self) -> "LaneModel | None":
-        from symfric.solve.lanes.model import LaneModel, plan_of
-
-        if not self._lane_models:
-            with SYMBOLIC:
-                if not self._lane_models:
-                    plan = plan_of(self._model, self.automaton, self._variants, self.scene.horizon)
-                    self._lane_models.append(LaneModel(plan, self._model) if plan else None)
-        return self._lane_models[0]
 
     def remade(self, varied: frozenset[str]) -> "TaylorProgram":
         """Return the program with the parameters `varied` free instead of built in."""

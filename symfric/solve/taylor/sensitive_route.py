@@ -14,25 +14,26 @@ from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.batch import Batch, reached
 from symfric.solve.case_values import CaseValues
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
-from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
+from symfric.solve.loop.series import Series
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import Wanted
-from symfric.solve.program import Compiled, Numbers, check_tolerance
+from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.run import Run
 from symfric.solve.sensitivities import Columns, Derivatives
 from symfric.solve.status import Status
 from symfric.solve.taylor.expansion import is_branching
+from symfric.solve.taylor.laned import Laned
 from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
 from symfric.solve.widened import widened
 
 LINEAR_ORDER, LINEAR_TOLERANCE = 28, 1e-16  # for linear equations, whose series are cheap to compile
 
 
-class SensitiveProgram(Compiled):
+class SensitiveProgram(Laned):
     """A scene compiled with its derivatives; may be run from any thread.
 
     Parameters
@@ -63,11 +64,12 @@ class SensitiveProgram(Compiled):
         self._states = tuple(s.name for s in scene.system.states)
         self.varied = general | {name for name in self.directions if name not in self._states}
         lowered = LoweredScene(scene, self.varied)
-        self._wanted, automaton = lowered.wanted, lowered.automaton
-        variations = varied(automaton, scene, self.directions, len(self._wanted.rows), second=order > 1)
-        self._start = variations.start
-        self._columns = Columns(self.directions, variations.pairs, len(self._states), self._wanted, scene.outputs)
-        self._model = sensitive_model(scene, variations, self._wanted, self.tolerance, settings)
+        wanted, automaton = lowered.wanted, lowered.automaton
+        variations = varied(automaton, scene, self.directions, len(wanted.rows), second=order > 1)
+        self._start, self.automaton, self._directions = variations.start, variations.automaton, len(self.directions)
+        self._columns = Columns(self.directions, variations.pairs, len(self._states), wanted, scene.outputs)
+        self._model, self._variants = sensitive_model(scene, variations, wanted, self.tolerance, settings)
+        self._lane_models = []
         self.wider: dict[frozenset[str], SensitiveProgram] = {}
         self.built_in = lowered.built_in
         self._numbers = Numbers(scene, automaton.parameters, self.built_in)
@@ -133,7 +135,7 @@ class SensitiveProgram(Compiled):
     def _run_cases(
         self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
     ) -> CaseArrays:
-        found = run_cases(self._model, y, p, threads, progress, len(self.directions))
+        found = super()._run_cases(y, p, threads, progress)
         found.status[(found.status == Status.OK) & (found.doubts > 0)] = Status.NO_DERIVATIVE
         return found
 
@@ -198,7 +200,7 @@ def directions_of(scene: Scene, names: Sequence[Key]) -> tuple[str, ...]:
 
 def sensitive_model(
     scene: Scene, variations: Variations, wanted: Wanted, tolerance: float, settings: Taylor
-) -> CompiledModel:
+) -> tuple[CompiledModel, list[Series]]:
     """Compile the motion and its derivatives; linear equations of several bodies by powers of their matrices."""
     rows = list(wanted.rows)
     for e, row in enumerate(wanted.rows[: variations.followed]):
@@ -215,4 +217,4 @@ def sensitive_model(
         sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
         order = settings.order or order_for(tolerance, len(scene.system.states), is_branching(automaton.field))
         variants, tolerances = variants_of(automaton, order, sticker), (fine, fine)
-    return series_model(scene, automaton, variants, wide, budgets, tolerances, variations)
+    return series_model(scene, automaton, variants, wide, budgets, tolerances, variations), variants
