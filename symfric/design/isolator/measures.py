@@ -80,7 +80,7 @@ class Isolated:
                 batch = program.map(columns)
                 rows = [np.abs(batch[MEASURES[m]]) for m in self.measures]
                 found.append(np.where(batch.status == 0, rows, np.inf))
-            self._known |= dict(zip(new, np.moveaxis(found, (0, 1, 2), (2, 1, 0)), strict=True))
+            self._known |= dict(zip(new, np.array(found).transpose(2, 1, 0), strict=True))
         return [self._known[p.tobytes()] for p in points]
 
     def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
