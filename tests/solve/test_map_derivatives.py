@@ -89,7 +89,10 @@ def same_arrays(a, b, kinds):
     np.testing.assert_array_equal(a.total[:, areas, 2], b.total[:, areas, 2])
 
 
-@pytest.mark.parametrize("name", longer(SCENES, ["two contacts", "smooth law"]))
+IN_LANES = [name for name in SCENES if name != "two contacts"]  # whose series are too long for lanes
+
+
+@pytest.mark.parametrize("name", longer(IN_LANES, ["smooth law"]))
 def test_lanes_end_at_the_bits_of_the_event_loop(name):
     program, ranges = prepared(name)
     n, directions, kinds = 53, len(program.directions), program._model.first.kind
