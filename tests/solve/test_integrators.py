@@ -10,7 +10,8 @@ import sympy as sp
 import symfric as sf
 from symfric.bench.problems import named
 from symfric.solve.integrators.hermite import first_fall
-from symfric.solve.integrators.route import Integrators, IntegratorsProgram
+from symfric.solve.integrators.program import IntegratorsProgram
+from symfric.solve.integrators.route import Integrators
 
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}
 

@@ -78,9 +78,10 @@ def test_cubics_are_exact_for_cubics_and_find_their_extremes():
     middle = ((c[..., 3] * s[:, None] + c[..., 2]) * s[:, None] + c[..., 1]) * s[:, None] + c[..., 0]
     at = t[:-1] + s
     assert middle.T == pytest.approx(np.array([at**3 - 2 * at, (at - 0.7) ** 2]), abs=1e-13)
-    low, high = extremes_of(t, value)
+    low, high, at = extremes_of(t, value)
     assert low == pytest.approx([-((2 / 3) ** 1.5) * 2, 0.0], abs=1e-12)
     assert high == pytest.approx([4.0, 1.69], abs=1e-12)
+    assert at == pytest.approx(np.array([[np.sqrt(2 / 3), 0.7], [2.0, 2.0]]), abs=1e-12)
 
 
 def test_nodes_gather_in_layers_and_at_kinks():

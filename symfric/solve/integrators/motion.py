@@ -29,4 +29,5 @@ class Motion:
     pieces: list[Path] = field(default_factory=list)
     low: np.ndarray | None = None
     high: np.ndarray | None = None
+    at: np.ndarray | None = None  # times of low and high, (2, rows), if cubics run between the nodes
     values: dict[str, np.ndarray] = field(default_factory=dict)

@@ -42,7 +42,11 @@ class Recorder:
         h, n_g = np.diff(t), self.automaton.layout.n_guards
         if self.ranges:
             rows = [e[n_g:, nodes] for e in piece.rows]
-            low, high = extremes_of(t, rows[0]) if piece.cubic else extremes(h, *rows)
+            if piece.cubic:
+                low, high, at = extremes_of(t, rows[0])
+                motion.at = at if motion.at is None else _later(motion, low, high, at)
+            else:
+                low, high = extremes(h, *rows)
             motion.low = low if motion.low is None else np.minimum(motion.low, low)
             motion.high = high if motion.high is None else np.maximum(motion.high, high)
             self._keep_values(motion, t, rows, piece.cubic)
@@ -70,3 +74,8 @@ class Recorder:
                 else:
                     c = between[i, k]
                 motion.values[name][j] = np.polynomial.polynomial.polyval(times[j] - t[i], c)
+
+
+def _later(motion: Motion, low: np.ndarray, high: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the times of the extremes of a motion and of a piece that follows."""
+    return np.where([low < motion.low, high > motion.high], at, motion.at)

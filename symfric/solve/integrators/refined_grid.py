@@ -44,10 +44,11 @@ def _expanded(x: np.ndarray, d: list[np.ndarray]) -> np.ndarray:
     return np.stack(c, axis=-1).transpose(1, 0, 2)
 
 
-def extremes_of(t: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and the largest value of every row of cubics, shape (rows,)."""
-    c = cubics(t, value)
-    low, high, h = value.min(axis=1), value.max(axis=1), np.diff(t)[:, None]
+def extremes_of(t: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the smallest and the largest value of every row of cubics, (rows,), and their times, (2, rows)."""
+    c, rows = cubics(t, value), np.arange(len(value))
+    first, last = np.argmin(value, axis=1), np.argmax(value, axis=1)
+    low, high, at, h = value[rows, first], value[rows, last], np.array([t[first], t[last]]), np.diff(t)[:, None]
     with np.errstate(all="ignore"):
         middle, root = -c[..., 2], np.sqrt(c[..., 2] ** 2 - 3 * c[..., 3] * c[..., 1])
         for s in ((middle + root) / (3 * c[..., 3]), (middle - root) / (3 * c[..., 3]), -c[..., 1] / (2 * c[..., 2])):
@@ -55,9 +56,12 @@ def extremes_of(t: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarra
             found = ((c[..., 3] * s + c[..., 2]) * s + c[..., 1]) * s + c[..., 0]
             slope = np.abs((3 * c[..., 3] * s + 2 * c[..., 2]) * s + c[..., 1])
             turns = inside & (slope <= 1e-6 * (np.abs(c[..., 1]) + np.abs(c[..., 2]) * h + np.abs(c[..., 3]) * h**2))
-            low = np.minimum(low, np.min(np.where(turns, found, np.inf), axis=0))
-            high = np.maximum(high, np.max(np.where(turns, found, -np.inf), axis=0))
-    return low, high
+            below, above = np.where(turns, found, np.inf), np.where(turns, found, -np.inf)
+            k, j = np.argmin(below, axis=0), np.argmax(above, axis=0)
+            at[0] = np.where(below[k, rows] < low, t[k] + s[k, rows], at[0])
+            at[1] = np.where(above[j, rows] > high, t[j] + s[j, rows], at[1])
+            low, high = np.minimum(low, below[k, rows]), np.maximum(high, above[j, rows])
+    return low, high, at
 
 
 def refined(

@@ -1,0 +1,290 @@
+"""Programs of the route `integrators`: a scene prepared for one tolerance and one integrator."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NoRoute, SceneError
+from symfric.locks import SYMBOLIC
+from symfric.lower.automaton import automaton_of
+from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
+from symfric.model.scene import Scene
+from symfric.model.symbols import Key, finite
+from symfric.solve.batch import Batch, batch_of_runs
+from symfric.solve.case_values import read_cases, refuse_lists, workers_of
+from symfric.solve.input_segments import segments
+from symfric.solve.integrators.mode_functions import ONE_STEP, signs_evaluated
+from symfric.solve.integrators.mode_selection import (
+    ROUNDING,
+    NearlyParallel,
+    Rule,
+    make_rule,
+    next_mode,
+    numbers,
+    starting_mode,
+)
+from symfric.solve.integrators.motion import Motion
+from symfric.solve.integrators.recorder import Recorder
+from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.segment import FINEST, ModeIntegrators, SegmentStart
+from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
+from symfric.solve.integrators.stretch import stretch_of
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.run import Path, Raw, Run
+from symfric.solve.status import Status
+from symfric.solve.widened import widened
+
+if TYPE_CHECKING:
+    from symfric.solve.integrators.route import Integrators
+
+COARSEST = 0.1  # largest tolerance
+_KEPT = 4  # most sets of integrators stored in a program
+# number of consecutive events, each within this fraction of the horizon, that count as chatter
+_STALLED, _LITTLE = 200, 1e-9
+
+
+class IntegratorsProgram:
+    """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        tolerance: float,
+        settings: "Integrators",
+        varied: frozenset[str] = frozenset(),
+        lowered: LoweredScene | None = None,
+    ):
+        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings.resolved(stiff=False)
+        settings = self.settings
+        self.varied = varied
+        lowered = LoweredScene(scene, varied) if lowered is None else lowered
+        self.built_in = lowered.built_in
+        self.wider: dict[frozenset[str], IntegratorsProgram] = {}
+        outputs = scene.outputs
+        rows = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
+        self._integrals = {n: r.expr for n, r in rows.items() if r.kind == INTEGRAL}
+        self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # also values at given times
+        self._times = {n: np.array(r.times) for n, r in rows.items() if r.kind == VALUES}
+        self._keep_path = any(o.keeps_path for o in outputs.values())
+        self._keep_events = any(o.keeps_events for o in outputs.values())
+        self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
+        refusal = declines(self.automaton, settings.plugin, kinks_matter(scene))
+        if refusal:
+            raise NoRoute(f"the route 'integrators' declines: {refusal}")
+        self._held = settings.plugin in ONE_STEP
+        self._recorder = Recorder(self.automaton, tuple(self._ranges), self._times, self._keep_path, self._held)
+        self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
+        count = len(self._integrals)
+        stretch = stretch_of(lowered.dynamics, self.automaton)
+        self._make_flow = partial(
+            ModeIntegrators, self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch
+        )
+        first = self._make_flow()
+        self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
+        self._idle: deque[ModeIntegrators] = deque(
+            [first], maxlen=_KEPT
+        )  # an integrator can be used by one run at a time
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
+
+    def __reduce__(self):
+        """Pickle as the arguments of `prepare`."""
+        return IntegratorsProgram, (self.scene, self.tolerance, self.settings, self.varied)
+
+    def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
+        """Return the program with the parameters `varied` free instead of built in."""
+        return IntegratorsProgram(self.scene, self.tolerance, self.settings, varied)
+
+    def run(
+        self,
+        values: Mapping[Key, float] | None = None,
+        initial: Mapping[Key, float] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Run:
+        """Run with other parameter values or another start; `progress` is called with the fraction done at times."""
+        general = widened(self, values or {})
+        if general is not None:
+            return general.run(values, initial, progress)
+        motion = self.follow(values or {}, initial or {}, progress)
+        return self._collect(motion, dict(values or {}), dict(initial or {}))
+
+    def follow(
+        self,
+        values: Mapping[Key, float],
+        initial: Mapping[Key, float],
+        progress: Callable[[float], None] | None = None,
+    ) -> Motion:
+        """Return the motion with other values of free parameters, or another start, up to its end."""
+        scene = self.scene.where(values) if values else self.scene
+        scene = scene.starting(initial) if initial else scene
+        given = scene.numbers()
+        start = np.array([given[s] for s in scene.system.states])
+        parameters = np.array([given[s] for s in self.automaton.parameters])
+        flow = self._lease()
+        motion = Motion(
+            0.0,
+            start,
+            np.zeros(len(self._integrals)),
+            np.ones(self.automaton.layout.n_mode),
+            np.abs(start),
+            np.zeros(0),
+        )
+        motion.values = {n: np.full(t.size, math.nan) for n, t in self._times.items()}
+        times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
+        for k, row in enumerate(inputs):
+            p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
+            self._settle(motion, p, frozenset(), first=k == 0)
+            if k == 0:
+                motion.size = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
+            while motion.t < end and motion.status == Status.OK:
+                self._integrate(flow, motion, p, end)
+                if progress is not None:
+                    progress(motion.t / scene.horizon)
+            if motion.status != Status.OK:
+                break
+        self._idle.append(flow)
+        return motion
+
+    def map(
+        self,
+        values: Mapping[Key, Any] | None = None,
+        initial: Mapping[Key, Any] | None = None,
+        threads: int = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Batch:
+        """Run many cases, one by one; see `symfric.solve.program.Compiled.map`."""
+        refuse_lists(self.scene.outputs)
+        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
+
+    def _lease(self) -> ModeIntegrators:
+        """Borrow a set of integrators for one run."""
+        try:
+            flow = self._idle.pop()
+        except IndexError:
+            with SYMBOLIC:
+                flow = self._make_flow()
+        flow.begin()
+        return flow
+
+    def _settle(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+        """Select the mode at the current state, and log the change."""
+        if not self._held:
+            return
+        rule = replace(self._rule, farthest=motion.farthest)
+        try:
+            if first:
+                mode = starting_mode(rule, motion.y, motion.t, p)
+            else:
+                mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+        except NearlyParallel:
+            motion.status = Status.INTEGRATOR
+            return
+        if mode is None:
+            motion.status = Status.UNDECIDED
+            return
+        gauge = dict(zip(self.automaton.gauge.name_out(), self.automaton.gauge(motion.y, motion.t, p), strict=True))
+        load, margin, forces, coupling = (numbers(gauge[name]) for name in ("load", "margin", "forces", "coupling"))
+        # rounding errors of cancelling terms count as zero
+        lost = load * coupling[:: load.size + 1] < -ROUNDING * forces
+        if np.any(lost) or np.any(margin < 0):
+            motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
+            return
+        layout = self.automaton.layout
+        before, after = layout.modes(motion.m), layout.modes(mode)
+        changed = np.flatnonzero(before != after) if not first else ()
+        motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
+        motion.counts["events"] += len(changed)
+        motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
+        motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
+        motion.m = mode
+
+    def _integrate(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, end: float) -> None:
+        """Integrate to `end`, to the next event, or over a part of the way."""
+        if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
+            motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
+        state = np.concatenate([motion.y, motion.total])
+        motion.size = np.maximum(motion.size, np.abs(state))
+        start = SegmentStart(motion.t, state, p, motion.m, motion.size)
+        piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
+        if piece is None:
+            motion.status = Status.INTEGRATOR
+            return
+        self._recorder.keep(motion, piece, p)
+        begin, last = motion.t, piece.state[:, -1]
+        motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
+        motion.reach = piece.reach
+        motion.farthest = np.maximum(motion.farthest, np.max(np.abs(piece.state[: motion.y.size]), axis=1))
+        motion.counts["pieces"] += 1
+        motion.counts["steps"] = flow.steps
+        if not np.all(np.isfinite(motion.y)):
+            motion.status = Status.NOT_FINITE
+        elif piece.fell >= 0:
+            self._at_event(motion, p, piece.fell, advanced=motion.t - begin > _LITTLE * self.scene.horizon)
+        if motion.status == Status.OK and motion.counts["steps"] > self.settings.max_steps:
+            motion.status = Status.STEP_BUDGET
+
+    def _at_event(self, motion: Motion, p: np.ndarray, index: int, advanced: bool) -> None:
+        stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1
+        motion.counts["stalled"] = stalled
+        motion.rest = math.nan
+        if index >= self.automaton.layout.first_load:
+            motion.status = Status.LOST_CONTACT
+        elif motion.counts["events"] >= self.settings.max_events:
+            motion.status = Status.EVENT_BUDGET
+        elif stalled > _STALLED:
+            motion.status = Status.CHATTER
+        else:
+            self._settle(motion, p, frozenset({index}))
+
+    def _collect(self, motion: Motion, values: dict, initial: dict) -> Run:
+        motion.counts.pop("stalled", None)
+        path = log = None
+        if self._keep_path and motion.pieces:
+            parts = [(p.t, p.h, p.coefficients, p.mode) for p in motion.pieces]
+            path = Path(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        if self._keep_events:
+            log = (
+                np.array([e[0] for e in motion.events]),
+                np.array([e[1:] for e in motion.events], dtype=np.int64).reshape(-1, 3),
+            )
+        low, high = motion.low, motion.high
+        ranges = dict.fromkeys(self._ranges, (math.nan, math.nan))
+        if low is not None and high is not None:
+            ranges = {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
+        integrals = dict(zip(self._integrals, motion.total.tolist(), strict=True))
+        raw = Raw(
+            rows={**ranges, **integrals, **motion.values},
+            rest=motion.rest,
+            path=path,
+            events=log,
+        )
+        return Run(
+            base=self.scene,
+            values=values,
+            initial=initial,
+            settings=self.settings,
+            tolerance=self.tolerance,
+            final=motion.y,
+            t_final=motion.t,
+            status=motion.status,
+            stats=dict(motion.counts),
+            raw=raw,
+        )
+
+
+def check_tolerance(tolerance: float) -> float:
+    """Return the tolerance as a float; raise unless the integrators can reach it."""
+    tolerance = finite(tolerance, "tolerance")
+    if not FINEST <= tolerance <= COARSEST:
+        raise SceneError(f"tolerance is {tolerance}; the route 'integrators' takes {FINEST:g} to {COARSEST:g}")
+    return tolerance
+
+
+def _whole(row: Row) -> sp.Expr:
+    """Return the expression of an observable, with its magnitude if required."""
+    return sp.Abs(row.expr) if row.magnitude else row.expr
