@@ -123,7 +123,7 @@ def varied(
             states=(*automaton.states, *(f"d{x}/d{s}" for s in [*directions, *pairs] for x in automaton.states)),
         ),
         jump=_jump(automaton, y, V, W, t, p, along, flat, followed),
-        start=_start(automaton, scene, directions, pairs),
+        start=starts_of(automaton, scene, directions, pairs),
         directions=tuple(directions),
         pairs=pairs,
         followed=followed,
@@ -178,8 +178,10 @@ def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat,
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
 
 
-def _start(automaton: Automaton, scene: Scene, directions: Sequence[str], pairs) -> ca.Function:
-    """Return the derivatives of the initial state in the directions."""
+def starts_of(
+    automaton: Automaton, scene: Scene, directions: Sequence[str], pairs: tuple[tuple[int, int], ...] = ()
+) -> ca.Function:
+    """Return ``p -> V(0)``, the derivatives of the initial state in the directions and by their pairs."""
     p = ca.SX.sym("p", len(automaton.parameters))
     symbols = {s: p[i] for i, s in enumerate(automaton.parameters)}
     of = {s.name: s for s in scene.values}

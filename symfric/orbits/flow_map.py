@@ -19,6 +19,9 @@ from symfric.model.outputs import RANGE, End, Row, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
 from symfric.orbits.passages import Passage, runs_of
+from symfric.orbits.stiff_runs import StiffRuns
+from symfric.solve.integrators.stiffness import pays
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
@@ -26,6 +29,9 @@ from symfric.solve.run import Run
 _STRETCHED = 1e-9  # relative difference up to which a spring was stretched by the slip alone
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
+# largest gap between end and start of a periodic orbit, relative to the range of a state; the second one by an implicit
+# integrator, whose steps change with the start
+_CLOSED, _CLOSED_IMPLICIT = 1e-12, 1e-8
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
 _FLOWS: dict[tuple, "FlowMap"] = {}  # compiled flow maps by their equations
 
@@ -59,6 +65,8 @@ class FlowMap:
 
     Attributes
     ----------
+    closed : float
+        Largest gap between end and start of a periodic orbit, relative to the ranges of the states.
     springs : dict of int to ndarray
         Slopes of the slips (n,) that stretch the springs of contacts, by the places of these among the states.
     period : callable or None
@@ -81,7 +89,9 @@ class FlowMap:
         self.springs = _springs_of(scene)
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
-        self._runs = runs_of(self.scene, self._automaton, self.parameters, tolerance)
+        stiff = is_stiff(self.scene)
+        self.closed = _CLOSED_IMPLICIT if stiff else _CLOSED
+        self._runs = (StiffRuns if stiff else runs_of)(self.scene, self._automaton, self.parameters, tolerance)
         own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.lines)]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._guards = _guard_rates(self._automaton)
@@ -170,6 +180,11 @@ class FlowMap:
         return tuple(found)
 
 
+def is_stiff(scene: Scene) -> bool:
+    """Whether the flow map of a scene is one of an implicit integrator."""
+    return any(c.law.memory for c in scene.contacts) and pays(LoweredScene(scene))
+
+
 def _springs_of(scene: Scene) -> dict[int, np.ndarray]:
     """Return places of the springs of contacts among the states, and the slopes of their slips if these are numbers."""
     found: dict[int, np.ndarray] = {}
@@ -200,7 +215,7 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
     """
     dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
     integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
-    key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance
+    key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance, is_stiff(scene)
     if scene.inputs or integrals:
         return FlowMap(scene, parameters, tolerance)
     if key not in _FLOWS:

@@ -23,7 +23,6 @@ from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.passages import Passage
 
 MOST_STEPS = 25
-CLOSED = 1e-12  # largest gap between end and start of a periodic orbit, relative to the range of a state
 _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
@@ -195,7 +194,7 @@ def solve(
     size = misfit(now) if through is None else 1.0
     for _ in range(most):
         now, size, share = _improved(system, now, size, normal, z, plane)
-        if size <= CLOSED and share == 1.0:
+        if size <= system.flow.closed and share == 1.0:
             return now
     raise NotFound(_STUCK)
 
@@ -214,7 +213,7 @@ def _improved(system: ShootingSystem, now: Point, size: float, normal, guess, pl
         except NotFound:
             continue
         worse = misfit(then)
-        if worse < max(2.0 * size, 100 * CLOSED):
+        if worse < max(2.0 * size, 100 * system.flow.closed):
             return then, worse, share
     raise NotFound(_STUCK)
 

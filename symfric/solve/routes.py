@@ -11,6 +11,8 @@ from symfric.model.symbols import Key, nearest
 from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
 from symfric.solve.integrators.route import Integrators
+from symfric.solve.integrators.sensitive_program import SensitiveIntegratorsProgram
+from symfric.solve.integrators.stiffness import pays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Program
 from symfric.solve.run import Run
@@ -203,11 +205,17 @@ def prepare(
 
 
 def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
-    settings = Taylor() if route is None else _settings(route)
-    if not isinstance(settings, Taylor):
-        raise NoRoute("only the route 'taylor' computes derivatives; leave route=None")
     if order not in (1, 2):
         raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
+    settings = Integrators() if route is None and order == 1 and pays(LoweredScene(scene)) else Taylor()
+    settings = settings if route is None else _settings(route)
+    if isinstance(settings, Integrators) and order == 1 and settings.plugin in (None, "cvodes"):
+        return SensitiveIntegratorsProgram(scene, tolerance, settings.resolved(stiff=True), names)
+    if not isinstance(settings, Taylor):
+        raise NoRoute(
+            "only the route 'taylor' computes derivatives, and 'integrators' by cvodes first ones of laws without a "
+            "jump; leave route=None"
+        )
     return SensitiveProgram(scene, tolerance, settings, names, order=order)
 
 

@@ -1,6 +1,6 @@
 """Derivatives of a run, or of many, by parameters and initial values."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -165,3 +165,28 @@ class Derivatives:
         low, high = self.total[k, :2]
         least = np.where(low > 0, d_low, np.where(high < 0, -d_high, 0.0))
         return least, np.where(-low > high, -d_low, d_high)
+
+
+def first_derivatives(
+    start: Any, columns: Sequence[Any], states: Sequence[str], p: np.ndarray, replaced: Iterable[str]
+) -> np.ndarray:
+    """Return the derivatives of the initial state, of one case (columns, n_x) or of rows of them.
+
+    Parameters
+    ----------
+    start : casadi.Function
+        ``p -> V(0)``, all columns.
+    columns : sequence
+        Directions, then pairs of them.
+    states : sequence of str
+    p : ndarray, shape (..., n_p)
+        Parameters.
+    replaced : iterable of str
+        States whose start, a formula, was replaced by a number.
+    """
+    found = np.array(start(p[..., : start.nnz_in(0)].T), dtype=float).T
+    first = found.reshape(*p.shape[:-1], len(columns), len(states))
+    for name in replaced:
+        for k, direction in enumerate(columns):
+            first[..., k, states.index(name)] = float(direction == name)
+    return first

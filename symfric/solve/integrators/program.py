@@ -19,6 +19,7 @@ from symfric.model.symbols import Key, finite
 from symfric.solve.batch import Batch, batch_of_runs
 from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.input_segments import segments
+from symfric.solve.integrators.integrated_piece import SegmentStart
 from symfric.solve.integrators.mode_functions import ONE_STEP, signs_evaluated
 from symfric.solve.integrators.mode_selection import (
     ROUNDING,
@@ -32,8 +33,8 @@ from symfric.solve.integrators.mode_selection import (
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.recorder import Recorder
 from symfric.solve.integrators.refusals import declines, kinks_matter
-from symfric.solve.integrators.segment import FINEST, ModeIntegrators, SegmentStart
-from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing
+from symfric.solve.integrators.segment import FINEST, ModeIntegrators
+from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing, sizes_along
 from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Path, Raw, Run
@@ -72,6 +73,9 @@ class IntegratorsProgram:
         self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # also values at given times
         self._times = {n: np.array(r.times) for n, r in rows.items() if r.kind == VALUES}
         self._keep_path = any(o.keeps_path for o in outputs.values())
+        self._only = None  # the times at which alone the motion is looked at, if there are such
+        if self._times and len(self._times) == len(self._ranges) and not self._keep_path:
+            self._only = np.unique(np.concatenate(list(self._times.values())))
         self._keep_events = any(o.keeps_events for o in outputs.values())
         self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
         refusal = declines(self.automaton, settings.plugin, kinks_matter(scene))
@@ -111,15 +115,17 @@ class IntegratorsProgram:
         if general is not None:
             return general.run(values, initial, progress)
         motion = self.follow(values or {}, initial or {}, progress)
-        return self._collect(motion, dict(values or {}), dict(initial or {}))
+        return self.collect(motion, dict(values or {}), dict(initial or {}))
 
     def follow(
         self,
         values: Mapping[Key, float],
         initial: Mapping[Key, float],
         progress: Callable[[float], None] | None = None,
+        horizon: float | None = None,
     ) -> Motion:
-        """Return the motion with other values of free parameters, or another start, up to its end."""
+        """Return the motion with other values of free parameters, or another start, up to its end or to a horizon."""
+        horizon = self.scene.horizon if horizon is None else horizon
         scene = self.scene.where(values) if values else self.scene
         scene = scene.starting(initial) if initial else scene
         given = scene.numbers()
@@ -135,16 +141,16 @@ class IntegratorsProgram:
             np.zeros(0),
         )
         motion.values = {n: np.full(t.size, math.nan) for n, t in self._times.items()}
-        times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], scene.horizon)
+        times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], horizon)
         for k, row in enumerate(inputs):
-            p, end = np.concatenate([parameters, row]), min(times[k + 1], scene.horizon)
+            p, end = np.concatenate([parameters, row]), min(times[k + 1], horizon)
             self._settle(motion, p, frozenset(), first=k == 0)
             if k == 0:
-                motion.size = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
+                motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 self._integrate(flow, motion, p, end)
                 if progress is not None:
-                    progress(motion.t / scene.horizon)
+                    progress(motion.t / horizon)
             if motion.status != Status.OK:
                 break
         self._idle.append(flow)
@@ -160,6 +166,13 @@ class IntegratorsProgram:
         """Run many cases, one by one; see `symfric.solve.program.Compiled.map`."""
         refuse_lists(self.scene.outputs)
         return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
+
+    def _sizes(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, horizon: float) -> np.ndarray:
+        """Return the sizes of states and integrals from the start, or of continuous laws from a rough motion."""
+        sizes = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
+        if flow.rough is None:
+            return sizes
+        return sizes_along(flow.rough, sizes, motion.y, p, motion.m, horizon)
 
     def _lease(self) -> ModeIntegrators:
         """Borrow a set of integrators for one run."""
@@ -210,7 +223,7 @@ class IntegratorsProgram:
         state = np.concatenate([motion.y, motion.total])
         motion.size = np.maximum(motion.size, np.abs(state))
         start = SegmentStart(motion.t, state, p, motion.m, motion.size)
-        piece = flow.advance(start, end, motion.reach, watched=self._keep_path or bool(self._ranges))
+        piece = flow.advance(start, end, motion.reach, self._keep_path or bool(self._ranges), self._only)
         if piece is None:
             motion.status = Status.INTEGRATOR
             return
@@ -241,7 +254,8 @@ class IntegratorsProgram:
         else:
             self._settle(motion, p, frozenset({index}))
 
-    def _collect(self, motion: Motion, values: dict, initial: dict) -> Run:
+    def collect(self, motion: Motion, values: dict, initial: dict) -> Run:
+        """Return the result of a motion."""
         motion.counts.pop("stalled", None)
         path = log = None
         if self._keep_path and motion.pieces:

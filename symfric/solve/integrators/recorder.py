@@ -7,9 +7,9 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.hermite import extremes, quintic
+from symfric.solve.integrators.integrated_piece import IntegratedPiece
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.refined_grid import cubics, extremes_of
-from symfric.solve.integrators.segment import IntegratedPiece
 from symfric.solve.run import Path
 
 

@@ -6,7 +6,8 @@ looked at, between the outputs too, and one that fails is repeated over a shorte
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections import OrderedDict
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -15,9 +16,10 @@ import numpy as np
 from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.hermite import first_fall, middle_errors
+from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 from symfric.solve.integrators.mode_functions import ONE_STEP, mode_integrator, node_function
 from symfric.solve.integrators.refined_grid import refined
-from symfric.solve.integrators.sizes import filled
+from symfric.solve.integrators.sizes import filled, rough_motion
 from symfric.solve.integrators.stretch import Stretch, sizes_of
 from symfric.solve.loop.enclosure import unseen_by
 
@@ -39,48 +41,9 @@ _DEEPEST = 40  # halvings of a motion between whose parts the integrator is rest
 _DEGREES = 18  # powers above half of this may hide features from a check at a few points
 _SHORTEST = 1e-9  # shortest piece, relative to the horizon
 _GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
+_KEPT = 8  # most integrators kept, one for each grid of nodes
+_FEWEST = 4  # nodes of a cubic
 _NEWTON = 4  # most Newton corrections of an event time
-
-
-@dataclass(frozen=True)
-class SegmentStart:
-    """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states."""
-
-    t: float
-    state: np.ndarray
-    p: np.ndarray
-    m: np.ndarray
-    size: np.ndarray
-
-
-@dataclass(frozen=True)
-class IntegratedPiece:
-    """Motion in one mode, by its nodes.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n + 1,)
-    state : ndarray, shape (n_x + n_integrals, n + 1)
-    first, second : ndarray, shape (n_x, n + 1)
-        Derivatives of the state without the integrals.
-    rows : tuple of three ndarrays, shape (n_r, n + 1)
-        Guards and observables, and their first and second derivatives.
-    reach : float
-        How long the next piece may be.
-    fell : int
-        The guard that fell at the end, -1 if none did.
-    cubic : bool
-        Whether between the nodes are cubics through the values, not quintics with the derivatives.
-    """
-
-    t: np.ndarray
-    state: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-    rows: tuple[np.ndarray, ...]
-    reach: float
-    fell: int = -1
-    cubic: bool = False
 
 
 class ModeIntegrators:
@@ -103,7 +66,10 @@ class ModeIntegrators:
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
         self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
         self._nodes = node_function(field, n_integrals)
+        continuous = self.plugin == "cvodes" and stretch is None and not automaton.inputs
+        self.rough = rough_motion(field, n_integrals, horizon) if continuous else None
         self._compiled: dict[tuple[int, int], ca.Function] = {}
+        self._for_grids: OrderedDict[tuple[bytes, float], ca.Function] = OrderedDict()
         self._unseen = unseen_by(field, _DEGREES) if self.in_pieces else None
         self.begin()
 
@@ -156,29 +122,39 @@ class ModeIntegrators:
 
     def _uninterrupted(self, start: SegmentStart, span: float, grid: np.ndarray, rough: float = 1.0) -> np.ndarray:
         """Return the states at fractions of a time after the start, the last one 1."""
-        s, size, state, n = self.settings, start.size, start.state, self.n_x
+        size, state, n = start.size, start.state, self.n_x
         if self.stretch:
             size = sizes_of(self.stretch, size)
             state = np.append(np.array(self.stretch.inner(state[:n], start.p)).ravel(), state[n:])
-        with SYMBOLIC:
-            integrator = mode_integrator(
-                self._field,
-                self._n_integrals,
-                self.plugin,
-                s.max_step,
-                self.local * rough,
-                self._horizon,
-                0,
-                grid * _STRETCHED,
-                s.max_steps,
-                self.stretch,
-            )
+        integrator = self._for_grid(grid, rough)
         data = np.concatenate([start.p, start.m, size, [start.t, span / _STRETCHED]])
         found = np.array(integrator(x0=state / size, p=data)["xf"]) * size[:, None]
         self.steps += integrator.stats().get("nsteps", 0)
         if self.stretch:
             found[:n] = np.array(self.stretch.outer(found[:n], start.p))
         return found
+
+    def _for_grid(self, grid: np.ndarray, rough: float) -> ca.Function:
+        """Return the integrator for fractions of a time; those used last are kept."""
+        key, s = (grid.tobytes(), rough), self.settings
+        if key not in self._for_grids:
+            with SYMBOLIC:
+                self._for_grids[key] = mode_integrator(
+                    self._field,
+                    self._n_integrals,
+                    self.plugin,
+                    s.max_step,
+                    self.local * rough,
+                    self._horizon,
+                    0,
+                    grid * _STRETCHED,
+                    s.max_steps,
+                    self.stretch,
+                )
+            if len(self._for_grids) > _KEPT:
+                self._for_grids.popitem(last=False)
+        self._for_grids.move_to_end(key)
+        return self._for_grids[key]
 
     def end(self, start: SegmentStart, span: float) -> np.ndarray:
         """Return the state after a time; raise RuntimeError if the integrator fails."""
@@ -197,15 +173,19 @@ class ModeIntegrators:
         raise RuntimeError("the result still changes with the number of elements")
 
     @np.errstate(all="ignore")  # beyond a guard the motion may overflow
-    def advance(self, start: SegmentStart, end: float, reach: float, watched: bool) -> IntegratedPiece | None:
+    def advance(
+        self, start: SegmentStart, end: float, reach: float, watched: bool, times: np.ndarray | None = None
+    ) -> IntegratedPiece | None:
         """Return the motion up to `end`, to the first guard that falls, or about to `reach`.
 
         None if the integrator fails over the shortest time too. Plugins without pieces integrate to `end` regardless of
-        guards, and have nodes only if the motion is `watched`.
+        guards, and have nodes only if the motion is `watched`; if `times` are given, at these alone.
         """
         if self.in_pieces:
             return self._next_piece(start, end, reach)
         try:
+            if times is not None and self.plugin != "collocation":
+                return self._at_times(start, end, times)
             return self._whole(start, end) if watched else self._ends(start, end)
         except RuntimeError:
             return None
@@ -232,6 +212,30 @@ class ModeIntegrators:
             if n >= _MOST_NODES:
                 raise RuntimeError("the motion has details between the nodes")
             n *= 2
+
+    def _at_times(self, start: SegmentStart, end: float, times: np.ndarray) -> IntegratedPiece:
+        """Return the motion with nodes at some times, regardless of those outside of the interval."""
+        few = np.linspace(start.t, end, _FEWEST)[1:]  # as many as a cubic needs
+        inside = times[(start.t < times) & (times < end)]
+        t = np.unique(np.concatenate([few, inside]))
+        state = np.column_stack([start.state, self._states_at(start, t)])
+        t = np.append(start.t, t)
+        first, second, *rows, _ = self._look(t, state, start)
+        return IntegratedPiece(t, state, first, second, tuple(rows), math.inf, cubic=True)
+
+    def _states_at(self, start: SegmentStart, t: np.ndarray, depth: int = 0) -> np.ndarray:
+        """Return the states at times; where the integrator gives up, it is restarted half way."""
+        span = t.item(-1) - start.t
+        try:
+            return self._uninterrupted(start, span, (t - start.t) / span)
+        except RuntimeError:
+            if depth >= _DEEPEST:
+                raise
+        middle = start.t + span / 2
+        early = t < middle
+        state = self._states_at(start, np.append(t[early], middle), depth + 1)
+        later = self._states_at(replace(start, t=middle, state=state[:, -1]), t[~early], depth + 1)
+        return np.column_stack([state[:, :-1], later])
 
     def _refined(self, start: SegmentStart, end: float) -> IntegratedPiece:
         """Return the motion with nodes where cubics through the values need them.

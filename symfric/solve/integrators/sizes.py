@@ -1,4 +1,4 @@
-"""Sizes of the states at the start of a motion, for the absolute tolerances of the integrators."""
+"""Sizes of the states of a motion, for the absolute tolerances of the integrators."""
 
 import math
 from dataclasses import dataclass
@@ -8,9 +8,12 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import ModeLayout
+from symfric.solve.integrators.mode_functions import mode_integrator
 
 _PART = 1e-3  # time scale of equations without one, relative to the horizon
 _TIMES = 16  # times at which forces that depend on time are evaluated
+_NODES, _COARSE, _MOST = 64, 1e-7, 20_000  # of a rough motion: nodes, tolerance, steps
+_ROUNDS = 2  # rough motions, each with the sizes of the one before
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,30 @@ def first_sizes(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.nd
     sizes = np.concatenate([q, u, z])
     totals = [time * (rows + slopes @ sizes) for *_, rows, slopes in looks]
     return np.concatenate([sizes, filled(np.max(totals, axis=0))])
+
+
+def rough_motion(field: ca.Function, n_integrals: int, horizon: float) -> ca.Function:
+    """Return the integrator of a rough motion over the horizon, for `sizes_along`."""
+    return mode_integrator(field, n_integrals, "cvodes", math.inf, _COARSE, horizon, 0, _NODES, _MOST)
+
+
+def sizes_along(rough: ca.Function, sizes: np.ndarray, y: np.ndarray, p: np.ndarray, m: np.ndarray, horizon: float):
+    """Return the largest magnitudes along a rough motion; the given sizes where nothing moves or the motion fails.
+
+    What the forces are at the start says little where it is a layer: bristles that are straight yet are bent within a
+    time in which the body hardly moves.
+    """
+    state = np.append(y, np.zeros(sizes.size - y.size))
+    for _ in range(_ROUNDS):
+        try:
+            found = np.array(rough(x0=state / sizes, p=np.concatenate([p, m, sizes, [0.0, horizon]]))["xf"])
+        except RuntimeError:
+            return sizes
+        most = np.maximum(np.max(np.abs(found), axis=1) * sizes, np.abs(state))
+        if not np.all(np.isfinite(most)):
+            return sizes
+        sizes = np.where(most > 0, most, sizes)
+    return sizes
 
 
 def _to_come(sizing: Sizing, y, t: float, p, m) -> tuple[np.ndarray, np.ndarray]:

@@ -8,10 +8,12 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.mode_functions import mode_integrator, signs_evaluated
+from symfric.solve.integrators.refusals import declines, kinks_matter
 from symfric.solve.integrators.sizes import first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
 
 MANY = 3e5  # explicit steps above which an implicit integrator is faster
+MANY_WITH_DERIVATIVES = 1e5  # the same with derivatives, which make an explicit step several times as expensive
 _PER_STEP = 18.0  # largest |rate of decay| times step of a Taylor series of order 17, measured
 _NODES, _COARSE, _MOST = 400, 1e-7, 20_000  # of a rough motion: nodes, tolerance, steps
 _DECAYS = 10.0  # a decay is stiff if its rate is so many times the frequencies
@@ -24,6 +26,13 @@ def explicit_steps(scene: LoweredScene) -> float:
     integrator shows the rates of decay along it, which the law alone does not.
     """
     return scene.once(_explicit_steps)
+
+
+def pays(scene: LoweredScene) -> bool:
+    """Whether derivatives cost less by an implicit integrator, which takes about as many steps with them as without."""
+    return explicit_steps(scene) > MANY_WITH_DERIVATIVES and not declines(
+        scene.automaton, "cvodes", kinks_matter(scene.scene)
+    )
 
 
 def _explicit_steps(scene: LoweredScene) -> float:

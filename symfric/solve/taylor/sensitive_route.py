@@ -23,7 +23,7 @@ from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import Wanted
 from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.run import Run
-from symfric.solve.sensitivities import Columns, Derivatives
+from symfric.solve.sensitivities import Columns, Derivatives, first_derivatives
 from symfric.solve.status import Status
 from symfric.solve.taylor.expansion import is_branching
 from symfric.solve.taylor.laned import Laned
@@ -120,12 +120,7 @@ class SensitiveProgram(Laned):
         They are zero for a state whose formula was `replaced` by a number.
         """
         columns = [*self.directions, *self._columns.pairs]
-        found = np.array(self._start(p[..., : self._start.nnz_in(0)].T), dtype=float).T
-        first = found.reshape(*p.shape[:-1], len(columns), len(self._states))
-        for name in replaced:
-            for k, direction in enumerate(columns):
-                first[..., k, self._states.index(name)] = float(direction == name)
-        return first.reshape(*p.shape[:-1], -1)
+        return first_derivatives(self._start, columns, self._states, p, replaced).reshape(*p.shape[:-1], -1)
 
     def _starts_of(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
         y, p = super()._starts_of(cases)

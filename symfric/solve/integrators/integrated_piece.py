@@ -1,0 +1,46 @@
+"""Start and result of the integration of a motion in one mode."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class SegmentStart:
+    """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states."""
+
+    t: float
+    state: np.ndarray
+    p: np.ndarray
+    m: np.ndarray
+    size: np.ndarray
+
+
+@dataclass(frozen=True)
+class IntegratedPiece:
+    """Motion in one mode, by its nodes.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n + 1,)
+    state : ndarray, shape (n_x + n_integrals, n + 1)
+    first, second : ndarray, shape (n_x, n + 1)
+        Derivatives of the state without the integrals.
+    rows : tuple of three ndarrays, shape (n_r, n + 1)
+        Guards and observables, and their first and second derivatives.
+    reach : float
+        How long the next piece may be.
+    fell : int
+        The guard that fell at the end, -1 if none did.
+    cubic : bool
+        Whether between the nodes are cubics through the values, not quintics with the derivatives.
+    """
+
+    t: np.ndarray
+    state: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    rows: tuple[np.ndarray, ...]
+    reach: float
+    fell: int = -1
+    cubic: bool = False
