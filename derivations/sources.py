@@ -26,6 +26,7 @@ SOURCES = (
     "absorber",
     "foundation",
     "waviness",
+    "presliding",
     "numbers",
 )
 CHUNK = 6  # neighbouring entries share intermediate results, so they go to one process

@@ -207,8 +207,8 @@ def prepare(
 def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
     if order not in (1, 2):
         raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
-    settings = Integrators() if route is None and order == 1 and pays(LoweredScene(scene)) else Taylor()
-    settings = settings if route is None else _settings(route)
+    stiff = route is None and order == 1 and pays(LoweredScene(scene))
+    settings = _settings(("integrators" if stiff else "taylor") if route is None else route)
     if isinstance(settings, Integrators) and order == 1 and settings.plugin in (None, "cvodes"):
         return SensitiveIntegratorsProgram(scene, tolerance, settings.resolved(stiff=True), names)
     if not isinstance(settings, Taylor):

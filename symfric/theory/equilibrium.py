@@ -15,6 +15,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.theory.sliding import Field, field_of
+from symfric.theory.springs_with_sliders import check_held, springs_of
 
 STARTS = 12  # number of random starts after the scene's own and zero
 _SEED = 31
@@ -107,6 +108,8 @@ def equilibrium(scene: Scene) -> Equilibrium:
     Notes
     -----
     Solves ``force - J^T sign(w) N mu(|w|) = 0`` and ``z_rate = 0`` at u = 0; for one mass on a belt it is Thomsen (7).
+    A contact whose law has no jump may also rest. Springs with sliders (Maxwell slip, Iwan, a contact behind a spring)
+    stand at their limits while they slide, ``z = sign(w) limit``; at rest their sliders stick.
 
     Examples
     --------
@@ -119,7 +122,22 @@ def equilibrium(scene: Scene) -> Equilibrium:
     p = field.vector(scene.parameter_values())
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
-    return Equilibrium(x, slips(field, p, x), tuple(s.name for s in field.states))
+    found = slips(field, p, x)
+    states = dict(zip(field.states, x.tolist(), strict=True)) | _stretched(scene, found, field, p, x)
+    sliding = {c.name: found.get(c.name, 0.0) for c in scene.contacts}
+    names = tuple(s.name for s in scene.system.states)
+    return Equilibrium(np.array([states[s] for s in scene.system.states]), sliding, names)
+
+
+def _stretched(scene: Scene, sliding: Mapping[str, float], field: Field, p, x) -> dict[sp.Symbol, float]:
+    """Return the elongations of springs whose sliders move: at their limits, in the direction of the slip."""
+    values = dict(zip((*field.states, *field.parameters), (*x, *p), strict=True))
+    return {
+        spring.state: float(np.sign(sliding[spring.contact])) * float(spring.limit.subs(values))
+        for contact in scene.contacts_behind_springs
+        for spring in springs_of(contact)
+        if spring.contact in sliding
+    }
 
 
 def slips(field: Field, p: np.ndarray, x: np.ndarray) -> dict[str, float]:
@@ -152,6 +170,8 @@ def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
         x = _newton(field, p, guess, free, sizes)
         if x is not None:
             _check_slipping(field, p, x)
+            if field.held:
+                check_held(field.held, dict(zip((*field.states, *field.parameters), (*x, *p), strict=True)))
             return x
     residual = field.value(origin, p, field.directions(origin, p))
     names = [s.name for s in (*field.system.u, *field.system.z)]
@@ -247,6 +267,8 @@ def _terms(contact: Contact, values: Mapping[sp.Symbol, float]) -> float:
 
 def rests_smoothly(law: Law, values: Mapping[sp.Symbol, float]) -> bool:
     """Whether the friction passes through zero slip without a jump."""
+    if law.memory and law.memory.slowest is not None:
+        return False  # its contacts age at rest without end, or have no force at all
     if law.smooth:
         return True
     symbols = tuple(sorted(law.free_symbols, key=str))

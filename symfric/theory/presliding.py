@@ -1,4 +1,7 @@
-"""Closed forms of friction with memory: reversal and loop of Dahl's law, drift of LuGre, Iwan's backbone and loops."""
+"""Closed forms of friction with memory: reversal and loop of Dahl's law, drift of LuGre, Iwan's backbone and loops.
+
+They are derived from the laws in derivations/presliding.py.
+"""
 
 import math
 

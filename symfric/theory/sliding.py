@@ -26,6 +26,7 @@ from symfric.model.contact_states import coefficient, rates_by_side
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
+from symfric.theory.springs_with_sliders import Spring, replaced
 
 Values = Mapping[sp.Symbol, float]
 
@@ -39,6 +40,8 @@ class Field:
         Without time.
     contacts : tuple of Contact
     parameters : tuple of Symbol
+    held : tuple of Spring
+        Springs whose sliders are taken to stick.
 
     Attributes
     ----------
@@ -49,8 +52,14 @@ class Field:
         Stand for sign(w) of each contact in `parts`.
     """
 
-    def __init__(self, system: System, contacts: tuple[Contact, ...], parameters: tuple[sp.Symbol, ...]):
-        self.system, self.contacts, self.parameters = system, contacts, parameters
+    def __init__(
+        self,
+        system: System,
+        contacts: tuple[Contact, ...],
+        parameters: tuple[sp.Symbol, ...],
+        held: tuple[Spring, ...] = (),
+    ):
+        self.system, self.contacts, self.parameters, self.held = system, contacts, parameters, held
         self.states, self.n, self.n_z = system.states, len(system.q), len(system.z)
         self.signs = tuple(sp.Dummy(f"s_{c.name}", real=True) for c in contacts)
         model = self._model = ContactDynamics(system, contacts, parameters)
@@ -152,6 +161,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
     Parameters
     ----------
     scene : Scene
+        Springs with sliders are replaced, see `symfric.theory.springs_with_sliders`.
     vary : tuple of Symbol
         Parameters that will change; an excitation that is zero only for their present values counts as present.
 
@@ -176,12 +186,8 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             )
         return reduced
 
-    for contact in scene.contacts_behind_springs:
-        raise SceneError(
-            f"contact {contact.name!r} is behind a spring; steady sliding, its stability and averages are those of the "
-            "scene without it: a slider that moves carries a constant force"
-        )
-    system = scene.system
+    near = replaced(scene.system, scene.contacts, scene.parameter_values())
+    system = near.system
     force = [still(e, f"force[{i}]") for i, e in enumerate(system.force)]
     rates = [still(e, f"z_rate[{i}]") for i, e in enumerate(system.z_rate)]
     contacts = tuple(
@@ -190,7 +196,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             slip=still(c.slip, f"slip of contact {c.name!r}"),
             normal=still(c.normal, f"normal of contact {c.name!r}"),
         )
-        for c in scene.contacts
+        for c in near.contacts
     )
     linear = system.linear
     if linear is not None:
@@ -199,7 +205,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
         linear = (
             replace(linear, loads=loads, scaled=scaled) if (loads, scaled) != (linear.loads, linear.scaled) else linear
         )
-    return _field(replace(system, force=force, z_rate=rates, linear=linear), contacts, scene.parameters)
+    return _field(replace(system, force=force, z_rate=rates, linear=linear), contacts, scene.parameters, near.held)
 
 
 _field = lru_cache(maxsize=32)(Field)

@@ -15,6 +15,7 @@ from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_h
 from symfric.theory.sliding import Field, field_of
 
 ROUNDING = 1e-12  # size of a matrix entry relative to the matrix below which it is zero
+_NOTHING = 1e-30  # eigenvalue relative to the largest that is the rounding of a zero one
 PARTS = ("damping", "gyroscopic", "stiffness", "circulatory")
 
 
@@ -193,7 +194,8 @@ def stability(scene: Scene) -> Stability:
     Notes
     -----
     ``B = -dG/du`` and ``K = -dG/dq`` of the forces G with friction; for one mass on a belt B is
-    ``2 beta + gamma2 mu'(v_b)``, Thomsen (17).
+    ``2 beta + gamma2 mu'(v_b)``, Thomsen (17). Of springs with sliders (Maxwell slip, Iwan, a contact behind a spring)
+    the elongations are no states while they slide: they stay at their limits as long as the slip keeps its direction.
 
     Examples
     --------
@@ -280,6 +282,7 @@ def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
         with mpmath.workdps(40):
             found = mpmath.eig(mpmath.matrix(matrix.tolist()), left=False, right=False)
             values = np.array([complex(v) for v in found])
+        values = np.where(np.abs(values) <= _NOTHING * np.max(np.abs(values)), 0.0, values)
     return values[np.lexsort((-values.imag, -values.real))]
 
 
@@ -288,11 +291,26 @@ def linearise(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, n
     n, n_x = field.n, len(field.states)
     s = field.directions(x, p)
     mass, slopes = field.mass(x, p, s), field.jacobian(x, p, s)
+    _check_sides(field, p, x, s, slopes)
     matrix = np.zeros((n_x, n_x))
     matrix[:n, n : 2 * n] = np.eye(n)
     matrix[n : 2 * n] = np.linalg.solve(mass, slopes[:n])
     matrix[2 * n :] = slopes[n:]
     return mass, 0.0 - slopes[:n, n : 2 * n], 0.0 - slopes[:n, :n], matrix
+
+
+def _check_sides(field: Field, p: np.ndarray, x: np.ndarray, s: np.ndarray, slopes: np.ndarray) -> None:
+    """Raise if a contact rests where its law has one slope for slip forward and another one backward."""
+    still = field.slip(x, p, s) == 0.0
+    for k in np.flatnonzero(still):
+        other = s.copy()
+        other[k] = -s[k]
+        if np.max(np.abs(field.jacobian(x, p, other) - slopes)) > ROUNDING * np.max(np.abs(slopes)):
+            raise SceneError(
+                f"contact {field.contacts[k].name!r} rests with bent bristles, and yields one way more than the other: "
+                "no linearisation holds; start the scene where friction carries no load at rest, or let the contact "
+                "slip (a belt that moves)"
+            )
 
 
 _STATES = "first-order states stand beside the coordinates, and the theorems speak of M, B and K alone"

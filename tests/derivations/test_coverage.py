@@ -10,7 +10,7 @@ import pytest
 
 import derivations.sources
 import symfric
-from symfric.theory import absorber, belt, decay_record, drive, foundation, scaling, transient, waviness
+from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
 
 FOLDER = Path(derivations.sources.__file__).parent
 PACKAGE = Path(symfric.__file__).parent
@@ -27,7 +27,7 @@ CLOSED_FORMS = [
     *(f"{module.__name__}.{name}" for module in (belt, drive) for name in module.__all__ if name != "SYMBOLS"),
     *(
         f"{module.__name__}.{name}"
-        for module in (absorber, decay_record, foundation, transient, scaling, waviness)
+        for module in (absorber, decay_record, foundation, presliding, scaling, transient, waviness)
         for name, f in vars(module).items()
         if inspect.isfunction(f) and inspect.unwrap(f).__module__ == module.__name__ and not name.startswith("_")
     ),

@@ -144,7 +144,6 @@ FAULTS = {
     "value": (lambda: oscillator(k=-1.0), "stiffness of contact 'joint' is -1; it must be positive"),
     "load": (lambda: oscillator(1 + u), "may depend on q and time only"),
     "smooth": (lambda: oscillator().regularised(1e-3), "is behind a spring"),
-    "sliding": (lambda: sf.equilibrium(oscillator()), "is behind a spring"),
     "route": (lambda: sf.simulate(oscillator(), route="exact"), "is behind a spring"),
     "peer": (lambda: sf.simulate(oscillator(), route="integrators"), "is behind a spring"),
 }

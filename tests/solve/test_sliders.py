@@ -229,7 +229,6 @@ def test_bouc_wen_that_is_not_passive_gives_energy_back():
         (lambda: sf.laws.iwan(1.0, -0.5, 1.0, elements=0), "elements of iwan is 0"),
         (lambda: sf.laws.bouc_wen(1.0, 1.0, -2.0, 1), "beta . gamma of bouc_wen is -1"),
         (lambda: sf.laws.bouc_wen(1.0, 1.0, 1.0, 0.5), "n of bouc_wen is 0.5"),
-        (lambda: sf.equilibrium(belt(sf.laws.maxwell_slip([1.0], [0.1]))), "behind a spring"),
         (
             lambda: sf.Contact("c", U, 1, sf.laws.dahl(0.3, 10.0), stiffness=2.0),
             "only Coulomb's law with one coefficient",

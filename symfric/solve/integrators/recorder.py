@@ -44,7 +44,9 @@ class Recorder:
             rows = [e[n_g:, nodes] for e in piece.rows]
             if piece.cubic:
                 low, high, at = extremes_of(t, rows[0])
-                motion.at = at if motion.at is None else _later(motion, low, high, at)
+                if motion.at is not None:
+                    at = np.where([low < motion.low, high > motion.high], at, motion.at)
+                motion.at = at
             else:
                 low, high = extremes(h, *rows)
             motion.low = low if motion.low is None else np.minimum(motion.low, low)
@@ -74,8 +76,3 @@ class Recorder:
                 else:
                     c = between[i, k]
                 motion.values[name][j] = np.polynomial.polynomial.polyval(times[j] - t[i], c)
-
-
-def _later(motion: Motion, low: np.ndarray, high: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the times of the extremes of a motion and of a piece that follows."""
-    return np.where([low < motion.low, high > motion.high], at, motion.at)

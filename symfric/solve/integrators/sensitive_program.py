@@ -167,7 +167,7 @@ class SensitiveIntegratorsProgram:
             path, events = raw.path, raw.events
         elif self._wanted.events:
             events = np.zeros(0), np.zeros((0, 3), dtype=np.int64)
-        counts = {"pieces": 1, "steps": found.steps, "events": 0, "kinks": 0, "grazes": 0}
+        counts: dict[str, float] = {"pieces": 1, "steps": found.steps, "events": 0, "kinks": 0, "grazes": 0}
         return Run(
             base=self.scene,
             values=values,
