@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -259,7 +259,20 @@ def batch_of_runs(
     t_final, rest = np.array([r.t_final for r in runs]), np.array([r.raw.rest for r in runs])
     status = np.array([int(r.status) for r in runs], dtype=np.int64)
     stats = {name: np.array([r.stats[name] for r in runs]) for name in (runs[0].stats if runs else ())}
-    return make_batch(scene, cases, final, t_final, status, stats, _rows_of(scene, runs), rest)
+    batch = make_batch(scene, cases, final, t_final, status, stats, _rows_of(scene, runs), rest)
+    return replace(batch, **_derivatives_of(runs)) if runs and runs[0].raw.derivatives is not None else batch
+
+
+def _derivatives_of(runs: list[Run]) -> dict[str, Any]:
+    """Return the derivatives of runs with the cases last; NaN for those that failed."""
+    lost = ~reached(np.array([int(r.status) for r in runs]))
+    ends, outputs = [r.sensitivities for r in runs], [r.output_sensitivities for r in runs]
+
+    def rows(values: list) -> np.ndarray:
+        return np.where(lost, np.nan, np.moveaxis(np.array(values, dtype=float), 0, -1))
+
+    of_outputs = {name: {d: rows([e[name][d] for e in outputs]) for d in outputs[0][name]} for name in outputs[0]}
+    return {"sensitivities": {d: rows([e[d] for e in ends]) for d in ends[0]}, "output_sensitivities": of_outputs}
 
 
 def _rows_of(scene: Scene, runs: list[Run]) -> dict[str, Any]:
