@@ -7,6 +7,7 @@ designs and orbits.
 import lazy_loader
 
 from symfric.model.offering import guarded, offer
+from symfric.model.services import provide
 
 __version__ = "0.1.0"
 
@@ -19,4 +20,12 @@ def __getattr__(name: str):
     return found
 
 
+def _study(scene, progress=None):
+    """Return the study of a scene; see `Scene.study`."""
+    from symfric.report.study.scene_study import study_of
+
+    return study_of(scene, progress)
+
+
+provide("study", _study)
 offer(__name__)

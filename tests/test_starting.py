@@ -18,7 +18,7 @@ def call(*arguments):
 
 
 def test_every_ready_scene_has_a_file_to_start_from():
-    assert starters() == sorted(["own", *ready_scenes()])
+    assert starters() == sorted(["own", "structure", *ready_scenes()])
 
 
 @pytest.mark.parametrize("model", starters())

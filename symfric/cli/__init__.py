@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import os
 import sys
 
 import click
@@ -24,6 +25,8 @@ COMMANDS = {  # name: module and attribute, imported at first use
     "bench": "symfric.cli.bench:bench",
     "stress": "symfric.cli.stress:stress",
 }
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 class _OneLine(click.ClickException):
@@ -76,6 +79,8 @@ class Commands(click.Group):
         """Return a command, or raise with the nearest known name."""
         if cmd_name not in COMMANDS:
             ctx.fail(f"no command {cmd_name!r}{nearest(cmd_name, COMMANDS)}")
+        for name in _THREADS:  # before NumPy is loaded: its threads cost more than they bring on matrices of this size
+            os.environ.setdefault(name, "1")
         module, attribute = COMMANDS[cmd_name].split(":")
         return getattr(importlib.import_module(module), attribute)
 

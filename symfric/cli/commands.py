@@ -1,6 +1,5 @@
 """The commands ``study``, ``explain`` and ``scenes``."""
 
-import json
 from pathlib import Path
 
 import click
@@ -18,7 +17,8 @@ FILE = click.Path(path_type=Path)
 def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
     """Study a scene file (motion, stability, sweep, designs) and write one HTML page.
 
-    Writes study.html, study.json, motion.csv and, if the file sweeps a value, amplitude.csv.
+    Writes study.html, study.json, motion.csv and, if the file sweeps a value, amplitude.csv; of a structure also
+    flutter.csv, shapes.csv and cycles.csv, as far as the file asks for them.
 
     \b
     Example: symfric study examples/belt.toml -o out/
@@ -29,7 +29,7 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.study import study as report
-        from symfric.report.study.data import amplitude_csv, motion_csv, to_dict
+        from symfric.report.study.data import data_files, json_text, to_dict
         from symfric.report.study.page import page
 
         result = report.study(found, progress)
@@ -37,11 +37,10 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
         data = to_dict(result)
         files = {
             "study.html": page(result),
-            "amplitude.csv": amplitude_csv(result),
-            "motion.csv": motion_csv(result),
-            "study.json": json.dumps(data, indent=2, allow_nan=False),
+            **data_files(result),
+            "study.json": json_text(data),
         }
-        write_results({folder / name: text for name, text in files.items() if text is not None})
+        write_results({folder / name: text for name, text in files.items()})
     if as_json:
         print_json(data)
     elif not quiet:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from symfric.cli.console import common_options, print_json, say, write_results
+from symfric.cli.console import common_options, print_json, say, writable_folder, write_results
 from symfric.errors import SceneError
 
 
@@ -15,12 +15,13 @@ from symfric.errors import SceneError
 def new(words: tuple[str, ...], force: bool, as_json: bool, quiet: bool):
     """Write a scene file to start from: of a ready MODEL, or with own equations if none is named.
 
-    `symfric scenes` lists the models. The file runs as it is, and says what its numbers are.
+    `symfric scenes` lists the models; `structure` has its equations from matrices, which are written beside it. The
+    file runs as it is, and says what its numbers are.
 
     \b
     Example: symfric new mass_on_belt belt.toml
     """
-    from symfric.scenefile.starters import starter
+    from symfric.scenefile.starters import companions, starter
 
     if not 1 <= len(words) <= 2:
         raise SceneError("name the file to write, perhaps with a model before it: symfric new mass_on_belt belt.toml")
@@ -28,10 +29,15 @@ def new(words: tuple[str, ...], force: bool, as_json: bool, quiet: bool):
     place = Path(path)
     if place.suffix != ".toml":
         raise SceneError(f"{path} is no name for a scene file; it ends in .toml, such as {place.stem or 'scene'}.toml")
-    text = starter(model).replace("FILE.toml", path)
-    if place.exists() and not force:
-        raise SceneError(f"{path} exists; name another file, or replace it with --force")
-    write_results({place: text})
+    text = starter(model).replace("FILE.toml", path).replace("FILE-", f"{place.stem}-")
+    folder = place.parent / f"{place.stem}-matrices"
+    beside = {folder / name: content for name, content in companions(model).items()}
+    there = next((p for p in (place, *beside) if p.exists()), None)
+    if there is not None and not force:
+        raise SceneError(f"{there} exists; name another file, or replace it with --force")
+    if beside:
+        writable_folder(folder)
+    write_results({place: text, **beside})
     if as_json:
         print_json({"file": path, "model": model})
     elif not quiet:

@@ -11,6 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient, with_states
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
+from symfric.model.services import service
 from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import TIME, Key, counted, expression, finite, listed, name_of, nearest
 from symfric.model.system import Contact, Signal, System
@@ -414,6 +415,29 @@ class Scene:
         rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
         first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
         return (*kinematic, *dynamic, *first)
+
+    def study(self, progress=None):
+        """Return what the page of a study holds: stability, onset, motion, amplitudes, designs.
+
+        A scene that `sf.read` read from a file is studied with what the file asks for; another one without sweep and
+        designs.
+
+        Parameters
+        ----------
+        progress : callable ``(stage, fraction) -> None``, optional
+
+        Returns
+        -------
+        Study
+            With `result`, ``to_dict()``, ``html()`` and ``write(folder)``; shows its page in a notebook.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> sf.scenes.coulomb_oscillator(0.1).study().to_dict()["motion"]["status"]
+        'OK'
+        """
+        return service("study")(self, progress)
 
     @alone(SYMBOLIC)
     def _repr_latex_(self) -> str:

@@ -117,7 +117,7 @@ def _of_free(run: Run) -> Guess:
     if np.all(size <= _STILL * whole) or (np.all(size <= _QUIET * whole) and shrinking):
         raise Fades("the motion settles to steady sliding or rest; start it elsewhere, or give a guess")
     k = int(np.argmax(size[: len(run.base.system.q)] / np.maximum(whole[: len(run.base.system.q)], 1e-300)))
-    times = passages(run, k, 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
+    times = passages(run, np.eye(len(x))[k], 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
         raise NotFound("the motion completes fewer than three oscillations within the horizon; lengthen it")

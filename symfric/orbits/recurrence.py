@@ -40,12 +40,13 @@ def period_of(run: Run, forcing: float, times: np.ndarray) -> Recurrence:
     return _of_excited(run, run.t_final, forcing) if forcing else _of_free(run, run.t_final, times)
 
 
-def passages(run: Run, row: int, level: float, most: int = 0) -> np.ndarray:
-    """Return the times at which a state rises through a level; with a count, only the last ones."""
+def passages(run: Run, weights: np.ndarray, level: float, most: int = 0) -> np.ndarray:
+    """Return the times at which a sum of states rises through a level; with a count, only the last ones."""
     path = run.path
-    before = np.append(path.coefficients[:, row, 0], run.final[row]) - level
+    before = np.append(path.coefficients[:, :, 0] @ weights, run.final @ weights) - level
     steps = np.flatnonzero((before[:-1] < 0) & (before[1:] >= 0))[-most:]
-    c, low, high = path.coefficients[steps, row], np.zeros(steps.size), path.h[steps].copy()
+    c = np.einsum("sxk,x->sk", path.coefficients[steps], weights)
+    low, high = np.zeros(steps.size), path.h[steps].copy()
     s = high * before[steps] / (before[steps] - before[steps + 1])
     for _ in range(_CORRECTIONS):  # Newton's method, with bisection where it leaves the bracket
         value, slope = c[:, -1], np.zeros(steps.size)

@@ -219,7 +219,7 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
         high, low = float(run["high"]), float(run["low"])
         t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
         reach = max(high, float(before["high"])) - min(low, float(before["low"]))
-        found = _recurrence(run, run.names.index(coordinate), t, times, reach)
+        found = _recurrence(run, weights_of(scene, coordinate), t, times, reach)
         if found.note != FEW:
             break
     whole = found.period * (run.t_final // found.period) if found.period <= run.t_final else run.t_final
@@ -227,9 +227,9 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
     return Vibration(high, low, mean, found.period, stuck, found.note)
 
 
-def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float) -> Recurrence:
+def _recurrence(run: Run, weights: np.ndarray, t: np.ndarray, times: Schedule, reach: float) -> Recurrence:
     """Return the period of a motion; neither period nor note if it has come to rest."""
-    values = run(t)[row]
+    values = weights @ run(t)
     halves = [np.ptp(part) for part in np.array_split(values, 2)]
     if np.ptp(values) <= STILL * max(np.max(np.abs(values)), 1e-300):
         return Recurrence(np.nan)
@@ -238,7 +238,7 @@ def _recurrence(run: Run, row: int, t: np.ndarray, times: Schedule, reach: float
     if times.note:
         return Recurrence(np.nan, times.note)
     middle = 0.5 * (np.max(values) + np.min(values))
-    turns = np.zeros(0) if times.forcing else passages(run, row, middle)
+    turns = np.zeros(0) if times.forcing else passages(run, weights, middle)
     found = period_of(run, times.forcing, turns)
     if found.note and found.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
         return found._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
@@ -288,6 +288,19 @@ def sticking(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]
     return on
 
 
+def weights_of(scene: Scene, name: str) -> np.ndarray:
+    """Return the weights of the states in a state or in a named row of a structure, shape (n_x,)."""
+    symbol, states = state_symbol(scene, name), scene.system.states
+    found = np.zeros(len(states))
+    if symbol in states:
+        found[states.index(symbol)] = 1.0
+        return found
+    assert scene.system.linear is not None
+    row, n = scene.system.linear.rows[symbol], len(scene.system.q)
+    found[slice(0, n) if row.of == "q" else slice(n, 2 * n)] = row.weights
+    return found
+
+
 def state_symbol(scene: Scene, name: str) -> sp.Symbol:
-    """Return the symbol of a state."""
-    return next(s for s in scene.system.states if s.name == name)
+    """Return the symbol of a state, or of a named row of a structure."""
+    return next(s for s in (*scene.system.states, *scene.system.rows) if s.name == name)

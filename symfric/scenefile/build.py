@@ -3,55 +3,39 @@
 import difflib
 import inspect
 import keyword
-import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from types import ModuleType
+from pathlib import Path
 
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model import laws, scenes
 from symfric.model import outputs as kinds
+from symfric.model import scenes
 from symfric.model.laws import Law
-from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, TIME, nearest
+from symfric.model.symbols import TIME, nearest
 from symfric.model.system import Contact, System
 from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
-from symfric.scenefile.schema import Document, FrictionTable, OwnScene, ReadyScene
+from symfric.scenefile.friction import (
+    LawSpec,
+    call,
+    check_arguments,
+    contact_place,
+    exact,
+    finite_value,
+    functions_returning,
+    law_of,
+    real_symbols,
+    spec_of,
+)
+from symfric.scenefile.schema import Document, OwnScene, ReadyScene
+from symfric.scenefile.structure import StructurePlan, build_structure
+from symfric.scenefile.structure_tables import StructureScene
 
 OF_EXPRESSION = kinds.words(kinds.OutputOfExpression)
 PLAIN = {word: kind for word, kind in kinds.words().items() if word not in OF_EXPRESSION}
-
-
-@dataclass(frozen=True)
-class LawSpec:
-    """A friction law as written in the file, for display.
-
-    Attributes
-    ----------
-    contact, law : str
-    coefficients : dict
-        Argument of the law to a number, the text of an expression, or a list of them.
-    """
-
-    contact: str
-    law: str
-    coefficients: dict
-
-
-def functions_returning(module: ModuleType, result: type) -> dict[str, Callable]:
-    """Return the public functions of a module or package with the return annotation `result`."""
-    found = inspect.getmembers(module, inspect.isfunction)
-    return {
-        name: f
-        for name, f in found
-        if not name.startswith("_")
-        and f"{f.__module__}.".startswith(f"{module.__name__}.")
-        and f.__annotations__.get("return") is result
-    }
 
 
 def ready_scenes() -> dict[str, Callable]:
@@ -59,21 +43,45 @@ def ready_scenes() -> dict[str, Callable]:
     return functions_returning(scenes, Scene)
 
 
-def friction_laws() -> dict[str, Callable]:
-    """Return the friction laws by name."""
-    return functions_returning(laws, Law)
+@dataclass(frozen=True, eq=False)
+class Built:
+    """A scene, its laws for display, and of a structure what its page needs."""
+
+    scene: Scene
+    laws: tuple[LawSpec, ...]
+    structure: StructurePlan | None = None
 
 
-def build_scene(document: Document, motion=None) -> tuple[Scene, tuple[LawSpec, ...]]:
-    """Return the scene of a document and its laws for display; `motion` is the ground motion, if any."""
+def build_scene(document: Document, motion=None, folder: Path | None = None) -> Built:
+    """Return the scene of a document.
+
+    Parameters
+    ----------
+    document : Document
+    motion : Motion, optional
+        The ground motion.
+    folder : Path, optional
+        Of the scene file, relative to which matrices are found.
+    """
     _check_names(document)
-    if isinstance(document.scene, ReadyScene):
+    plan = None
+    if isinstance(document.scene, StructureScene):
+        scene, specs, plan = build_structure(document, document.scene, folder)
+    elif document.flutter is not None:
+        raise SceneError("[flutter] is about structures; give scene.structure, or remove it")
+    elif isinstance(document.scene, ReadyScene):
         scene, specs = _from_library(document, document.scene, motion)
     else:
         scene, specs = _from_equations(document, document.scene)
     if document.outputs:
         scene = scene.wanting(_outputs(document, scene))
-    return scene, specs
+    return Built(scene, specs, plan)
+
+
+def observables(scene: Scene) -> dict[str, sp.Symbol]:
+    """Return coordinates and velocities, and the named rows of a structure, by name."""
+    rows = (s for s in scene.system.rows if s.name.isidentifier())
+    return {s.name: s for s in (*scene.system.q, *scene.system.u, *rows)}
 
 
 def _check_names(document: Document) -> None:
@@ -88,82 +96,6 @@ def _check_names(document: Document) -> None:
             raise SceneError(f"{place}: {name} is a word Python reserves; rename it, for example {name}_")
         if name in RESERVED or name == TIME.name:
             raise SceneError(f"{place}: {name} is taken ({'time' if name == TIME.name else 'a function'}); rename it")
-
-
-def call(place: str, function: Callable, arguments: Mapping):
-    """Call a function of the model layer; a wrong kind of argument is reported as an error of the file."""
-    try:
-        return function(**arguments)
-    except SceneError:
-        raise
-    except (TypeError, ValueError, AttributeError, ArithmeticError, IndexError, MemoryError) as error:
-        raise SceneError(f"{place}: {function.__name__} cannot use these arguments ({shorten(error, 100)})") from None
-
-
-def check_arguments(place: str, function: Callable, given: Mapping, elsewhere: str = "") -> None:
-    """Raise on unknown and on missing arguments of a function."""
-    parameters = inspect.signature(function).parameters
-    for name in given:
-        if name not in parameters:
-            raise SceneError(
-                f"{place}: {function.__name__} has no argument {shorten(name, 40)!r}{nearest(name, parameters)}"
-            )
-    needed = [n for n, p in parameters.items() if p.default is inspect.Parameter.empty and n not in given]
-    if needed:
-        raise SceneError(f"{elsewhere or place} needs {needed[0]}, an argument of {function.__name__}; add it")
-
-
-def _law(friction: FrictionTable, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
-    """Return the law of one contact; `names` are the parameters available to it."""
-    known = friction_laws()
-    if friction.law not in known:
-        raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
-    function, given = known[friction.law], friction.__pydantic_extra__
-    check_arguments(f"[{place}]", function, given)
-
-    def read(value, where: str, own: Mapping[str, sp.Expr]):
-        if isinstance(value, list):
-            return [read(v, f"{where}[{i}]", own) for i, v in enumerate(value)]
-        if not isinstance(value, str):
-            return exact(value)
-        result = parse_expression(value, own, where)
-        if not result.free_symbols:
-            raise SceneError(f"{where} is the string {shorten(value, 30)!r}; write the number without quotes")
-        return result
-
-    coefficients = {}
-    for key, value in given.items():
-        own = {**names, SPEED.name: SPEED} if key == "kinetic" else names
-        coefficients[key] = read(value, f"{place}.{key}", own)
-    try:
-        law = call(f"[{place}]", function, coefficients)
-    except SceneError as error:
-        raise SceneError(f"[{place}]: {str(error).removeprefix(f'[{place}]: ')}") from None
-    numbers = {names[n]: v for n, v in values.items() if n in names}
-    for what, e in (("static coefficient", law.stick), ("kinetic coefficient", law.kinetic)):
-        if law.free_symbols <= set(numbers):
-            _value(e, {**numbers, SPEED: 0.0}, f"the {what} of [{place}]")
-    return law
-
-
-def exact(value: float) -> float | int:
-    """Return a whole number as an integer, so that equations show 2*x and not 2.0*x."""
-    return int(value) if value.is_integer() and abs(value) < 1e15 else value
-
-
-def _spec(friction: FrictionTable, contact: str) -> LawSpec:
-    return LawSpec(contact, friction.law, dict(friction.__pydantic_extra__))
-
-
-def _contact_place(document: Document, i: int) -> str:
-    """Return the place of the i-th contact in the file, for messages."""
-    if len(document.friction) == 1:
-        return "friction"
-    return f"friction.{shorten(document.friction[i].name or i + 1, 30)}"
-
-
-def _real(names) -> dict[str, sp.Symbol]:
-    return {name: sp.Symbol(name, real=True) for name in names}
 
 
 def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scene, tuple[LawSpec, ...]]:
@@ -227,14 +159,14 @@ def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[
     for key in ("slip", "normal", "profile"):
         if getattr(friction, key) is not None:
             raise SceneError(f"friction.{key}: {function.__name__} defines where its contact acts; remove {key}")
-    law = _law(friction, "friction", _real([*values, *document.values]), document.values)
-    return law, (_spec(friction, friction.name or ""),)
+    law = law_of(friction, "friction", real_symbols([*values, *document.values]), document.values)
+    return law, (spec_of(friction, friction.name or ""),)
 
 
 def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple[LawSpec, ...]]:
     """Return a scene from the equations in the file."""
-    states = _real([*section.coordinates, *section.velocities, *section.z])
-    parameters = _real(document.values)
+    states = real_symbols([*section.coordinates, *section.velocities, *section.z])
+    parameters = real_symbols(document.values)
     names = {**states, **parameters, TIME.name: TIME}
 
     def read(value, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
@@ -255,7 +187,7 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     )
     contacts, specs = [], []
     for i, friction in enumerate(document.friction):
-        place = _contact_place(document, i)
+        place = contact_place(document, i)
         for key in ("slip", "normal"):
             if getattr(friction, key) is None:
                 near = difflib.get_close_matches(key, friction.model_extra or {}, n=1, cutoff=0.6)
@@ -267,8 +199,8 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
             for key in ("slip", "normal", "profile")
             if getattr(friction, key) is not None
         }
-        contacts.append(Contact(name, law=_law(friction, place, parameters, document.values), **parts))
-        specs.append(_spec(friction, name))
+        contacts.append(Contact(name, law=law_of(friction, place, parameters, document.values), **parts))
+        specs.append(spec_of(friction, name))
     initial = {n: read(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
     numbers = {s: document.values[n] for n, s in parameters.items()}
     _check_start(system, contacts, initial, numbers)
@@ -292,7 +224,7 @@ def _check_start(system: System, contacts: list[Contact], initial: Mapping, numb
     Evaluated in floats, because exact arithmetic does not terminate for expressions such as cosh(exp(1e9*x)).
     """
     for name, e in initial.items():
-        numbers = {**numbers, sp.Symbol(name, real=True): _value(e, numbers, f"scene.initial.{name}")}
+        numbers = {**numbers, sp.Symbol(name, real=True): finite_value(e, numbers, f"scene.initial.{name}")}
     numbers = {**numbers, TIME: 0.0}
     parts = {f"scene.force[{i}]": e for i, e in enumerate(system.force)}
     parts |= {f"scene.z_rate[{i}]": e for i, e in enumerate(system.z_rate)}
@@ -302,24 +234,12 @@ def _check_start(system: System, contacts: list[Contact], initial: Mapping, numb
         parts |= {f"coefficient of contact {c.name!r}": e for e in (c.law.stick, *c.law.breaks)}
     for place, e in parts.items():
         if e.free_symbols <= set(numbers):
-            _value(e, numbers, place)
-
-
-def _value(expr: sp.Expr, numbers: Mapping[sp.Symbol, float], place: str) -> float:
-    """Return the value of an expression, or raise if it is not finite."""
-    used = sorted(expr.free_symbols & set(numbers), key=str)
-    try:
-        value = float(numeric_function(tuple(used), expr)(*(numbers[s] for s in used)))
-    except (TypeError, ValueError, ArithmeticError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise SceneError(f"{place} is {shorten(expr, 60)}, which has no finite real value at the start")
-    return value
+            finite_value(e, numbers, place)
 
 
 def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
     """Return the outputs, written as ``max(x)``, ``integral(k*x*u)``, ``end``, ..."""
-    names = {s.name: s for s in (*scene.system.states, *scene.parameters)} | {TIME.name: TIME}
+    names = {s.name: s for s in (*scene.system.states, *scene.parameters)} | observables(scene) | {TIME.name: TIME}
     contacts = [c.name for c in scene.contacts]
     result = {}
     for name, text in document.outputs.items():

@@ -12,9 +12,9 @@ from symfric.motions import record_files
 from symfric.motions.motion import Motion
 from symfric.motions.synthetic import sine_burst, synthetic
 from symfric.scenefile import questions
-from symfric.scenefile.build import call, check_arguments, exact
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.fields import Section
+from symfric.scenefile.friction import call, check_arguments, exact
 
 if TYPE_CHECKING:
     from symfric.design.result import Design

@@ -11,7 +11,7 @@ MAX_UNIT = 40  # most letters of a unit, which figures can show
 MAX_AXIS = 100_000  # most values of one axis of a sweep
 
 
-def _number(value) -> float:
+def number(value) -> float:
     """Return a TOML number as a float; anything else is an error, also a number in quotes."""
     if isinstance(value, str):
         raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
@@ -24,7 +24,7 @@ def _number(value) -> float:
 
 def _term(value) -> float | str:
     """Return a number or the text of an expression."""
-    return value if isinstance(value, str) else _number(value)
+    return value if isinstance(value, str) else number(value)
 
 
 def _coefficient(value) -> float | str | list[float | str]:
@@ -52,17 +52,18 @@ def _axis(value) -> list[float]:
     if isinstance(value, list):
         if not 1 <= len(value) <= MAX_AXIS:
             raise ValueError(f"has {len(value)} values; give 1 to {MAX_AXIS}")
-        return [_number(v) for v in value]
+        return [number(v) for v in value]
     if not isinstance(value, dict) or set(value) != {"start", "stop", "count"}:
         raise ValueError("is not an axis; write a list of values, or {start = 0.0, stop = 1.0, count = 11}")
-    start, stop, count = _number(value["start"]), _number(value["stop"]), value["count"]
+    start, stop, count = number(value["start"]), number(value["stop"]), value["count"]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_AXIS:
         raise ValueError(f"has the count {shorten(count, 20)}; write a whole number from 1 to {MAX_AXIS}")
     step = (stop - start) / max(count - 1, 1)
     return [start, *(start + step * k for k in range(1, count - 1)), *([stop] if count > 1 else [])]
 
 
-def _text(value) -> str:
+def text(value) -> str:
+    """Return a text; anything else is an error."""
     if not isinstance(value, str):
         raise ValueError(f"is {kind_of(value)}, not text; put it in quotes")
     return value
@@ -78,13 +79,13 @@ def kind_of(value) -> str:
     return names.get(type(value), f"a {type(value).__name__}")
 
 
-Number = Annotated[float, BeforeValidator(_number)]
-Positive = Annotated[float, BeforeValidator(_number), Field(gt=0)]
+Number = Annotated[float, BeforeValidator(number)]
+Positive = Annotated[float, BeforeValidator(number), Field(gt=0)]
 Term = Annotated[float | str, BeforeValidator(_term)]
 Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
 Option = Annotated[Any, BeforeValidator(_option)]
-Text = Annotated[str, Field(max_length=10_000), BeforeValidator(_text)]
-Unit = Annotated[str, Field(max_length=MAX_UNIT), BeforeValidator(_text)]
+Text = Annotated[str, Field(max_length=10_000), BeforeValidator(text)]
+Unit = Annotated[str, Field(max_length=MAX_UNIT), BeforeValidator(text)]
 Names = Annotated[list[Text], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
 Terms = Annotated[list[Term], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
 Axis = Annotated[Any, BeforeValidator(_axis)]

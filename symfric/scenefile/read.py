@@ -6,6 +6,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import sympy as sp
@@ -14,11 +15,13 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
-from symfric.scenefile.build import LawSpec, build_scene
+from symfric.scenefile.build import build_scene, observables
 from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
 from symfric.scenefile.expressions import shorten
+from symfric.scenefile.friction import LawSpec
 from symfric.scenefile.identification import IdentificationPlan, read_identification
 from symfric.scenefile.schema import Sweep, read_document
+from symfric.scenefile.structure import StructurePlan, plan_of
 from symfric.scenefile.units import Units, units_of
 
 MAX_BYTES = 1_000_000
@@ -26,6 +29,7 @@ MAX_NESTING = 40  # nested brackets in TOML, whose reader recurses
 MAX_DOTS = 20  # most parts of a dotted key
 MAX_MESSAGE = 400
 MAX_CASES = 1_000_000  # most cases of a sweep
+_FILES: "WeakKeyDictionary[Scene, SceneFile]" = WeakKeyDictionary()  # of scenes that were read
 TOKEN = re.compile(r"""[\w-]+|"[^"\n]*"|'[^'\n]*'|\S""")
 
 
@@ -44,6 +48,8 @@ class SweepPlan:
         State whose vibration is measured.
     settle, window : float or None
         Settling time and measuring window; None to choose them from the scene.
+    branch : (float, float) or None
+        Range over which limit cycles are followed.
     """
 
     parameter: str
@@ -53,6 +59,7 @@ class SweepPlan:
     coordinate: str
     settle: float | None = None
     window: float | None = None
+    branch: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,8 @@ class SceneFile:
         One for each table of ``[design]``.
     identification : IdentificationPlan or None
         What ``[identify]`` says.
+    structure : StructurePlan or None
+        Of a scene whose equations are matrices.
     """
 
     path: str
@@ -89,6 +98,13 @@ class SceneFile:
     grid: Mapping[str, tuple[float, ...]]
     designs: tuple[DesignPlan, ...]
     identification: IdentificationPlan | None = None
+    structure: StructurePlan | None = None
+
+    @property
+    def coordinate(self) -> str:
+        """The coordinate that is measured unless the sweep names one: the first, or the first point of a structure."""
+        points = () if self.structure is None else tuple(self.structure.points)
+        return points[0] if points else self.scene.system.q[0].name
 
     def plan(self, kind: str) -> DesignPlan | None:
         """Return the design of a kind, None if the file has none."""
@@ -132,7 +148,17 @@ def read(path: str | Path) -> Scene:
     >>> sf.read("belt.toml")
     Scene(1 coordinate, contacts: belt; v_b=0.2, beta=0.05, gamma2=1, a=0, Omega=0; horizon 100)
     """
-    return read_scene_file(path).scene
+    file = read_scene_file(path)
+    _FILES[file.scene] = file
+    return file.scene
+
+
+def file_of(scene: Scene) -> SceneFile:
+    """Return the scene file that `read` read a scene from; for another scene one with nothing else in it."""
+    if scene in _FILES:
+        return _FILES[scene]
+    plan = None if scene.system.linear is None else plan_of(scene)
+    return SceneFile("Python", "", "", scene, None, (), units_of(scene, {}), None, {}, (), structure=plan)
 
 
 def read_scene_text(text: str, name: str = "scene file", folder: Path | None = None) -> SceneFile:
@@ -243,14 +269,16 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     document = read_document(raw)
     ground = getattr(document.scene, "motion", None)
     motion = None if ground is None else read_motion(ground, "scene.motion", folder)
-    scene, laws = build_scene(document, motion)
+    built = build_scene(document, motion, folder)
+    scene, laws = built.scene, built.laws
     if None in scene.values.values():
         scene.numbers()  # raises, naming the value
     for key in document.units:
-        known = [s.name for s in (*scene.system.states, *scene.parameters)]
+        known = [s.name for s in (*scene.system.states, *scene.parameters)] + list(observables(scene))
         if key != "t" and key not in known:
             raise SceneError(f"units.{shorten(key, 40)}: no such state or value{nearest(key, [*known, 't'])}")
-    plan = None if document.sweep is None else _sweep_plan(document.sweep, scene)
+    points = () if built.structure is None else tuple(built.structure.points)
+    plan = None if document.sweep is None else _sweep_plan(document.sweep, scene, points)
     return SceneFile(
         path=name,
         title=document.title,
@@ -263,6 +291,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
         grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
         identification=None if document.identify is None else read_identification(document.identify, scene, folder),
         designs=read_designs(document.design, scene, getattr(document.scene, "model", None), folder),
+        structure=built.structure,
     )
 
 
@@ -291,7 +320,7 @@ def _grid(sweep: Sweep, plan: SweepPlan | None, scene: Scene) -> dict[str, tuple
     return {name: tuple(values) for name, values in sweep.grid.items()}
 
 
-def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
+def _sweep_plan(sweep: Sweep, scene: Scene, points: tuple[str, ...]) -> SweepPlan | None:
     """Return the checked sweep, by default over the belt speed; None if only a grid is given."""
     alone = all(v is None for v in (sweep.parameter, sweep.coordinate, sweep.settle, sweep.window))
     if sweep.from_ is None and sweep.to is None and alone and sweep.grid:
@@ -307,9 +336,9 @@ def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
     names = [s.name for s in scene.parameters]
     if parameter not in names:
         raise SceneError(f"sweep.parameter: no value {shorten(parameter, 40)!r}{nearest(parameter, names)}")
-    states = [s.name for s in (*scene.system.q, *scene.system.u)]
+    states = list(observables(scene))
     if coordinate is None:
-        coordinate = states[0]
+        coordinate = points[0] if points else states[0]
     if coordinate not in states:
         raise SceneError(f"sweep.coordinate: no state {shorten(coordinate, 40)!r}{nearest(coordinate, states)}")
     if sweep.from_ >= sweep.to:
@@ -319,4 +348,7 @@ def _sweep_plan(sweep: Sweep, scene: Scene) -> SweepPlan | None:
             scene.where({parameter: value})
         except SceneError as error:
             raise SceneError(f"sweep.{key}: with {parameter} = {value:g}, {error}") from None
-    return SweepPlan(parameter, sweep.from_, sweep.to, sweep.number, coordinate, sweep.settle, sweep.window)
+    branch = None if sweep.branch is None else (sweep.branch[0], sweep.branch[1])
+    if branch is not None and not branch[0] < branch[1]:
+        raise SceneError(f"sweep.branch is [{branch[0]:g}, {branch[1]:g}]; write [smallest, largest]")
+    return SweepPlan(parameter, sweep.from_, sweep.to, sweep.number, coordinate, sweep.settle, sweep.window, branch)

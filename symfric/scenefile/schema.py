@@ -7,11 +7,11 @@ from pydantic_core import ErrorDetails
 
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
+from symfric.scenefile.contact_tables import FrictionTable, RowFriction
 from symfric.scenefile.expressions import shorten
 from symfric.scenefile.fields import (
     MAX_TABLES,
     Axis,
-    Coefficient,
     Mass,
     Names,
     Number,
@@ -26,6 +26,7 @@ from symfric.scenefile.fields import (
     kind_of,
 )
 from symfric.scenefile.questions import Designs, Ground
+from symfric.scenefile.structure_tables import FlutterTable, StructureScene
 
 
 class ReadyScene(Section):
@@ -82,33 +83,6 @@ class OwnScene(Section):
     horizon: Positive
 
 
-class FrictionTable(Section):
-    """One contact: the law with its coefficients and, for own equations, where it acts.
-
-    Attributes
-    ----------
-    law
-        Name of a friction law, see ``symfric scenes``; its coefficients are further keys.
-    name
-        Name of the contact.
-    slip
-        Relative velocity, linear in the velocities; for own equations.
-    normal
-        Normal load; for own equations.
-    profile
-        Factor of the coefficient that depends on the coordinates; 1 unless given.
-    """
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-    __pydantic_extra__: dict[str, Coefficient]
-
-    law: Text
-    name: Text | None = None
-    slip: Term | None = None
-    normal: Term | None = None
-    profile: Term | None = None
-
-
 class Sweep(Section):
     """The section ``[sweep]``: equally spaced values of one parameter, and the measurement of the vibration.
 
@@ -130,6 +104,8 @@ class Sweep(Section):
         Time after which the motion is measured; found by itself unless given.
     window
         Length of the measurement; found by itself unless given.
+    branch
+        Range over which limit cycles are followed from the onset of vibration.
     grid
         Axes of ``symfric sweep``: a list of values, or start, stop and count, for each name.
     """
@@ -141,6 +117,7 @@ class Sweep(Section):
     coordinate: Text | None = None
     settle: Positive | None = None
     window: Positive | None = None
+    branch: Range | None = None
     grid: Annotated[dict[str, Axis], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
@@ -181,7 +158,7 @@ class Document(Section):
     description
         Words under the title.
     scene
-        Ready model or own equations.
+        Ready model, own equations, or the matrices of a structure.
     values
         Number of every name that the equations use.
     friction
@@ -190,6 +167,8 @@ class Document(Section):
         What the study lists beside its own results, such as ``"max(x)"``.
     sweep
         Values of one parameter, and how the vibration is measured.
+    flutter
+        Modes of a structure over the coefficient of friction.
     design
         Designs to compute.
     identify
@@ -200,11 +179,12 @@ class Document(Section):
 
     title: Text = ""
     description: Text = ""
-    scene: ReadyScene | OwnScene
+    scene: ReadyScene | OwnScene | StructureScene
     values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     friction: Annotated[list[FrictionTable], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
     outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
+    flutter: FlutterTable | None = None
     identify: Identify | None = None
     design: Designs = Designs()
     units: Annotated[dict[str, Unit], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
@@ -230,8 +210,10 @@ def read_document(raw: dict) -> Document:
         close = next((nearest(k, ["scene"]) for k in data if k not in known and "mean" in nearest(k, ["scene"])), "")
         raise SceneError("there is no [scene] section" + (close or "; add one with a model, or with own equations"))
     table = _with_states_of_contacts(_table(data.pop("scene"), "scene"))
-    scene = _checked(ReadyScene if "model" in table else OwnScene, table, "scene")
-    friction = [_checked(FrictionTable, c, p) for c, p in zip(contacts, places, strict=True)]
+    kind = ReadyScene if "model" in table else StructureScene if "structure" in table else OwnScene
+    scene = _checked(kind, table, "scene")
+    contact = RowFriction if kind is StructureScene else FrictionTable
+    friction = [_checked(contact, c, p) for c, p in zip(contacts, places, strict=True)]
     return _checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
 
 

@@ -21,9 +21,9 @@ from symfric.model.outputs import (
 from symfric.model.outputs import slip as slip_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME, superscript
-from symfric.scenefile.build import friction_laws
 from symfric.scenefile.dimensions import PLAIN, Dimension, Dimensions, Mismatch, factor
 from symfric.scenefile.expressions import parse_expression, shorten
+from symfric.scenefile.friction import friction_laws
 
 _WRITTEN = re.compile(r"[\w\s·⋅*/^().%°²³⁻¹⁰⁴⁵⁶⁷⁸⁹+-]{0,40}")
 _POWER = re.compile(r"(\*\*|\^)\s*([+-]?\d{1,2}(\.\d+)?(?!\s*(\*\*|\^|\d))|\(\s*-?\d{1,2}\s*/\s*\d{1,2}\s*\))")
@@ -123,7 +123,8 @@ def units_of(scene: Scene, given: Mapping[str, str], laws=()) -> Units:
                     said = said.replace(_coefficient(contact.name, ""), "")
                 raise SceneError(said) from None
         units = Units(dict(given), known)
-        names = [s.name for s in (*scene.system.states, *scene.parameters, TIME)]
+        points = [s for s in scene.system.rows if s.name.isidentifier()]
+        names = [s.name for s in (*scene.system.states, *points, *scene.parameters, TIME)]
         found = {name: units._text(known.of_name(name)) for name in names if name not in given}
     shown = {name: "" if text in _NUMBER else text for name, text in given.items()}
     return Units({**shown, **found}, known, shown.values())
@@ -149,12 +150,13 @@ def _equations(scene: Scene, known: Dimensions, laws) -> Iterator[tuple[str, Cal
         yield f"units.{u.name}", partial(known.equal, (u.name, known.of_name(u.name)), rate)
     for i, force in enumerate(system.force):
         yield f"scene.force[{i}]", partial(known.of, force)
-        for j, u in enumerate(system.u):
+        for j, u in enumerate(system.u if system.mass is not None else ()):
             mass = system.mass[i, j]
             if not mass.is_number:
                 yield f"scene.mass[{i}][{j}]", partial(_of_mass, known, mass, u, force)
     for z, rate in zip(system.z, system.z_rate, strict=True):
         yield f"the rate of {z.name}", partial(_agree, known, rate, z)
+    yield from _of_rows(system, known)
     specs = {spec.contact: spec for spec in laws}
     for contact in scene.contacts:
         place = f"friction {contact.name!r}"
@@ -170,6 +172,19 @@ def _equations(scene: Scene, known: Dimensions, laws) -> Iterator[tuple[str, Cal
     for name, output in scene.outputs.items():
         if isinstance(output, OutputOfExpression):
             yield f"outputs.{name}", partial(known.of, output.expr)
+
+
+def _of_rows(system, known: Dimensions) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what must agree in a structure: rates of its points, forces that act on it."""
+    part, time = system.linear, known.of_name(TIME.name)
+    if part is None:
+        return
+    names = {s.name for s in part.rows}
+    for name in (n for n in names if f"d_{n}" in names):
+        rate = (f"the rate of {name}", known.of_name(name) / time)
+        yield f"units.d_{name}", partial(known.equal, (f"d_{name}", known.of_name(f"d_{name}")), rate)
+    for k, (load, _) in enumerate(part.loads):
+        yield f"scene.force[{k}]", partial(known.of, load)
 
 
 def _of_mass(known: Dimensions, mass: sp.Expr, u: sp.Symbol, force: sp.Expr) -> None:

@@ -11,6 +11,7 @@ from symfric.structures.makers import beam, chain, ziegler
 from symfric.structures.onset import LiftOff, Onset, onset
 from symfric.structures.real_modes import Modes
 from symfric.structures.reduction import ReductionError
+from symfric.structures.sliding import sliding
 from symfric.structures.structure import Structure
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "flutter_map",
     "onset",
     "read",
+    "sliding",
     "write",
     "ziegler",
 ]

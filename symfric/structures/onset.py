@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 from scipy.optimize import brentq
 
-from symfric.errors import NotFound
+from symfric.errors import NotFound, SceneError
 from symfric.model.outputs import Min
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
@@ -82,7 +82,7 @@ class Onset:
 def onset(
     scene: Scene,
     parameter: Key,
-    bracket: tuple[float, float],
+    bracket: tuple[float, float] | HopfPoint,
     span: tuple[float, float] | None = None,
     most: int = 200,
 ) -> Onset:
@@ -93,8 +93,8 @@ def onset(
     scene : Scene
         With steady sliding at the ends of the bracket, such as one of a reduced structure.
     parameter : Symbol or str
-    bracket : (float, float)
-        Between which steady sliding becomes unstable.
+    bracket : (float, float) or HopfPoint
+        Between which steady sliding becomes unstable, or the point where it does.
     span : (float, float), optional
         Along which limit cycles are followed; the bracket unless given.
     most : int
@@ -125,18 +125,34 @@ def onset(
     >>> found.hopf.kind, round(found.hopf.value, 6), [contact.contact for contact in found.lift_off]
     ('supercritical', 0.222917, ['belt'])
     """
-    found = hopf(scene, parameter, bracket)
+    found = bracket if isinstance(bracket, HopfPoint) else hopf(scene, parameter, bracket)
     if found.kind == "degenerate":
         raise NotFound(
             f"the cubic coefficient at {found.parameter} = {found.value:.9g} vanishes: the amplitude is not decided "
             "near the onset but by lift-off and sticking; simulate the scene until it settles"
         )
-    branch = continue_cycle(scene, parameter, bracket if span is None else span, found, most, _TOLERANCE)
-    return Onset(found, branch, _lift_off(scene, found.parameter, branch))
+    if span is None:
+        if isinstance(bracket, HopfPoint):
+            raise SceneError("onset starts at a Hopf point: give the span along which limit cycles are followed")
+        span = bracket
+    branch = continue_cycle(scene, parameter, span, found, most, _TOLERANCE)
+    return Onset(found, branch, lift_offs(scene, found.parameter, branch))
 
 
-def _lift_off(scene: Scene, name: str, branch: Branch) -> tuple[LiftOff, ...]:
-    """Return for each contact the first orbit of a branch, from its Hopf point on, on which its load touches zero."""
+def lift_offs(scene: Scene, name: str, branch: Branch) -> tuple[LiftOff, ...]:
+    """Return for each contact the first orbit of a branch, from its small end on, on which its load touches zero.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+        Of the parameter of the branch.
+    branch : Branch
+
+    Returns
+    -------
+    tuple[LiftOff, ...]
+    """
     loads = {c.name: load for c in scene.contacts if (load := _inside(c.normal)) is not None}
     if not loads or not branch.orbits:
         return ()

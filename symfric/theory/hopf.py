@@ -195,7 +195,8 @@ def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float
     duals, left = np.linalg.eig(A.T)
     w = left[:, int(np.argmin(np.abs(duals + 1j * omega)))]
     w = w / np.conj(np.vdot(w, q))
-    if abs(q[0]) < 1e-10 * np.linalg.norm(q):
+    weighed = np.sqrt(np.abs(np.diag(M))) * np.abs(q[: len(M)])  # energies compare coordinates of different units
+    if weighed[0] < 1e-10 * np.linalg.norm(weighed):
         raise NotFound(
             f"coordinate {field.states[0].name} takes no part in the oscillation; first_lyapunov measures its "
             "amplitude, so write one that does as the first coordinate"

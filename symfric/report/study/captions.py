@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import sympy as sp
+
 from symfric.report.study import designs, figures
 from symfric.report.study import narrative as sentences
 from symfric.report.study.study import DesignResult, StudyResult
@@ -53,7 +55,8 @@ def _motion(result: StudyResult) -> list[Picture]:
     if motion is None:
         return []
     system = file.scene.system
-    names = [q.name for q in system.q][:MOST_COORDINATES]
+    pairs = _looked_at(result)
+    names = [q for q, _ in pairs][:MOST_COORDINATES]
     count = sum(len(v) for v in motion.sticks.values())
     ax = figures.plot_time_history(motion, names, file.units)
     words = f"{', '.join(names)} against time from 0 to {motion.t[-1]:.4g}"
@@ -67,12 +70,20 @@ def _motion(result: StudyResult) -> list[Picture]:
     speeds = belt_speeds(file.scene)
     single = len(file.scene.contacts) == 1 and len(system.q) == 1 and len(speeds) == 1
     drive = file.scene.values[speeds[0]] if single else None
-    for q, u in list(zip(system.q, system.u, strict=True))[:2]:
-        rubbing = [c.name for c in file.scene.contacts if not c.slip.diff(u).is_zero]
-        ax = figures.plot_phase_portrait(motion, q.name, u.name, rubbing, file.units, drive)
-        alt = f"Phase portrait: {u.name} against {q.name}, sticking marked"
-        shown.append(Picture(figures.to_svg(ax), alt, f"Velocity {u.name} against {q.name}."))
+    for q, u in pairs[:2]:
+        rubbing = [c.name for c in file.scene.contacts if not c.slip.diff(sp.Symbol(u, real=True)).is_zero]
+        ax = figures.plot_phase_portrait(motion, q, u, rubbing, file.units, drive)
+        alt = f"Phase portrait: {u} against {q}, sticking marked"
+        shown.append(Picture(figures.to_svg(ax), alt, f"Velocity {u} against {q}."))
     return shown
+
+
+def _looked_at(result: StudyResult) -> list[tuple[str, str]]:
+    """Return what is drawn, with its velocities: the coordinates, or the points of a structure."""
+    file, system = result.file, result.file.scene.system
+    if file.structure is not None and file.structure.points:
+        return [(name, f"d_{name}") for name in file.structure.points]
+    return [(q.name, u.name) for q, u in zip(system.q, system.u, strict=True)]
 
 
 def _friction(result: StudyResult) -> list[Picture]:
@@ -93,7 +104,7 @@ def _amplitude(result: StudyResult) -> list[Picture]:
     sweep = result.sweep.value
     if sweep is None:
         return []
-    ax = figures.plot_amplitudes(sweep, result.file.units)
+    ax = figures.plot_amplitudes(sweep, result.file.units, result.branch.value)
     names = ", ".join(c.label for c in sweep.curves) or "no prediction"
     alt = f"Half range of {sweep.coordinate} against {sweep.parameter}: computed points, curves: {names}"
     caption = "Steady vibration: curves predicted, points computed." if sweep.curves else "Steady vibration, computed."

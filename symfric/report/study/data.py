@@ -2,12 +2,15 @@
 
 import csv
 import io
+import json
 import math
 from typing import Protocol
 
 import numpy as np
 
-from symfric.report.study.study import StudyAnswer, StudyResult
+from symfric.report.study.answers import StudyAnswer
+from symfric.report.study.structure_data import branch_dict, structure_dict, structure_tables
+from symfric.report.study.study import StudyResult
 
 
 def plain(value):
@@ -52,6 +55,8 @@ def to_dict(result: StudyResult) -> dict:
             "motion": _motion(result),
             "steady": _steady(result),
             "sweep": _sweep(result),
+            "structure": structure_dict(result.structure),
+            "limit_cycles": branch_dict(result.branch.value),
             "quench": _quench(result),
             "designs": {d.plan.kind: _asked(d.design) for d in result.designs},
             "comparison": [
@@ -135,6 +140,17 @@ def _sweep(result: StudyResult) -> dict | None:
 def _quench(result: StudyResult) -> dict | None:
     found = result.quench.value
     return None if found is None else found.design.to_dict()
+
+
+def json_text(data: dict) -> str:
+    """Return plain data as JSON."""
+    return json.dumps(data, indent=2, allow_nan=False)
+
+
+def data_files(result: StudyResult) -> dict[str, str]:
+    """Return the tables beside a page, by their file names."""
+    made = {"motion.csv": motion_csv(result), "amplitude.csv": amplitude_csv(result)}
+    return {name: text for name, text in made.items() if text is not None} | structure_tables(result)
 
 
 def motion_csv(result: StudyResult) -> str | None:

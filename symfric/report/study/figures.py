@@ -127,9 +127,19 @@ def plot_friction(curve, unit: str = "", ax=None):
     return tidy(ax)
 
 
-def plot_amplitudes(sweep, units: Mapping[str, str], ax=None):
-    """Draw half range against the swept parameter: predicted curves, computed points, special values."""
+def plot_amplitudes(sweep, units: Mapping[str, str], branch=None, ax=None):
+    """Draw half range against the swept parameter: predicted curves, limit cycles, computed points, special values."""
     ax = new_axes() if ax is None else ax
+    if branch is not None and branch.values.size:
+        for good, style, words in ((True, "-", "limit cycles"), (False, "--", "unstable limit cycles")):
+            if np.any(branch.stable == good):
+                shown = np.where(branch.stable == good, branch.half_range, np.nan)
+                ax.plot(branch.values, shown, color=ORANGE, linestyle=style, linewidth=1.6, label=words)
+        order = np.argsort(branch.values)
+        for k, lift in enumerate(branch.lift_off):
+            size = np.interp(lift.value, branch.values[order], branch.half_range[order])
+            word = "" if k else "a contact lifts off"
+            ax.plot(lift.value, size, "D", color=ORANGE, markersize=5, label=word)
     for curve, colour, dash in zip(sweep.curves, COLOURS, ((0, (5, 2)), "-", "-", "-."), strict=False):
         ax.plot(curve.values, curve.amplitude, color=colour, linestyle=dash, linewidth=1.4, label=curve.label)
     ax.plot(sweep.values, sweep.half_range, "o", color="black", fillstyle="none", markersize=4.5, label="computed")

@@ -73,7 +73,14 @@ def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, des
             slow.append((words, separate(excited)))
         except SceneError as error:
             note = str(error)
-    return tuple(_curve(scene, i, motion, equilibrium, slow, note) for i in range(len(scene.contacts)))
+    shown = range(len(scene.contacts)) if scene.system.linear is None else _different(scene)
+    return tuple(_curve(scene, i, motion, equilibrium, slow, note) for i in shown)
+
+
+def _different(scene: Scene) -> list[int]:
+    """Return the first contact of each law: the contacts of a structure are many and alike."""
+    laws = [c.law for c in scene.contacts]
+    return [i for i, law in enumerate(laws) if law not in laws[:i]]
 
 
 def _place(scene: Scene, contact: Contact, law: Law) -> sp.Symbol | None:
@@ -102,9 +109,11 @@ def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> Fricti
     reached = [2.0 * (operating or 0.0), *(1.2 * float(b) for b in law.breaks)]
     if motion is not None:
         states, parameters = scene.system.states, scene.parameters
-        slip = numeric_function((*states, *parameters), contact.slip) if not contact.slip.has(TIME) else None
+        written = contact.slip.xreplace(scene.system.row_values())
+        slip = numeric_function((*states, *parameters), written) if not contact.slip.has(TIME) else None
         if slip is not None:
-            reached.append(1.05 * float(np.max(np.abs(slip(*motion.x, *scene.values.values())))))
+            x = motion.x[: len(states)]
+            reached.append(1.05 * float(np.max(np.abs(slip(*x, *scene.values.values())))))
     top = max(reached) or 1.0
     speed = np.linspace(top * 1e-9, top, POINTS)
     effective = tuple((words, s.contacts[i].law.where(s.values)(speed)) for words, s in slow)

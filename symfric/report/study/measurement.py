@@ -1,13 +1,14 @@
 """Computed results of a study: one motion with its stick intervals, and the steady vibration over a range of values."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
 from symfric.ensemble.cases import Listed
 from symfric.model.excitation import excitation_of
-from symfric.model.outputs import Max, Min, Trajectory
+from symfric.model.outputs import Max, Min, Output, Trajectory
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import (
     END,
@@ -20,6 +21,7 @@ from symfric.orbits.steady_state import (
     stick_intervals,
     sticking,
     still_changes,
+    weights_of,
 )
 from symfric.scenefile import SweepPlan
 
@@ -36,6 +38,7 @@ class SampledMotion:
     t : ndarray, shape (n_t,)
     x : ndarray, shape (n_x, n_t)
     names : tuple of str
+        States, and named rows of a structure.
     sticks : dict of str to tuple of (start, end)
         Intervals in which each contact sticks.
     outputs : dict of str to float
@@ -43,6 +46,8 @@ class SampledMotion:
     route, status, advice : str
     events : int
     energy_residual : float
+    also : dict of str to float
+        Further outputs that a page shows.
     """
 
     t: np.ndarray
@@ -55,6 +60,7 @@ class SampledMotion:
     advice: str
     events: int
     energy_residual: float
+    also: Mapping[str, float] = field(default_factory=dict)
 
     def sticking(self, contacts: Sequence[str], ends: bool = True) -> np.ndarray:
         """Whether any of some contacts sticks at each time, shape (n_t,), with or without the ends of the intervals."""
@@ -67,24 +73,27 @@ def as_run(scene: Scene) -> Scene:
     return scene.wanting({**scene.outputs, PATH: Trajectory()})
 
 
-def motion(scene: Scene, tolerance: float = 1e-9) -> SampledMotion:
-    """Simulate the scene; return its motion and scalar outputs."""
+def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tolerance: float = 1e-9) -> SampledMotion:
+    """Simulate the scene; return its motion and scalar outputs, with further outputs."""
     from symfric.solve.routes import simulate
 
-    run = simulate(as_run(scene), tolerance=tolerance)
+    run = simulate(as_run(scene.wanting({**scene.outputs, **also})), tolerance=tolerance)
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
+    x = run(t)
+    points = [s.name for s in scene.system.rows if s.name.isidentifier()]
     return SampledMotion(
         t,
-        run(t),
-        run.names,
+        np.vstack([x, *(weights_of(scene, name) @ x for name in points)]),
+        (*run.names, *points),
         stick_intervals(run),
-        scalars,
+        {k: v for k, v in scalars.items() if k not in also},
         run.route,
         run.status.name,
         run.advice,
         int(run.stats.get("events", 0)),
         float(run.energy_residual()),
+        {k: v for k, v in scalars.items() if k in also},
     )
 
 

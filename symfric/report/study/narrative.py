@@ -1,18 +1,17 @@
 """Text of a study, as plain sentences that the page escapes."""
 
 import math
-import re
 
 import numpy as np
 import sympy as sp
 
 from symfric.model.excitation import is_excited
-from symfric.model.symbols import counted, superscript
-from symfric.report.study import designs
+from symfric.model.symbols import counted
+from symfric.report.study import designs, structure_words
+from symfric.report.study.quantities import angular_frequency, measure, powers_of_ten
 from symfric.report.study.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
 
-_EXPONENT = re.compile(r"(?<=\d)e([+-]\d+)\b")
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
 
 
@@ -39,33 +38,13 @@ def percent(value: float) -> str:
     return powers_of_ten(text).replace("-", "−")
 
 
-def _measure(value: float, name: str, file: SceneFile) -> str:
-    return measured(value, file.units.get(name, ""))
-
-
-def measured(value: float, unit: str) -> str:
-    """Return a number of five digits with its unit."""
-    return f"{powers_of_ten(f'{value:.5g}').replace('-', '−')}{' ' + unit if unit else ''}"
-
-
-def powers_of_ten(text: str) -> str:
-    """Return a number in text with a power of ten in the place of an e."""
-    return _EXPONENT.sub(lambda m: "·10" + superscript(int(m.group(1))), text)
-
-
-def angular_frequency(value: float, file: SceneFile) -> str:
-    """Return an angular frequency with its unit, and in Hz where time has one."""
-    hertz = file.units.hertz
-    return measured(value, file.units.angular) + (f" ({value * hertz:.4g} Hz)" if math.isfinite(hertz) else "")
-
-
 def scene_in_words(file: SceneFile) -> str:
     """Return a sentence on coordinates, contacts, start and horizon."""
     scene = file.scene
     q, u = scene.system.q, scene.system.u
     pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
     numbers = scene.numbers()
-    start = ", ".join(f"{s.name} = {_measure(float(numbers[s]), s.name, file)}" for s in scene.system.states)
+    start = ", ".join(f"{s.name} = {measure(float(numbers[s]), s.name, file)}" for s in scene.system.states)
     origin = f"The ready scene {file.model}" if file.model else "Own equations"
     count = counted(len(q), "coordinate")
     rubs = ", ".join(
@@ -76,7 +55,7 @@ def scene_in_words(file: SceneFile) -> str:
     contacts = {0: "No dry contact", 1: "One dry contact"}.get(
         len(scene.contacts), f"{len(scene.contacts)} dry contacts"
     )
-    end = _measure(scene.horizon, "t", file)
+    end = measure(scene.horizon, "t", file)
     return (
         f"{origin}: {count}, {', '.join(pairs)}. {contacts}{': ' + rubs if rubs else ''}. "
         f"The motion starts at {start} and is followed to t = {end}."
@@ -89,7 +68,7 @@ def role(symbol: sp.Symbol, file: SceneFile) -> str:
     if symbol in belt_speeds(file.scene):
         roles.append("drives a contact")
     if file.sweep is not None and file.sweep.parameter == symbol.name:
-        low, high = f"{file.sweep.start:g}", _measure(file.sweep.stop, symbol.name, file)
+        low, high = f"{file.sweep.start:g}", measure(file.sweep.stop, symbol.name, file)
         roles.append(f"swept from {low} to {high}")
     if any(symbol.name in plan.varied for plan in file.designs):
         roles.append("designed")
@@ -100,7 +79,7 @@ def summary(result: StudyResult) -> list[str]:
     """Return the summary, three or four sentences."""
     file, lines = result.file, []
     speeds = belt_speeds(file.scene)
-    at = f" at {speeds[0].name} = {_measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
+    at = f" at {speeds[0].name} = {measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
     stability = result.stability.value
     if stability is not None:
         what = "Steady sliding" if file.scene.contacts else "The equilibrium"
@@ -111,6 +90,8 @@ def summary(result: StudyResult) -> list[str]:
             else ""
         )
         lines.append(f"{what}{at} {verdict}{more}.")
+    if result.structure is not None:
+        lines += structure_words.flutter(result.structure, file)[:1]
     if result.steady.value is not None:
         lines.append(_settled(result))
     if result.hopf.value is not None:
@@ -136,15 +117,15 @@ def _rests(v) -> bool:
 def _settled(result: StudyResult) -> str:
     v, name, file = result.steady.found, result.plan.coordinate, result.file
     if not v.settled:
-        low, high = _measure(v.smallest, name, file), _measure(v.largest, name, file)
+        low, high = measure(v.smallest, name, file), measure(v.largest, name, file)
         return f"The motion has not settled to a periodic one: {v.note}. {name} lies between {low} and {high} so far."
     if _rests(v):
-        return f"The motion settles: {name} comes to rest at {_measure(0.5 * (v.largest + v.smallest), name, file)}."
+        return f"The motion settles: {name} comes to rest at {measure(0.5 * (v.largest + v.smallest), name, file)}."
     kind = "stick-slip vibration" if v.stick_fraction > 0 else "vibration without sticking"
     if is_excited(file.scene):
         kind = "forced vibration"
-    text = f"The motion settles into {kind} with a half range of {_measure(v.half_range, name, file)} in {name}"
-    text += f" and a period of {_measure(v.period, 't', file)}"
+    text = f"The motion settles into {kind} with a half range of {measure(v.half_range, name, file)} in {name}"
+    text += f" and a period of {measure(v.period, 't', file)}"
     if v.stick_fraction > 0:
         text += f"; it sticks for {100 * v.stick_fraction:.3g} % of the time"
     return text + "."
@@ -158,9 +139,9 @@ def onset(result: StudyResult) -> str:
     how = {
         "supercritical": "gently: small stable vibrations exist beside the onset",
         "subcritical": "by a jump: beside the onset only large vibrations are stable",
-        "degenerate": "in a way the cubic terms leave open",
+        "degenerate": "as sticking and lift-off decide: the cubic terms vanish",
     }[found.kind]
-    value = _measure(found.value, found.parameter, result.file)
+    value = measure(found.value, found.parameter, result.file)
     return (
         f"Steady sliding changes its stability at {found.parameter} = {value} with the angular frequency "
         f"{angular_frequency(found.omega, result.file)} ({found.kind} Hopf point); vibration sets in {how}."
@@ -171,7 +152,7 @@ def safe(result: StudyResult) -> str:
     """Return the sentence on the speed above which nothing vibrates."""
     found, file = result.safe.found, result.file
     if found.overhangs:
-        value = _measure(float(f"{found.value:.3g}"), found.parameter, file)
+        value = measure(float(f"{found.value:.3g}"), found.parameter, file)
         if not found.ended:
             return (
                 f"No speed is quiet as far as was tried, up to {found.parameter} = {value}: there small disturbances "
@@ -181,7 +162,7 @@ def safe(result: StudyResult) -> str:
             f"Quiet from about {found.parameter} = {value}: up to there a vibration that has started goes on, though "
             "small disturbances die out before. The speed to stay above is this one, not the onset."
         )
-    value = _measure(found.onset, found.parameter, file)
+    value = measure(found.onset, found.parameter, file)
     return f"Quiet above {found.parameter} = {value}: the vibration ends where steady sliding becomes stable."
 
 
@@ -237,8 +218,8 @@ def amplitude(result: StudyResult) -> list[str]:
     failed = int(np.sum(~np.isfinite(half)))
     if np.isfinite(half).any():
         k = int(np.nanargmax(half))
-        value = _measure(half[k], sweep.coordinate, result.file)
-        at = _measure(sweep.values[k], sweep.parameter, result.file)
+        value = measure(half[k], sweep.coordinate, result.file)
+        at = measure(sweep.values[k], sweep.parameter, result.file)
         lines.append(f"The largest of the computed half ranges is {value}, at {sweep.parameter} = {at}.")
     if failed:
         lines.append(f"{failed} of {half.size} runs ended early and are left out.")

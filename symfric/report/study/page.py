@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -19,9 +19,12 @@ from symfric.report.html.mathml import (
     number_in_letters,
 )
 from symfric.report.html.versions import used
-from symfric.report.study import designs, narrative
+from symfric.report.study import designs, narrative, structure_words
 from symfric.report.study.captions import Picture, designs_shown, pictures
+from symfric.report.study.data import data_files
+from symfric.report.study.quantities import powers_of_ten
 from symfric.report.study.sketch import picture
+from symfric.report.study.structure_page import parts_of_structure, shown_contacts, shown_states
 from symfric.report.study.study import DesignResult, StudyResult
 from symfric.scenefile.units import output_unit
 from symfric.templates import render
@@ -33,10 +36,12 @@ def page(result: StudyResult) -> str:
     """Return the page as HTML."""
     drawn = designs_shown(result)
     system = result.file.scene.system
-    names = [s.name for s in (*system.states, *result.file.scene.parameters)]
-    expressions = [e for c in result.file.scene.contacts for e in (c.slip, c.normal, c.profile)]
+    scene = result.file.scene
+    names = [s.name for s in (*system.states, *system.rows, *scene.parameters)]
+    expressions = [e for c in scene.contacts for e in (c.slip, c.normal, c.profile)]
     routes, left_out = narrative.route(result)
     said = partial(typeset, names=names, expressions=expressions)
+    structure = parts_of_structure(result)
     return render(
         "study.html",
         typeset=said,
@@ -55,8 +60,10 @@ def page(result: StudyResult) -> str:
             ]
             for r in result.rows
         ],
-        sketch=[p for p in [picture(result.file.scene)] if p],
-        equations=equations_of_motion(result.file.scene),
+        structure=structure,
+        branch=[] if result.branch.value is None else structure_words.branch(result.branch.value, result.file),
+        sketch=[p for p in [picture(scene)] if p] if structure is None else structure.sketch,
+        equations=equations_of_motion(scene) if structure is None else structure.equations,
         contacts=_contacts(result),
         values=_without_empty(_values(result), 2),
         averaged=result.slow.value is not None and result.slow.value is not result.file.scene,
@@ -68,8 +75,12 @@ def page(result: StudyResult) -> str:
         routes=routes,
         left_out=left_out,
         skipped=narrative.without_answer(result),
+        data=list(data_files(result)),
         used=used(result.versions),
     )
+
+
+MANY = 8  # coordinates, contacts and pairs of eigenvalues up to which all are shown
 
 
 def _captioned(shown: list[Picture], said: Callable[[str], Markup]) -> list[Picture]:
@@ -95,7 +106,7 @@ def typeset(text: str, names: Iterable[str], expressions: Iterable[sp.Expr] = ()
     forms += [rf"(?<={place} ){re.escape(n)}(?!\w)" for n in known for place in ("half range of", "mean of", "against")]
     forms += [rf"(?<=Velocity ){re.escape(n)}(?!\w)" for n in known]
     forms += [rf"\b{re.escape(n)}(?= (?:at rest|comes to rest|lies between)\b)" for n in known]
-    text = _MINUS.sub("−", narrative.powers_of_ten(text)).replace("M^-1 B", "M⁻¹B")
+    text = _MINUS.sub("−", powers_of_ten(text)).replace("M^-1 B", "M⁻¹B")
     if not forms:
         return escape(text)
     parts = re.split(r"(?<![\w.])(" + "|".join(forms) + ")", text)
@@ -134,12 +145,12 @@ def _contacts(result: StudyResult) -> list[dict]:
     specs = {spec.contact: spec for spec in result.file.laws}
     scene, found = result.file.scene, []
     taken = {s.name for s in (*scene.system.states, *scene.parameters)}
-    for contact in result.file.scene.contacts:
+    for name, contact in shown_contacts(result.file).items():
         spec = specs.get(contact.name)
         coefficients = {} if spec is None else spec.coefficients
         found.append(
             {
-                "name": contact.name,
+                "name": name,
                 "law": None if spec is None else spec.law,
                 "equations": friction_of_contact(contact, law_in_letters(spec, contact), taken),
                 "coefficients": [
@@ -177,13 +188,23 @@ def _balance(result: StudyResult) -> dict | None:
     at = result.equilibrium.value
     if at is None:
         return None
-    units, slips = result.file.units, {c.name: c.slip for c in result.file.scene.contacts}
+    units, contacts = result.file.units, result.file.scene.contacts
+    slips, one = {c.name: c.slip for c in contacts}, contacts[0].slip if contacts else sp.S.Zero
+    known = dict(zip(at.names, at.x, strict=True))
     return {
         "position": [
-            (inline_name(n), with_unit(number(v), units.get(n, ""))) for n, v in zip(at.names, at.x, strict=True)
+            (inline_name(n), with_unit(number(known[n]), units.get(n, ""))) for n in shown_states(result.file, known)
         ],
-        "sliding": [(n, with_unit(number(w), units.of(slips[n]))) for n, w in at.sliding.items()],
+        "sliding": [(n, with_unit(number(w), units.of(slips.get(n, one)))) for n, w in _alike(at.sliding).items()],
     }
+
+
+def _alike(sliding: Mapping[str, float]) -> dict[str, float]:
+    """Return one entry for all contacts if they are many and slide alike."""
+    speeds = list(sliding.values())
+    if len(speeds) > 3 and np.ptp(speeds) <= 1e-9 * np.max(np.abs(speeds)):
+        return {"every contact": speeds[0]}
+    return dict(sliding)
 
 
 def _stability(result: StudyResult) -> dict | None:
@@ -198,12 +219,23 @@ def _stability(result: StudyResult) -> dict | None:
         "head": _eigenvalue_head(result.file.units),
         "matrices": [
             (n, [[number_in_letters(v) for v in row] for row in np.atleast_2d(getattr(found, n))]) for n in "MBK"
-        ],
+        ]
+        if len(found.eigenvalues) <= 2 * MANY
+        else [],
         "eigenvalues": [
             [number(v.real), number(v.imag), *([number(abs(v.imag) * hertz)] if math.isfinite(hertz) else [])]
-            for v in found.eigenvalues
+            for v in _leading(found.eigenvalues)
         ],
+        "left": len(found.eigenvalues) - len(_leading(found.eigenvalues)),
     }
+
+
+def _leading(eigenvalues: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues, of many the pairs that grow most or decay least."""
+    if len(eigenvalues) <= 2 * MANY:
+        return eigenvalues
+    upper = eigenvalues[eigenvalues.imag >= 0]
+    return upper[np.argsort(-upper.real, kind="stable")[:MANY]]
 
 
 def _eigenvalue_head(units) -> list[str]:

@@ -3,15 +3,17 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Generic, ParamSpec, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
+from symfric.errors import SceneError
 from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Vibration, schedule, vibration
 from symfric.report.html.versions import versions
+from symfric.report.study.answers import StudyAnswer, answer
+from symfric.report.study.branches import BranchResult, followed
 from symfric.report.study.comparison import ComparisonRow, closed_forms_apply, compare
 from symfric.report.study.friction_curves import FrictionCurve, friction_curves
 from symfric.report.study.measurement import (
@@ -22,6 +24,7 @@ from symfric.report.study.measurement import (
 )
 from symfric.report.study.prediction import PredictionCurve, averaged_curves, belt_curves
 from symfric.report.study.safe_speed import SafeSpeed, safe_speed
+from symfric.report.study.structural import StructureResult, contact_outputs, onset_rows, structure_result
 from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
 
 if TYPE_CHECKING:
@@ -32,25 +35,7 @@ if TYPE_CHECKING:
     from symfric.theory.stability import Stability
 
 Progress = Callable[[str, float], None]
-_Found = TypeVar("_Found", covariant=True)
-_Given = ParamSpec("_Given")
 FINE = 201  # most points of a predicted curve
-EXPECTED = (SceneError, NotFound, NoRoute, RunFailed, NotImplementedError, ArithmeticError, np.linalg.LinAlgError)
-
-
-@dataclass(frozen=True, eq=False)
-class StudyAnswer(Generic[_Found]):
-    """Result of one part of a study: a value, or the reason why there is none."""
-
-    value: _Found | None
-    note: str = ""
-
-    @property
-    def found(self) -> _Found:
-        """The value, which must exist."""
-        if self.value is None:
-            raise LookupError(self.note)
-        return self.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +115,10 @@ class StudyResult:
     Attributes
     ----------
     file : SceneFile
+    structure : StructureResult or None
+        Of a scene whose equations are matrices.
+    branch : StudyAnswer
+        Limit cycles from the onset of vibration.
     slow : StudyAnswer
         The scene of slow motions if the file's scene is excited, else the scene itself.
     equilibrium, stability, hopf, safe, motion, steady, sweep, quench, explanation : StudyAnswer
@@ -143,6 +132,8 @@ class StudyResult:
     """
 
     file: SceneFile
+    structure: StructureResult | None
+    branch: StudyAnswer[BranchResult]
     slow: StudyAnswer[Scene]
     equilibrium: StudyAnswer["Equilibrium"]
     stability: StudyAnswer["Stability"]
@@ -169,8 +160,14 @@ class StudyResult:
         topics = ["slow", "equilibrium", "stability", "hopf", "motion", "steady", "sweep"]
         if self.file.plan("quench") is not None:
             topics.append("quench")
+        if self.structure is not None:
+            notes = {"modes": self.structure.modes.note, "flutter": self.structure.flutter.note}
+            notes["limit cycles"] = self.branch.note
+        else:
+            notes = {"limit cycles": self.branch.note if self.plan.branch is not None else ""}
         words = {"slow": "slow motion", "hopf": "onset of vibration", "steady": "steady vibration"}
         found = {words.get(t, t): getattr(self, t).note for t in topics if getattr(self, t).value is None}
+        found |= {topic: note for topic, note in notes.items() if note}
         others = (d for d in self.designs if d.plan.kind != "quench" and d.design.value is None)
         found |= {f"design {d.plan.kind}": d.design.note for d in others}
         if self.sweep.value is not None and self.sweep.value.curves_note:
@@ -188,19 +185,11 @@ class StudyResult:
         return found
 
 
-def answer(question: Callable[_Given, _Found], *given: _Given.args, **named: _Given.kwargs) -> StudyAnswer[_Found]:
-    """Call a function; an expected exception becomes the reason for a missing value."""
-    try:
-        return StudyAnswer(question(*given, **named))
-    except EXPECTED as error:
-        return StudyAnswer(None, str(error) or type(error).__name__)
-
-
 def measuring(file: SceneFile) -> SweepPlan:
-    """Return the file's sweep, or a default measurement of the first coordinate without one."""
+    """Return the file's sweep, or a default measurement without one."""
     if file.sweep is not None:
         return file.sweep
-    return SweepPlan("", 0.0, 0.0, 0, file.scene.system.q[0].name)
+    return SweepPlan("", 0.0, 0.0, 0, file.coordinate)
 
 
 def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
@@ -231,10 +220,16 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     onset = _onset(file, base)
     safe = _safe(file, onset)
     tell("motion", 0.1)
-    moved = answer(motion, scene)
+    moved = answer(motion, scene, contact_outputs(scene))
+    if file.structure is not None:
+        tell("modes and flutter", 0.12)
+    structure = structure_result(file, moved.value, at_rest.value)
     tell("steady vibration", 0.15)
     steady = answer(_steady, scene, plan)
     swept = _swept(file, slow, onset, safe, lambda f: tell("sweep", 0.2 + 0.4 * f))
+    if file.sweep is not None and file.sweep.branch is not None:
+        tell("limit cycles", 0.6)
+    branch = followed(file, onset)
     designs = _designs(file, lambda f: tell("design", 0.6 + 0.1 * f))
     quenched = _quench(file, designs)
     if quenched.value is not None and swept.value is not None:
@@ -244,8 +239,11 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     tell("comparison", 0.95)
     shaken = None if quenched.value is None else quenched.value.design
     curves = friction_curves(scene, moved.value, at_rest.value, shaken)
+    rows = compare(file, base, at_rest.value, onset.value, moved.value, steady.value, designs)
     return StudyResult(
         file,
+        structure,
+        branch,
         slow,
         at_rest,
         stable,
@@ -256,9 +254,9 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         swept,
         quenched,
         designs,
-        answer(explain, as_run(scene)),
+        answer(explain, as_run(scene.wanting({**scene.outputs, **contact_outputs(scene)}))),
         curves,
-        compare(file, base, at_rest.value, onset.value, moved.value, steady.value, designs),
+        (*onset_rows(file, base, structure, onset.value), *rows),
         versions(),
         time.monotonic() - started,
     )
