@@ -6,6 +6,7 @@ import sympy as sp
 
 from symfric.report.study import designs, figures
 from symfric.report.study import narrative as sentences
+from symfric.report.study.quantities import measured
 from symfric.report.study.study import DesignResult, StudyResult
 from symfric.scenefile import belt_speeds
 
@@ -130,6 +131,6 @@ def _design(result: StudyResult, made: DesignResult) -> list[Picture]:
         return [limit]
     q = result.plan.coordinate
     ax = figures.plot_before_after(found.before, found.after, q, result.file.units)
-    at = sentences.measured(found.shown, result.file.units.get(found.speed, ""))
+    at = measured(found.shown, result.file.units.get(found.speed, ""))
     caption = f"At {found.speed} = {at}, without and with the designed excitation."
     return [Picture(figures.to_svg(ax), f"{q} against time. {caption}", caption), limit]
