@@ -128,9 +128,43 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
 
 def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automaton:
     """Build the automaton of contact dynamics; defines the forces and slips that observables may contain."""
-    contacts, w, load, s, d = model.contacts, model.slip, model.load, model.s, model.d
     rate, friction = model.accelerations(tested=False)
-    guards = []
+    guards, wanted, loads = observed(model, friction, rows)
+    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, model.z_rate), guards, wanted)]
+    mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(spring.variables for spring in model.springs))
+    others = tuple(spring.layout for spring in model.springs)
+    names = ["rate", "guards", "rows"]
+    field = ca.Function("field", [model.y, model.t, model.p, mode], out, ["y", "t", "p", "m"], names)
+    return Automaton(
+        field=field,
+        gauge=_gauge(model),
+        states=tuple(s.name for s in model.system.states),
+        layout=ModeLayout(tuple(c.name for c in model.contacts), len(model.switches.signs), loads, others),
+        sticks=tuple(not c.law.smooth for c in model.contacts),
+        parameters=model.parameters,
+        inputs=model.inputs,
+        n_q=model.q.numel(),
+        at_edges=model.edges.switches,
+        autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
+        anchors=tuple(model.anchor(i) for i in range(len(model.contacts))),
+        parallels=tuple(k for k, _ in model.parallels),
+        dependent=tuple(model.dependent),
+        transition=transition_of(model.springs, model.y, model.t, model.p, mode),
+    )
+
+
+def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -> tuple[ca.SX, ca.SX, tuple[str, ...]]:
+    """Return the guards, the observables, and the contacts whose load has a guard; defines what observables contain.
+
+    Parameters
+    ----------
+    model : ContactDynamics
+    friction : SX, shape (n_c,)
+        The friction forces, of which parallel contacts share the sum.
+    rows : sequence of Expr
+    """
+    contacts, w, load, s, d = model.contacts, model.slip, model.load, model.s, model.d
+    guards: list[ca.SX] = []
     friction, rooms = rooms_left(model, friction)
     for i, (behind, ahead) in enumerate(rooms):
         if contacts[i].law.smooth:
@@ -149,32 +183,10 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
     wanted = model.vector(list(rows))
     loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
-    out = [ca.vertcat(model.u, rate, model.z_rate), ca.SX(0, 1), wanted]
     guards += model.switches.guards
     guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
     guards += [guard for spring in model.springs for guard in spring.guards]
-    out[1] = ca.vertcat(*guards) if guards else ca.SX(0, 1)
-    out = [ca.densify(e) for e in out]
-    mode = ca.vertcat(s, d, *model.switches.signs, *(spring.variables for spring in model.springs))
-    others = tuple(spring.layout for spring in model.springs)
-    names = ["rate", "guards", "rows"]
-    field = ca.Function("field", [model.y, model.t, model.p, mode], out, ["y", "t", "p", "m"], names)
-    return Automaton(
-        field=field,
-        gauge=_gauge(model),
-        states=tuple(s.name for s in model.system.states),
-        layout=ModeLayout(tuple(c.name for c in contacts), len(model.switches.signs), loads, others),
-        sticks=tuple(not c.law.smooth for c in contacts),
-        parameters=model.parameters,
-        inputs=model.inputs,
-        n_q=model.q.numel(),
-        at_edges=model.edges.switches,
-        autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
-        anchors=tuple(model.anchor(i) for i in range(len(contacts))),
-        parallels=tuple(k for k, _ in model.parallels),
-        dependent=tuple(model.dependent),
-        transition=transition_of(model.springs, model.y, model.t, model.p, mode),
-    )
+    return (ca.vertcat(*guards) if guards else ca.SX(0, 1)), wanted, loads
 
 
 def _gauge(model: ContactDynamics) -> ca.Function:

@@ -329,6 +329,21 @@ class ContactDynamics:
         bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
         return ca.if_else(self.s[i] == AT_BOUND, -self.d[i] * bound, 0)
 
+    def friction_unless_held(self, tested: bool) -> ca.SX:
+        """Return the friction forces of all contacts but those that hold a constraint, in the mode held by (s, d)."""
+        found = ca.SX(self.sliding)
+        for i, contact in enumerate(self.contacts):
+            if not contact.law.smooth:
+                given = ca.SX(0) if tested else self.given(i)
+                found[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
+        return found
+
+    @property
+    def held_by_sticking(self) -> tuple[list[int], ca.SX, ca.SX]:
+        """The contacts that can stick, their drift, and whether they hold a constraint."""
+        sticking = [i for i, c in enumerate(self.contacts) if not c.law.smooth]
+        return sticking, self.drift[sticking, :], self.s[sticking] == HOLDS
+
     def accelerations(self, tested: bool) -> tuple[ca.SX, ca.SX]:
         """Return u' and the friction forces of all contacts in the mode held by (s, d).
 
@@ -338,17 +353,13 @@ class ContactDynamics:
         n = self.u.numel()
         if not self.contacts:
             return self.solve(self.force), ca.SX(0, 1)
-        slipping = ca.SX(self.sliding)
-        sticking = [i for i, c in enumerate(self.contacts) if not c.law.smooth]
-        for i in sticking:
-            given = ca.SX(0) if tested else self.given(i)
-            slipping[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
-        drift, holds = self.drift[sticking, :], self.s[sticking] == HOLDS
+        slipping = self.friction_unless_held(tested)
+        sticking, drift, holds = self.held_by_sticking
         space = self.contact_space
         if space is not None:
             applied = self.solve(self.force)
             pulled = space.factor @ slipping
-            held, gain, own = space.hold(sticking, applied, pulled, drift, holds, tested)
+            held, gain, own = space.hold(sticking, space.felt @ applied + pulled, drift, holds, tested)
             free, gain = applied, space.response @ (pulled + gain)
         else:
             free = self.solve(self.force + self.slopes.T @ slipping)

@@ -37,7 +37,7 @@ class ContactSpace:
     response: ca.DM
 
     def hold(
-        self, sticking: Sequence[int], applied: ca.SX, pulled: ca.SX, drift: ca.SX, holds: ca.SX, tested: bool
+        self, sticking: Sequence[int], felt: ca.SX, drift: ca.SX, holds: ca.SX, tested: bool
     ) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Return the forces that hold the sticking contacts, their effect in these directions, and which hold anything.
 
@@ -45,17 +45,15 @@ class ContactSpace:
         ----------
         sticking : sequence of int
             Contacts that can stick.
-        applied : SX, shape (n,)
-            Accelerations by the applied forces.
-        pulled : SX, shape (r,)
-            Effect of the friction of slipping contacts.
+        felt : SX, shape (r,)
+            Effect of the applied forces and of the friction of slipping contacts.
         drift, holds, tested
             See `symfric.lower.constraint_forces.hold`.
         """
         if not sticking:
-            return ca.SX(0, 1), ca.SX(pulled.numel(), 1), ca.SX(0, 1)
+            return ca.SX(0, 1), ca.SX(felt.numel(), 1), ca.SX(0, 1)
         columns = ca.SX(self.factor[:, list(sticking)])
-        return hold(columns.T, columns, self.felt @ applied + pulled, drift, holds, tested)
+        return hold(columns.T, columns, felt, drift, holds, tested)
 
 
 def contact_space(mass: ca.SX, slopes: ca.SX) -> ContactSpace:

@@ -171,22 +171,48 @@ def matrices(automaton: Automaton) -> Matrices:
     """
     field = automaton.field
     y, t, p, m = (ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in()))
+    rate, guards, rows = field(y, t, p, m)
+    parts = [(rate, "the forces or a friction law are"), (guards, "a guard is"), (rows, "a wanted output is")]
+    return matrices_of(parts, y, t, p, m)
+
+
+def matrices_of(
+    parts: Sequence[tuple[ca.SX, str]], y: ca.SX, t: ca.SX, p: ca.SX, m: ca.SX, more: ca.SX | None = None
+) -> Matrices:
+    """Return the slopes of graphs in the variables y and in time, and their constants.
+
+    Parameters
+    ----------
+    parts : sequence of (SX, str)
+        Graphs, the entries of the first of which come first, and what they are.
+    y, t, p, m : SX
+        Variables, time, parameters and mode.
+    more : SX, optional
+        Further numbers at the end of the data.
+
+    Raises
+    ------
+    NoRoute
+        If something is not linear in the variables and time in every mode.
+    """
     slopes, in_time, rest, state, n_x = [], [], [], ca.vertcat(y, t), y.numel()
-    what = ("the forces or a friction law are", "a guard is", "a wanted output is")
-    for e, name in zip(field(y, t, p, m), what, strict=True):
+    for e, name in parts:
         jacobian = ca.jacobian(e, state)
         if ca.depends_on(jacobian, state):
             raise NoRoute(f"{name} not linear between events")
         slopes.append(jacobian[:, :n_x])
         in_time.append(jacobian[:, n_x])
         rest.append(ca.substitute(e, state, ca.SX.zeros(state.numel())))
-    rates, others = slopes[0], ca.vertcat(*slopes[1:])
-    entries = [e.nz[:] for e in (rates, others)]
+    first, others = slopes[0], ca.vertcat(*slopes[1:])
+    entries = [e.nz[:] for e in (first, others)]
     numbers = ca.vertcat(*entries, *(ca.densify(ca.vertcat(*e)) for e in (in_time, rest)))
-    rows = (*rates.sparsity().row(), *(n_x + r for r in others.sparsity().row()))
-    columns = (*rates.sparsity().get_col(), *others.sparsity().get_col())
+    if more is not None:
+        numbers = ca.vertcat(numbers, ca.densify(more))
+    n_r = first.rows()
+    rows = (*first.sparsity().row(), *(n_r + r for r in others.sparsity().row()))
+    columns = (*first.sparsity().get_col(), *others.sparsity().get_col())
     data = ca.Function("prelude", [p, m], [ca.densify(numbers)], {"cse": True})
-    return Matrices(data, rows, columns, n_x + others.rows())
+    return Matrices(data, rows, columns, n_r + others.rows())
 
 
 def without_harmonics(scene: Scene) -> Scene:

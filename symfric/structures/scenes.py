@@ -13,7 +13,7 @@ from symfric.model.linear_part import LinearPart, Row
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, expression, finite, name_of, nearest
-from symfric.model.system import Contact, System
+from symfric.model.system import Contact, Signal, System
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.rows import row_in
 
@@ -32,6 +32,7 @@ def scene_of(
     horizon: float,
     mu,
     observe: Mapping[str, object],
+    inputs: Mapping[Key, Signal],
 ) -> Scene:
     """Return the scene of a structure; see `Structure.scene`."""
     q, u = structure.symbols
@@ -75,7 +76,7 @@ def scene_of(
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
     own = [s.name for c in found for s in c.states]
-    return Scene(system, found, values, _start(structure, initial, own), horizon, outputs)
+    return Scene(system, found, values, _start(structure, initial, own), horizon, outputs, inputs)
 
 
 def _tell_of_friction(rubs: bool) -> None:

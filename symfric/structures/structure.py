@@ -14,6 +14,7 @@ from symfric.model.notebook import html_table
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
+from symfric.model.system import Signal
 from symfric.structures.checks import matrix, names_of, positive_definite, symmetric
 from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
 from symfric.structures.contacts import RowContact
@@ -353,6 +354,7 @@ class Structure:
         *,
         mu=None,
         observe: Mapping[str, object] = MappingProxyType({}),
+        inputs: Mapping[Key, Signal] = MappingProxyType({}),
     ) -> Scene:
         """Return a scene of this structure; its matrices stay numbers.
 
@@ -373,6 +375,8 @@ class Structure:
         observe : mapping of name to row
             Names for combinations of the degrees of freedom, ``<name>`` and ``d_<name>``, which outputs and forces may
             contain; of a reduced structure also rows over all degrees of freedom.
+        inputs : mapping of parameter to Signal
+            Sampled forces, by the symbols that stand for them in `force`.
 
         Returns
         -------
@@ -391,7 +395,7 @@ class Structure:
         >>> sf.simulate(s.scene([pad], horizon=50.0)).status.name
         'OK'
         """
-        return scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe)
+        return scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe, inputs)
 
     def expand(self, q: np.ndarray) -> np.ndarray:
         """Return the motion of all degrees of freedom of which this structure is a reduction.

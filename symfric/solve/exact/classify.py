@@ -7,10 +7,16 @@ import sympy as sp
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.lower.structure_modes import OtherForm, structure_matrices
 from symfric.model.outputs import RANGE
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.lowered import LoweredScene
+
+_WRITTEN = 4  # coordinates up to which powers of the whole matrices, written out, are faster than by the structure
+_FULL = (
+    40  # matrix entries per row beyond which a product with all of them takes longer than the operations of a series
+)
 
 
 @dataclass(frozen=True)
@@ -56,21 +62,39 @@ def form_of(lowered: LoweredScene) -> Form:
         If it is not linear between events; the message names the nonlinear part.
     """
     scene, varied = lowered.scene, lowered.varied
-    for contact in scene.contacts_behind_springs:
-        raise NoRoute(f"contact {contact.name!r} is behind a spring")
     for contact in scene.contacts:
-        lines_of(contact.law)
+        try:
+            lines_of(contact.law)
+        except NoRoute as reason:
+            raise NoRoute(f"{reason} (contact {contact.name!r})") from None
     try:
         return _in_closed_form(lowered)
     except NoRoute as reason:
         why = str(reason)
     timeless = without_harmonics(scene)
-    automaton = (lowered if timeless is scene else LoweredScene(timeless, varied)).automaton
-    slopes = matrices(automaton)
-    many = max(len(scene.system.q), len(scene.contacts)) > 1
-    cheapest = many and timeless is scene
+    inner = lowered if timeless is scene else LoweredScene(timeless, varied)
+    if scene.system.linear is not None and len(scene.system.q) > _WRITTEN:
+        try:
+            return _structure(timeless, inner)
+        except OtherForm as reason:
+            why = str(reason)
+    form = ModalForm(inner.automaton, matrices(inner.automaton))
     words = f"linear between events, by powers of its matrices (no closed form: {why})"
-    return Form(timeless, automaton.parameters, ModalForm(automaton, slopes), cheapest, words)
+    return Form(timeless, inner.automaton.parameters, form, _cheapest(scene, timeless, form.matrices), words)
+
+
+def _structure(scene: Scene, lowered: LoweredScene) -> Form:
+    """Return the form of a scene from matrices of which the mode changes only what contacts feel and do."""
+    found = structure_matrices(scene, [r.expr for r in lowered.wanted.rows], lowered.varied)
+    words = "linear between events, by powers of the structure's matrices, with contacts along its rows"
+    return Form(scene, lowered.automaton.parameters, ModalForm(lowered.automaton, found), True, words)
+
+
+def _cheapest(scene: Scene, timeless: Scene, found: Matrices) -> bool:
+    """Whether powers of matrices of which no form is known are prepared and run faster than series."""
+    if timeless is not scene or max(len(scene.system.q), len(scene.contacts)) < 2:
+        return False
+    return len(found.rows) <= _FULL * found.n_r
 
 
 def _in_closed_form(lowered: LoweredScene) -> Form:

@@ -2,6 +2,7 @@
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.powers import gather, powers
+from symfric.solve.loop.structure_powers import STRUCTURE, gather_structure, structure_powers
 from symfric.solve.loop.workspace import FUNCTIONS
 
 
@@ -15,14 +16,18 @@ def _variant(w):
 def prelude(w):
     """Recompute the values that depend on parameters and mode alone."""
     call_code(w.code[_variant(w)], w.p.ctypes.data, w.m.ctypes.data, w.aux.ctypes.data)
-    if w.limits.linear:
+    if w.limits.linear == STRUCTURE:
+        gather_structure(w)
+    elif w.limits.linear:
         gather(w.aux, w.pattern, w.y.size - 1, w.filled, w.row, w.column, w.entry)
 
 
 @compiled(inline=True)
 def expand(w):
     """Compute all Taylor coefficients at the current state."""
-    if w.limits.linear:
+    if w.limits.linear == STRUCTURE:
+        structure_powers(w, w.c)
+    elif w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.c)
     else:
         call_code(w.code[_variant(w) + 1], w.y.ctypes.data, w.aux.ctypes.data, w.c.ctypes.data)
@@ -31,7 +36,9 @@ def expand(w):
 @compiled(inline=True)
 def probe(w):
     """Compute the first coefficients in the trial mode."""
-    if w.limits.linear:
+    if w.limits.linear == STRUCTURE:
+        structure_powers(w, w.probe)
+    elif w.limits.linear:
         powers(w.aux, w.filled, w.row, w.column, w.entry, w.newest, w.y, w.probe)
     else:
         call_code(w.code[_variant(w) + 2], w.y.ctypes.data, w.aux.ctypes.data, w.probe.ctypes.data)

@@ -3,6 +3,7 @@
 import casadi as ca
 
 from symfric.lower.linear_modes import Matrices
+from symfric.lower.structure_modes import StructureMatrices
 from symfric.solve.loop.series import PROBED, Series
 
 MOST = 120  # number of matrix entries, over all modes, beyond which loops over those of one mode are faster
@@ -11,7 +12,7 @@ MOST = 120  # number of matrix entries, over all modes, beyond which loops over 
 def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
     """Return the series of linear equations of n_x states; for large ones `powers` is used instead."""
     n_r, count = matrices.n_r, len(matrices.rows)
-    if count > MOST:
+    if count > MOST or isinstance(matrices, StructureMatrices):
         return Series(matrices.data, None, None, order, matrices=matrices)
     numbers = matrices.data(*(ca.SX.sym(name, matrices.data.nnz_in(i)) for i, name in enumerate("pm")))
     aux, state = ca.SX.sym("aux", numbers.numel()), ca.SX.sym("y", n_x + 1)

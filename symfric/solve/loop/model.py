@@ -7,6 +7,7 @@ import casadi as ca
 from symfric.codegen.functions import compile_functions
 from symfric.codegen.loop_loader import load_loop
 from symfric.lower.automaton import Automaton
+from symfric.lower.structure_modes import StructureMatrices
 from symfric.lower.variational_equations import Variations
 from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
@@ -14,6 +15,7 @@ from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.decay_weights import exact_order
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.series import Series, reach
+from symfric.solve.loop.structure_powers import STRUCTURE
 from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Wanted
 
@@ -48,7 +50,8 @@ def series_model(
     n_x : int, optional
         States that results have; those of the scene unless given.
     """
-    linear = variants[0].matrices is not None
+    matrices = variants[0].matrices
+    linear = matrices is not None
     functions = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
     rare = [f for v in variants for f in (v.prelude, v.terms) if f]
     if not linear and len(automaton.states) <= _WRITTEN:
@@ -65,6 +68,9 @@ def series_model(
     limit(limits, budgets, wanted)
     limits.n_q, limits.checked, limits.linear = automaton.n_q, first.exposed.size > 0, linear
     limits.exact = exact_order(variants[0].order) if decays(scene) and not linear else 0
+    if isinstance(matrices, StructureMatrices):
+        limits.linear = STRUCTURE
+        limits.along_q, limits.along_u, limits.felt, limits.pushes = matrices.sizes
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other

@@ -9,6 +9,7 @@ import numpy as np
 from symfric.codegen.array_table import Cube, IntegerMatrix, Integers, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward, sign
+from symfric.lower.structure_modes import StructureMatrices
 from symfric.model.outputs import Row
 from symfric.solve.loop.bernstein import DEPTH, bernstein_table
 from symfric.solve.loop.decay_weights import weights
@@ -39,7 +40,7 @@ SHARED = frozenset(
         "first_due",
     }
 )
-SHARED |= {"segment_t", "segment_p", "exposed", "other_guards", "shown"}
+SHARED |= {"segment_t", "segment_p", "exposed", "other_guards", "shown", "weights", "operators", "places", "own"}
 
 
 class LoopLimits(Limits, kind=int):
@@ -48,7 +49,11 @@ class LoopLimits(Limits, kind=int):
     n_q: int  # number of coordinates
     checked: int  # whether features may be unseen in the coefficients of a step
     sticker: int  # the only contact that can stick if it has series of its own for that, else -1
-    linear: int  # whether the equations are matrices
+    linear: int  # 1 if the equations are matrices, STRUCTURE if they are those of a structure, else 0
+    along_q: int  # of a structure, numbers of the rows of coordinates, of velocities, of directions of the contacts,
+    along_u: int  # and of those of forces, see `symfric.lower.structure_modes`
+    felt: int
+    pushes: int
     varied: int  # number of directions of differentiation
     followed: int  # number of first rows with derivatives, which are the last rows
     edges: int  # number of switches at which a profile jumps
@@ -91,6 +96,14 @@ class LoopArrays(RunArrays):
     column: Integers
     entry: Reals
     damping: Reals  # weights of the coefficients in such steps, (order + 1,)
+    weights: Matrix  # of a structure, see `symfric.lower.structure_modes`; also operators, places and own
+    operators: Matrix
+    combined: Reals  # the operators in one with the present factors
+    places: IntegerMatrix
+    own: Integers
+    given: Reals  # what is felt of one coefficient, the columns of D
+    answers: Reals  # what follows from it, the rows of D
+    pushed: Reals  # the accelerations, (n_q,)
     c: Matrix  # Taylor coefficients, (n_r, order + 1)
     probe: Matrix  # first coefficients, (n_r, PROBED + 1)
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
@@ -195,6 +208,7 @@ def make_arrays(
     matrices = variants[0].matrices
     entries = list(zip(matrices.rows, matrices.columns, strict=True)) if matrices else []
     pattern = np.array(entries, dtype=np.int64).reshape(-1, 2)
+    structure = matrices if isinstance(matrices, StructureMatrices) else None
     gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
     ranks = dict(zip(automaton.at_edges, range(1, n_switches + 1), strict=False))
     room = lambda *shape: np.zeros(shape)  # noqa: E731
@@ -211,6 +225,7 @@ def make_arrays(
         aux=room(max(v.prelude.nnz_out(0) + v.room for v in variants)),
         newest=room(2, n_x),
         pattern=pattern,
+        **_structure_arrays(structure, n_q),
         filled=flags(2),
         row=flags(len(pattern)),
         column=flags(len(pattern)),
@@ -281,3 +296,26 @@ def make_arrays(
         other_guards=np.array(layout.other_guards, dtype=np.int64).reshape(-1, 2),
         rise=room(n_e, 2),
     )
+
+
+def _structure_arrays(matrices: StructureMatrices | None, n_q: int) -> dict[str, np.ndarray]:
+    """Return the arrays of a structure, empty for any other scene."""
+    nothing, none = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+    if matrices is None:
+        return {
+            **dict.fromkeys(("weights", "operators"), nothing),
+            **dict.fromkeys(("combined", "given", "answers", "pushed"), nothing.ravel()),
+            "places": none.reshape(0, 2),
+            "own": none,
+        }
+    along_q, along_u, felt, _ = matrices.sizes
+    return {
+        "weights": matrices.weights,
+        "operators": matrices.operators,
+        "combined": matrices.operators[0].copy(),
+        "places": matrices.places,
+        "own": np.array(matrices.own, dtype=np.int64),
+        "given": np.zeros(along_q + along_u + len(matrices.own) + felt),
+        "answers": np.zeros(matrices.n_r),
+        "pushed": np.zeros(n_q),
+    }
