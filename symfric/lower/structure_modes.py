@@ -114,7 +114,7 @@ def structure_matrices(
     return StructureMatrices(
         **vars(small),
         weights=np.array([row for rows in stack for row in rows], dtype=float).reshape(-1, n),
-        sizes=tuple(len(rows) for rows in stack),
+        sizes=(len(stack[0]), len(stack[1]), len(stack[2]), len(stack[3])),
         own=own,
         operators=operators,
         places=places,

@@ -144,9 +144,14 @@ FAULTS = {
     "value": (lambda: oscillator(k=-1.0), "stiffness of contact 'joint' is -1; it must be positive"),
     "load": (lambda: oscillator(1 + u), "may depend on q and time only"),
     "smooth": (lambda: oscillator().regularised(1e-3), "is behind a spring"),
-    "route": (lambda: sf.simulate(oscillator(), route="exact"), "is behind a spring"),
     "peer": (lambda: sf.simulate(oscillator(), route="integrators"), "is behind a spring"),
 }
+
+
+def test_the_route_exact_agrees():
+    a, b = (sf.simulate(oscillator(), 1e-13, route=route).checked() for route in ("exact", "taylor"))
+    assert len(a.events) == len(b.events) > 3
+    assert a.final == pytest.approx(b.final, abs=1e-11)
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -2,8 +2,8 @@
 
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.powers import gather, powers
-from symfric.solve.loop.structure_powers import STRUCTURE, gather_structure, structure_powers
-from symfric.solve.loop.workspace import FUNCTIONS
+from symfric.solve.loop.structure_powers import gather_structure, structure_powers
+from symfric.solve.loop.workspace import FUNCTIONS, STRUCTURE
 
 
 @compiled(inline=True)

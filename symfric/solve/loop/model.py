@@ -15,8 +15,7 @@ from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.decay_weights import exact_order
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.series import Series, reach
-from symfric.solve.loop.structure_powers import STRUCTURE
-from symfric.solve.loop.workspace import SHARED, make_arrays
+from symfric.solve.loop.workspace import SHARED, STRUCTURE, make_arrays
 from symfric.solve.observables import Wanted
 
 _WRITTEN = 60  # states up to which their polynomials are evaluated by straight-line code; beyond, in a loop

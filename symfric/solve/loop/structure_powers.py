@@ -6,8 +6,6 @@ See `symfric.lower.structure_modes`; a coefficient costs the entries of the stru
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import HOLDS
 
-STRUCTURE = 2  # value of `LoopLimits.linear`
-
 
 @compiled
 def gather_structure(w):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +18,7 @@ from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 from symfric.solve.loop.series import PROBED, Series
 
 FUNCTIONS = 5  # entries of `code` for one variant, after two
+STRUCTURE = 2  # value of `LoopLimits.linear`
 JUMP, TRANSITION = 2 + 2 * FUNCTIONS, 3 + 2 * FUNCTIONS
 # rows of `gauge`; those of the coupling and of the response follow
 SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
@@ -298,7 +300,7 @@ def make_arrays(
     )
 
 
-def _structure_arrays(matrices: StructureMatrices | None, n_q: int) -> dict[str, np.ndarray]:
+def _structure_arrays(matrices: StructureMatrices | None, n_q: int) -> dict[str, Any]:
     """Return the arrays of a structure, empty for any other scene."""
     nothing, none = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
     if matrices is None:
