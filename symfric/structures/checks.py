@@ -99,6 +99,9 @@ def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     if len(set(found)) < n:
         double = next(name for i, name in enumerate(found) if name in found[:i])
         raise SceneError(f"two degrees of freedom are called {double!r}; give each its own name")
+    rates = {f"d_{name}" for name in found}
+    if taken := next((name for name in found if name in rates), None):
+        raise SceneError(f"a degree of freedom is called {taken!r}, as the velocity of {taken[2:]!r} is; rename it")
     return found
 
 
@@ -123,11 +126,16 @@ def row_of(value, n: int, what: str) -> np.ndarray:
     SceneError
         If it has another length, is not finite, or is zero throughout.
     """
+    if value is None:
+        raise SceneError(f"{what} is None; give {n} numbers, dense or sparse, or names with weights")
     try:
         dense = value.toarray() if sps.issparse(value) else np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
         raise SceneError(f"{what} cannot be read ({error}); give {n} numbers, dense or sparse") from None
-    found = np.array(dense, dtype=float).ravel()
+    found = np.array(dense, dtype=float)
+    if found.size != max(found.shape, default=1):
+        raise SceneError(f"{what} has shape {found.shape}; give one row")
+    found = found.ravel()
     if found.size != n:
         raise SceneError(f"{what} has {found.size} entries; the structure has {n} degrees of freedom")
     if not np.all(np.isfinite(found)):
@@ -137,8 +145,8 @@ def row_of(value, n: int, what: str) -> np.ndarray:
     return found
 
 
-def positive_count(count: int, most: int, what: str) -> int:
+def positive_count(count: int, most: int, what: str, least: int = 1) -> int:
     """Return a number of modes that can be asked for."""
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= most:
-        raise SceneError(f"{what} is {count!r}; give a whole number from 1 to {most}")
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not least <= count <= most:
+        raise SceneError(f"{what} is {count!r}; give a whole number from {least} to {most}")
     return int(count)

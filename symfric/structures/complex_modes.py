@@ -163,7 +163,7 @@ def shift_of(near: complex | float) -> complex:
     """Return the point of the complex plane that `near` means: a real number is a frequency."""
     try:
         value = complex(near)
-    except TypeError:
+    except (TypeError, ValueError):
         raise SceneError(f"near is {near!r}; give a frequency in rad/time or a complex number") from None
     if not np.isfinite(value):
         raise SceneError(f"near is {near}; it must be finite")

@@ -21,6 +21,7 @@ import scipy.sparse.linalg as spla
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import html_table
+from symfric.structures.checks import positive_count
 from symfric.structures.factors import factorised
 
 _RANK = 1e-10
@@ -129,8 +130,7 @@ def reduce(K, M, rows: np.ndarray, count: int) -> Reduced:
     n, r = M.shape[0], len(rows)
     if r and np.linalg.matrix_rank(rows / np.linalg.norm(rows, axis=1)[:, None], tol=_RANK) < r:
         raise SceneError("the kept rows depend on each other; leave out those that follow from others")
-    if not 0 <= count <= n - r:
-        raise SceneError(f"{count} modes with {r} rows held; there are {n - r} at the most")
+    count = positive_count(count, n - r, f"the number of modes with {r} rows held", least=0 if r else 1)
     solve = _held(K, M, rows)
     shapes = solve(np.zeros((n, r)), np.eye(r)) if r else np.zeros((n, 0))
     modes, cut = _modes_held(K, M, rows, solve, count)

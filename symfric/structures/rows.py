@@ -1,6 +1,6 @@
 """Rows over the degrees of freedom of a structure, however they are given."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,8 +54,12 @@ def _length(entries, what: str) -> int:
 
 def kept_rows(structure: "Structure", keep) -> tuple[list[str], np.ndarray]:
     """Return names and rows of what a reduction keeps; rows that follow from those before them are left out."""
-    if isinstance(keep, str | int | np.integer | Mapping):
+    if keep is None:
+        keep = []
+    elif isinstance(keep, str | int | np.integer | Mapping) or hasattr(keep, "kept"):
         keep = [keep]
+    elif not isinstance(keep, Iterable):
+        raise SceneError(f"keep is {keep!r}; give a list of names, numbers, rows and contacts")
     names: list[str] = []
     rows: list[np.ndarray] = []
     basis: list[np.ndarray] = []

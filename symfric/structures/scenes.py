@@ -1,6 +1,5 @@
 """Scenes from matrices: their entries stay numbers, contacts and loads act along rows."""
 
-import logging
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -12,13 +11,16 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.linear_part import LinearPart, Row
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, expression, finite, name_of, nearest
+from symfric.model.symbols import Key, expression, finite, listed, name_of, nearest
 from symfric.model.system import Contact, Signal, System
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.rows import row_in
 
 if TYPE_CHECKING:
     from symfric.structures.structure import Structure
+
+
+_SAME = 1e-6  # difference of two friction matrices that are the same, relative to one of them
 
 
 @alone(SYMBOLIC)
@@ -48,8 +50,11 @@ def scene_of(
             rows[known[key]] = Row(of, weights)
         return known[key]
 
+    if not isinstance(observe, Mapping):
+        raise SceneError(f"observe is {observe!r}; give a mapping of names to rows")
+    taken = {s.name for s in (*q, *u)}
     for name, entries in observe.items():
-        if not isinstance(name, str) or name in structure.names:
+        if not isinstance(name, str) or not taken.isdisjoint((name, f"d_{name}")):
             raise SceneError(f"the name {name!r} in observe is taken, or no string; choose another")
         weights = row_in(structure, entries, f"the row {name!r}")
         for symbol, of in ((sp.Symbol(name, real=True), "q"), (sp.Symbol(f"d_{name}", real=True), "u")):
@@ -70,8 +75,8 @@ def scene_of(
         speed = expression(c.speed, f"the speed of contact {c.name!r}")
         found.append(Contact(c.name, slip - speed, normal, c.law, c.profile, c.stiffness))
     loads += _forces(structure, force)
-    if mu is None and structure.friction is not None:
-        _tell_of_friction(bool(found))
+    if mu is None and structure.friction is not None and not found:
+        raise SceneError("the structure has a friction matrix, and the scene no contacts; give mu (0: leave it out)")
     scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
@@ -79,20 +84,42 @@ def scene_of(
     return Scene(system, found, values, _start(structure, initial, own), horizon, outputs, inputs)
 
 
-def _tell_of_friction(rubs: bool) -> None:
-    """Refuse to leave out a friction matrix where nothing else rubs; log it where contacts do.
+def doubt_of_friction(structure: "Structure", contacts: Sequence[RowContact], mu) -> str | None:
+    """Return what may be wrong with the friction of a scene that has contacts and a friction matrix; None if nothing.
 
-    Raises
-    ------
-    SceneError
-        If the scene has no contacts.
+    The loads of contacts bring the matrix of steady sliding themselves: ``+-row (load row)`` of each. If the friction
+    matrix is their sum, it belongs to `flutter` and not to the scene, and leaving it out needs no word.
     """
-    if not rubs:
-        raise SceneError("the structure has a friction matrix, and the scene no contacts; give mu (0: leave it out)")
-    logging.getLogger("symfric").warning(
-        "the friction matrix of the structure is not part of this scene, whose contacts bring friction of their own; "
-        "give mu to add it, or mu=0 if that is meant"
-    )
+    if structure.friction is None or not contacts or mu == 0:
+        return None
+    same = _is_that_of(structure, contacts)
+    if mu is None and not same:
+        return (
+            "the friction matrix of the structure is not part of this scene, whose contacts bring friction of their "
+            "own; give mu to add it, or mu=0 if that is meant"
+        )
+    if mu is not None and same:
+        return (
+            "mu adds the friction matrix of the structure, and the loads of the contacts bring the same friction: it "
+            "counts twice; leave mu out"
+        )
+    return None
+
+
+def _is_that_of(structure: "Structure", contacts: Sequence[RowContact]) -> bool:
+    """Whether the friction matrix is the sum of what the loads of contacts that slide steadily bring."""
+    import scipy.sparse as sps  # slow to import
+
+    left = structure.friction
+    assert left is not None
+    size = np.linalg.norm(left.data)
+    for c in contacts:
+        if isinstance(c.normal, RowLoad):
+            slip, load = row_in(structure, c.row), row_in(structure, c.normal.row)
+            brought = sps.csr_array(slip.reshape(-1, 1)) @ sps.csr_array(load.reshape(1, -1))
+            way = np.sign((structure.friction * brought).sum())  # the direction of sliding is not known here
+            left = left - way * brought
+    return bool(np.linalg.norm(left.data) <= _SAME * size)
 
 
 def _friction_of(structure: "Structure"):
@@ -108,7 +135,7 @@ def _forces(structure: "Structure", force) -> list[tuple[sp.Expr, np.ndarray]]:
     if isinstance(force, Mapping):
         pairs = [(name_of(k) if isinstance(k, sp.Symbol) else k, e) for k, e in force.items()]
     else:
-        pairs = list(force)
+        pairs = list(listed(force, "force"))
         if len(pairs) == structure.n and not any(isinstance(e, tuple | list) for e in pairs):
             pairs = [(i, e) for i, e in enumerate(pairs)]
         elif not all(isinstance(e, tuple | list) and len(e) == 2 for e in pairs):
@@ -136,7 +163,10 @@ def _start(structure: "Structure", initial, springs: Sequence[str]) -> dict[str,
                 raise SceneError(f"{name} in initial is no state{nearest(name, names)}")
             start[name] = value
         return start
-    array = np.asarray(initial, dtype=float).ravel()
+    try:
+        array = np.asarray(initial, dtype=float).ravel()
+    except (TypeError, ValueError):
+        raise SceneError(f"initial is {initial!r}; give a mapping of states to numbers, or an array") from None
     if array.size not in (structure.n, 2 * structure.n):
         raise SceneError(
             f"initial has {array.size} entries; give {structure.n} coordinates, or {2 * structure.n} states"

@@ -1,5 +1,6 @@
 """A structure given by its matrices, as a finite element program leaves them."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -13,7 +14,7 @@ from symfric.errors import SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite
+from symfric.model.symbols import Key, finite, listed
 from symfric.model.system import Signal
 from symfric.structures.checks import matrix, names_of, positive_definite, symmetric
 from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
@@ -22,7 +23,7 @@ from symfric.structures.definiteness import Verdict, verdict_of
 from symfric.structures.real_modes import Modes, real_modes
 from symfric.structures.reduction import ReductionError, errors_of, reduce
 from symfric.structures.rows import kept_rows, row_in
-from symfric.structures.scenes import scene_of
+from symfric.structures.scenes import doubt_of_friction, scene_of
 
 _ROUNDING = 1e-13
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
@@ -371,7 +372,8 @@ class Structure:
         horizon : float
         mu : number, Symbol or Expr, optional
             Factor of the friction matrix, which is added to K. Without it the matrix is left out, because contacts
-            bring friction of their own, and a line is logged; 0 says that this is meant.
+            bring friction of their own; 0 says that this is meant. A warning follows if the matrix is not what the
+            loads of the contacts bring and is left out, or if it is and counts twice.
         observe : mapping of name to row
             Names for combinations of the degrees of freedom, ``<name>`` and ``d_<name>``, which outputs and forces may
             contain; of a reduced structure also rows over all degrees of freedom.
@@ -395,7 +397,11 @@ class Structure:
         >>> sf.simulate(s.scene([pad], horizon=50.0)).status.name
         'OK'
         """
-        return scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe, inputs)
+        contacts = listed(contacts, "contacts")
+        found = scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe, inputs)
+        if doubt := doubt_of_friction(self, contacts, mu):
+            warnings.warn(doubt, stacklevel=2)
+        return found
 
     def expand(self, q: np.ndarray) -> np.ndarray:
         """Return the motion of all degrees of freedom of which this structure is a reduction.

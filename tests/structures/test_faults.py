@@ -123,12 +123,78 @@ def test_files_with_a_fault(fault, tmp_path):
     assert "\n" not in str(raised.value)
 
 
-def test_a_friction_matrix_beside_contacts_is_logged(caplog):
+CHAIN, LAW = st.chain(6), sf.laws.coulomb(0.4, 0.3)
+
+
+def scene(row=None, **more):
+    pad = st.RowContact("pad", {"x1": 1.0} if row is None else row, 1.0, LAW, speed=0.1)
+    return CHAIN.scene([pad], **more)
+
+
+CALLS = {
+    "a velocity's name": (
+        lambda: st.Structure(np.eye(2), K, names=["a", "d_a"]),
+        "called 'd_a', as the velocity of 'a'",
+    ),
+    "no list of contacts": (lambda: CHAIN.scene(st.RowContact("pad", {"x1": 1.0}, 1.0, LAW)), "give a list, contacts="),
+    "contacts None": (lambda: CHAIN.scene(None), "contacts is None; give a list"),
+    "row too long": (lambda: scene(np.ones(7)), "the row of contact 'pad' has 7 entries; the structure has 6"),
+    "row of two rows": (lambda: scene(np.ones((2, 3))), r"has shape \(2, 3\); give one row"),
+    "row of nothing": (lambda: scene(np.zeros(6)), "is zero throughout"),
+    "empty row": (lambda: scene({}), "is zero throughout"),
+    "row not finite": (lambda: scene({"x1": np.nan}), "the weight of x1 .* is nan"),
+    "force is a number": (lambda: scene(force=1.0), "force is 1.0; give a list"),
+    "start of words": (lambda: scene(initial="rest"), "initial is 'rest'; give a mapping"),
+    "start of another length": (lambda: scene(initial=np.ones(4)), "initial has 4 entries; give 6 coordinates, or 12"),
+    "observe a list": (lambda: scene(observe=["tip"]), "give a mapping of names to rows"),
+    "observe a velocity": (lambda: scene(observe={"d_x1": np.ones(6)}), "the name 'd_x1' in observe is taken"),
+    "no modes": (lambda: CHAIN.modes(0), "give a whole number from 1 to 6"),
+    "more modes than there are": (lambda: CHAIN.modes(7), "give a whole number from 1 to 6"),
+    "near words": (lambda: CHAIN.complex_modes(2, near="a"), "near is 'a'; give a frequency"),
+    "keep a number": (lambda: CHAIN.reduced(1.5), "keep is 1.5; give a list"),
+    "keep nothing, no modes": (lambda: CHAIN.reduced([], modes=0), "with 0 rows held is 0; give a whole number from 1"),
+    "half a mode": (lambda: CHAIN.reduced(["x1"], modes=1.5), "is 1.5; give a whole number from 0 to 5"),
+    "too many modes": (lambda: CHAIN.reduced(["x1"], modes=6), "is 6; give a whole number from 0 to 5"),
+    "keep a name that is none": (lambda: CHAIN.reduced(["y1"]), "no degree of freedom 'y1'"),
+    "keep nothing of a row": (lambda: CHAIN.reduced([np.zeros(6)]), "kept row 1 is zero throughout"),
+}
+
+
+@pytest.mark.parametrize("fault", CALLS)
+def test_calls_with_a_fault(fault):
+    call, words = CALLS[fault]
+    with pytest.raises(sf.SceneError, match=words) as raised:
+        call()
+    assert "\n" not in str(raised.value)
+
+
+def test_edges_that_are_none():
+    assert CHAIN.reduced(None, modes=3).n == CHAIN.reduced([], modes=3).n == 3
+    assert CHAIN.reduced(["x1", "x1"], modes=0).n == 1
+    assert CHAIN.reduced(CHAIN.names, modes=0).n == 6
+    one = st.Structure(2.0, 8.0, names=["x"])
+    assert one.modes(1).frequency == pytest.approx([2.0])
+    assert [one.reduced(*how).K.sum() for how in ((["x"], 0), ([], 1))] == pytest.approx([8.0, 4.0])
+    floor = st.RowContact("floor", "x", 1.0, sf.laws.coulomb(0.4))  # loses 0.1 in half a cycle, holds up to 0.05
+    run = sf.simulate(one.scene([floor], initial=[0.93], horizon=20.0))
+    assert run.route == "exact"
+    assert run.final == pytest.approx([-0.03, 0.0], abs=1e-13)
+
+
+def test_a_friction_matrix_beside_contacts():
+    """Left out or added in silence only where it is clear: the loads of the contacts bring it, or they do not."""
     s = st.Structure(M, K, friction=[[0, 1], [0, 0]])
-    pad = st.RowContact("pad", [1, 0], 1.0, sf.laws.coulomb(0.3), speed=0.1)
-    s.scene([pad])
-    assert "give mu to add it, or mu=0" in caplog.text
-    caplog.clear()
-    s.scene([pad], mu=0)
-    s.scene([pad], mu=0.2)
-    assert not caplog.text
+    law = sf.laws.coulomb(0.3)
+    other = st.RowContact("pad", [1, 0], 1.0, law, speed=0.1)
+    same = [st.RowContact("pad", [1, 0], st.RowLoad(1.0, [0, load]), law, speed=0.1) for load in (1.0, -1.0)]
+    with pytest.warns(UserWarning, match="give mu to add it, or mu=0"):
+        s.scene([other])
+    with pytest.warns(UserWarning, match="it counts twice; leave mu out"):
+        s.scene(same[:1], mu=0.2)
+    for contacts, mu in (([other], 0), ([other], 0.2), (same[:1], None), (same[1:], None), (same[:1], 0)):
+        s.scene(contacts, mu=mu)  # a warning would be an error here
+    with pytest.raises(sf.SceneError, match="give mu .0: leave it out."):
+        s.scene()
+    brake = st.disc_and_pad()
+    small = brake.structure.reduced([*brake.slips, *brake.loads], modes=5)
+    small.scene(brake.contacts(0.01, law, 0.02))
