@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from symfric.model.notebook import html_table
 from symfric.model.outputs import End, StopTime
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.units import attributes_of
 from symfric.orbits.sizes import over_time
 
 _MOST = 20  # most attractors; starts that end in others are not labelled
@@ -59,6 +60,7 @@ class Basins:
     label: np.ndarray
     status: np.ndarray
     attractors: tuple[Attractor, ...]
+    units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @property
     def shares(self) -> np.ndarray:
@@ -120,7 +122,8 @@ class Basins:
         codes = np.array(sorted(CODES), dtype=np.int32)
         meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
         names = list(self.axes)
-        return xr.Dataset({"attractor": (names, self.label, about), "status": (names, self.status, meaning)}, self.axes)
+        axes = {n: (n, row, attributes_of(n, self.units)) for n, row in self.axes.items()}
+        return xr.Dataset({"attractor": (names, self.label, about), "status": (names, self.status, meaning)}, axes)
 
     def __repr__(self) -> str:
         parts = ", ".join(f"{s:.1%} {a!r}" for s, a in zip(self.shares, self.attractors, strict=True))
@@ -202,7 +205,7 @@ def basins(
     place = np.full(len(collection.known) + 1, -1)  # the last entry is for starts without an attractor
     place[used] = np.arange(len(used))
     attractors = tuple(collection.known[k] for k in used)
-    return Basins(axes, place[label].reshape(shape), status.reshape(shape), attractors)
+    return Basins(axes, place[label].reshape(shape), status.reshape(shape), attractors, scene.units)
 
 
 def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarray]:

@@ -1,8 +1,8 @@
 """Brute-force bifurcation diagrams: section points after a transient, for many values of a parameter."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
@@ -16,6 +16,7 @@ from symfric.model.notebook import html_table
 from symfric.model.outputs import Samples, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
+from symfric.model.units import attributes_of
 from symfric.orbits.poincare import Cut, cut_of
 from symfric.orbits.sizes import over_time
 from symfric.solve.case_values import workers_of
@@ -72,6 +73,7 @@ class BifurcationDiagram:
     status: np.ndarray
     names: tuple[str, ...]
     about: str
+    units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def points(self, k: int) -> np.ndarray:
         """Return the states on the section for value k, shape (n_x, number of points).
@@ -132,9 +134,13 @@ class BifurcationDiagram:
         """
         import xarray as xr
 
-        data = {n: ("point", row) for n, row in zip(self.names, self.states, strict=True)}
-        data |= {"t": ("point", self.times), "status": ("case", self.status)}
-        coordinates = {self.parameter: ("point", self.values[self.case]), "value": ("case", self.values)}
+        told = lambda name: attributes_of(name, self.units)  # noqa: E731
+        data: dict = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
+        data |= {"t": ("point", self.times, told("t")), "status": ("case", self.status)}
+        coordinates = {
+            self.parameter: ("point", self.values[self.case], told(self.parameter)),
+            "value": ("case", self.values, told(self.parameter)),
+        }
         return xr.Dataset(data, coordinates, {"section": self.about})
 
     def __repr__(self) -> str:
@@ -234,6 +240,7 @@ def bifurcation_diagram(
         status=np.array(status, dtype=np.int32),
         names=tuple(s.name for s in scene.system.states),
         about=cut.about,
+        units=scene.units,
     )
 
 

@@ -5,6 +5,7 @@ import numpy as np
 
 from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
+from symfric.solve.plotting import labelled
 
 
 @alone(DRAWING)
@@ -12,8 +13,8 @@ def plot_diagram(diagram, ax=None):
     """Draw the first coordinate on the section against the parameter; return the Axes."""
     ax = axes_for(ax)
     ax.plot(diagram.values[diagram.case], diagram.states[0], ",", color="k")
-    ax.set_xlabel(diagram.parameter)
-    ax.set_ylabel(diagram.names[0])
+    ax.set_xlabel(labelled(diagram.parameter, diagram.units))
+    ax.set_ylabel(labelled(diagram.names[0], diagram.units))
     ax.set_title(diagram.about, fontsize="small")
     return ax
 
@@ -30,10 +31,10 @@ def plot_basins(basins, ax=None):
         other, column = others[0]
         shown = np.array([*colours, (1.0, 1.0, 1.0)])[np.where(basins.label < 0, 10, basins.label % 10)]
         ax.pcolormesh(row, column, shown.transpose(1, 0, 2), shading="nearest")
-        ax.set_ylabel(other)
+        ax.set_ylabel(labelled(other, basins.units))
     else:
         ax.plot(row, basins.label, ".", color="k")
         ax.set_ylabel("attractor")
-    ax.set_xlabel(name)
+    ax.set_xlabel(labelled(name, basins.units))
     ax.legend(fontsize="small", loc="upper right")
     return ax

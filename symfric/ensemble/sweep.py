@@ -14,6 +14,7 @@ from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
+from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
 from symfric.solve.routes import Settings
@@ -160,7 +161,7 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
     along = {n: (axis, v) for axis, table in cases.tables.items() for n, v in columns_of(table, axis).items()}
     data: dict[str, tuple] = {}  # dimensions, values and, for the status, the meaning of the codes
     coordinates: dict = {**cases.axes, **along}
-    own = dimensions(cases.scenes[0])
+    own, units = dimensions(cases.scenes[0]), cases.scenes[0].units
     for name in cases.scenes[0].outputs:
         width = cases.width[name]
         block = values[:, place : place + width]
@@ -170,8 +171,12 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
             data[name] = ([*axes, dimension], block.reshape(*shape, width).copy())
             coordinates[dimension] = np.array(labels)
         else:
-            data[name] = (axes, block[:, 0].reshape(shape).copy())
+            unit = output_unit(units, cases.scenes[0].outputs[name])
+            data[name] = (axes, block[:, 0].reshape(shape).copy(), {"units": unit} if unit else {})
     codes = np.array(sorted(CODES), dtype=np.int32)
     meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
     data["status"] = (axes, status.reshape(shape).astype(np.int32), meaning)
+    for name in cases.axes:
+        if attributes_of(name, units):
+            coordinates[name] = (name, coordinates[name], attributes_of(name, units))
     return xr.Dataset(data, coordinates, {"scene": repr(cases.scenes[0]), "tolerance": tolerance})

@@ -154,13 +154,19 @@ def description(made: Stepper, name: str, guid: str) -> str:
     listed = SubElement(unit, "SourceFiles")
     for file in (f"{name}.c", f"{name}_fmi2.c"):
         SubElement(listed, "File", name=file)
+    units = _units(made)
+    texts = dict.fromkeys(filter(None, units.values()))
+    if texts:
+        defined = SubElement(root, "UnitDefinitions")
+        for text in texts:
+            SubElement(defined, "Unit", name=text)
     categories = SubElement(root, "LogCategories")
     for category in ("logStatusWarning", "logStatusError"):
         SubElement(categories, "Category", name=category)
     ends = {"startTime": "0", "stopTime": repr(made.scene.horizon), "stepSize": repr(made.step)}
     SubElement(root, "DefaultExperiment", ends)
     variables = SubElement(root, "ModelVariables")
-    shown = _variables(variables, made)
+    shown = _variables(variables, made, units)
     structure = SubElement(root, "ModelStructure")
     for what, indices in (("Outputs", shown["all"]), ("InitialUnknowns", shown["computed"])):
         place = SubElement(structure, what)
@@ -172,7 +178,13 @@ def description(made: Stepper, name: str, guid: str) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _variables(place: Element, made: Stepper) -> dict[str, list[int]]:
+def _units(made: Stepper) -> dict[str, str]:
+    """Return the unit of every real variable, "" where there is none."""
+    own = made.scene.units
+    return {**dict(own), **{name: own.of(e) for name, e in made.outputs.items()}}
+
+
+def _variables(place: Element, made: Stepper, units: Mapping[str, str]) -> dict[str, list[int]]:
     """Add the variables; return the indices of the outputs, and of those that are computed at the start."""
     reals, found = 0, {"all": [], "computed": []}  # type: tuple[int, dict[str, list[int]]]
 
@@ -182,6 +194,8 @@ def _variables(place: Element, made: Stepper) -> dict[str, list[int]]:
         variable = SubElement(place, "ScalarVariable", name=name, valueReference=str(reference), description=said)
         variable.attrib.update(attributes)
         value = SubElement(variable, kind)
+        if kind == "Real" and units.get(name):
+            value.set("unit", units[name])
         if start is not None:
             value.set("start", repr(float(start)))
         if attributes["causality"] == "output":

@@ -15,6 +15,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
+from symfric.model.units import attributes_of
 from symfric.solve.routes import simulate
 
 if TYPE_CHECKING:
@@ -125,9 +126,12 @@ class Stepper:
         shown = [self.look(x[:, k], memory[:, k], t[k], p, self._inputs(t[k])) for k in range(t.size)]
         rows = np.array([np.array(e[0]).ravel() for e in shown]).reshape(t.size, -1)
         modes = np.array([np.array(e[1]).ravel() for e in shown], dtype=int).reshape(t.size, -1)
+        units = self.scene.units
         data: dict[str, Any] = {"x": (("state", "t"), x), "mode": (("contact", "t"), modes.T), "status": ("t", status)}
-        data |= {name: ("t", rows[:, k]) for k, name in enumerate(self.outputs)}
-        return xr.Dataset(data, {"t": t, "state": list(self.states), "contact": list(self.contacts)})
+        for k, (name, e) in enumerate(self.outputs.items()):
+            data[name] = ("t", rows[:, k], {"units": units.of(e)} if units.of(e) else {})
+        times = ("t", t, attributes_of("t", units))
+        return xr.Dataset(data, {"t": times, "state": list(self.states), "contact": list(self.contacts)})
 
     def error(self, until: float | None = None) -> float:
         """Return the largest difference from the event-driven solution, over the largest magnitude of each state.

@@ -11,10 +11,12 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient, with_states
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
+from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.services import service
 from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import TIME, Key, counted, expression, finite, listed, name_of, nearest
 from symfric.model.system import Contact, Signal, System
+from symfric.model.units import Units, check_outputs, units_of
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
 
 _Value = TypeVar("_Value")
@@ -22,6 +24,7 @@ _IN_A_LINE = 6  # values in a line below the equations
 _NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})
 _NO_INITIAL: Mapping[Key, float | sp.Expr] = MappingProxyType({})
 _NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
+_BARE: Mapping[Key, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -42,12 +45,18 @@ class Scene:
         Results to compute; ``{"path": Trajectory()}`` unless given.
     inputs : mapping of symbol to Signal
         Sampled inputs.
+    units : mapping of symbol or name to str, optional
+        Units of states, parameters, inputs and "t" for time, such as ``{"x": "m", "k": "N/m"}``; those not given follow
+        from the equations as far as they do. The numbers are used as they stand. Values, initial values and the horizon
+        may be quantities of pint, which are converted to the units given, or bring their own.
 
     Attributes
     ----------
-    system, contacts, values, initial, horizon, outputs, inputs
+    system, contacts, values, initial, horizon, outputs, inputs, units
         The arguments, normalised: contacts as a tuple, numbers as floats, and values, initial and inputs keyed by the
-        symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``.
+        symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``. `units` are
+        the texts by name, "" for plain numbers and empty for a scene without units; ``units.of(expr)`` is that of an
+        expression.
 
     Raises
     ------
@@ -79,6 +88,11 @@ class Scene:
     (k, ['k', 'v_b'], 4)
     >>> scene.written_out() is scene
     True
+    >>> measured = sf.Scene(
+    ...     scene.system, scene.contacts, scene.values, scene.initial, 10.0, units={"x": "mm", "t": "s", "k": "N/mm"}
+    ... )
+    >>> measured.units["v_b"], measured.units.of(k * x)
+    ('mm/s', 'N')
     """
 
     system: System
@@ -88,6 +102,7 @@ class Scene:
     horizon: float
     outputs: Mapping[str, Output]
     inputs: Mapping[sp.Symbol, Signal]
+    units: Units
 
     @alone(SYMBOLIC)
     def __init__(
@@ -99,6 +114,7 @@ class Scene:
         horizon: float = 0.0,
         outputs: Mapping[str, Output] | None = None,
         inputs: Mapping[Key, Signal] = _NO_INPUTS,
+        units: Mapping[Key, str] = _BARE,
     ):
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
@@ -109,7 +125,9 @@ class Scene:
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(system, self.contacts)
         self._set("system", with_states(system, self.contacts))
-        length = finite(horizon, "horizon")
+        texts = dict(_by_name(units, "units"))
+        values, initial = without_units(values, texts), without_units(initial, texts)
+        length = finite(number_of(horizon, TIME.name, texts) if is_quantity(horizon) else horizon, "horizon")
         if length <= 0:
             raise SceneError(f"horizon is {length}; it must be positive")
         self._set("horizon", length)
@@ -117,6 +135,7 @@ class Scene:
         self._check_output_symbols()
         self._read_values(values, initial, inputs)
         self._read_initial(initial)
+        self._set("units", units if isinstance(units, Units) and len(texts) == len(units) else units_of(self, texts))
         if None not in self.values.values():
             self._check_numbers()
 
@@ -290,7 +309,7 @@ class Scene:
         -------
         Scene
         """
-        changed = {self.parameter(k): v for k, v in values.items()}
+        changed = {self.parameter(k): v for k, v in self._plain(values).items()}
         return replace(self, values={**self.values, **changed})
 
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
@@ -305,7 +324,7 @@ class Scene:
         -------
         Scene
         """
-        start = _by_name(self.initial, "initial") | _by_name(initial, "initial")
+        start = _by_name(self.initial, "initial") | _by_name(self._plain(initial), "initial")
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
     def until(self, horizon: float) -> "Scene":
@@ -320,7 +339,17 @@ class Scene:
         -------
         Scene
         """
-        return replace(self, horizon=horizon)
+        (length,) = self._plain({TIME: horizon}).values()
+        return replace(self, horizon=length)
+
+    def _plain(self, given: Mapping) -> Mapping:
+        """Return values as numbers in the units of the scene; raise if it does not say in which."""
+        for key, value in given.items() if isinstance(given, Mapping) else ():
+            if is_quantity(value) and name_of(key) not in self.units:
+                raise SceneError(
+                    f"{name_of(key)} is {value}, and the scene does not say in which unit; give Scene.units"
+                )
+        return without_units(given, dict(self.units))
 
     def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
         """Return the scene with other outputs.
@@ -335,6 +364,7 @@ class Scene:
         Scene
         """
         other = _read_outputs(outputs)
+        check_outputs(self.units, other)
         return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
 
     @alone(SYMBOLIC)

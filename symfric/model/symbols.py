@@ -118,3 +118,9 @@ def superscript(number: int) -> str:
 def counted(n: int, noun: str) -> str:
     """Return a count with its noun in singular or plural."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def shorten(value: object, length: int = 60) -> str:
+    """Return a value as one line of text, control characters escaped, cut to `length`."""
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(value))
+    return text if len(text) <= length else text[: length - 3] + "..."

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
+from symfric.model.units import with_unit
 from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.guess import Fades, Guess, settled
 from symfric.orbits.passages import Passage
@@ -142,11 +143,15 @@ class Orbit:
         return plot_orbit(self, ax)
 
     def _repr_html_(self) -> str:
-        rows = zip(self.names, self.start, self.half_range, self.x_min, self.x_max, strict=True)
-        plain = {n: getattr(self, n) for n in ("period", "stick_time", "stick_fraction", "stable")}
+        said = partial(with_unit, units=self.base.units)
+        names = [n + said(n) for n in self.names]
+        rows = zip(names, self.start, self.half_range, self.x_min, self.x_max, strict=True)
+        plain = {f"period{said('t')}": self.period, f"stick_time{said('t')}": self.stick_time}
+        plain |= {n: getattr(self, n) for n in ("stick_fraction", "stable")}
         shown = {
             "states": columns(
-                ("state", "start", "half range", "smallest", "largest"), ((n, *map(float, v)) for n, *v in rows)
+                ("state", "start", "half range", "smallest", "largest"),
+                ((n, *map(float, v)) for n, *v in rows),
             ),
             "multipliers": self.multipliers.astype(complex).tolist(),
             "events": changes_of_mode(self.events),

@@ -1,10 +1,12 @@
 """Plots of orbits, branches and sections."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
-from symfric.solve.plotting import sticking
+from symfric.solve.plotting import labelled, sticking
 
 _MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
 _POINTS = 600  # points drawn of an orbit
@@ -22,8 +24,8 @@ def plot_orbit(orbit, ax=None):
         held = np.where(on | np.roll(on, 1), x[n], np.nan)
         ax.plot(x[0], held, linewidth=3.5, solid_capstyle="butt", color="C1", label="a contact sticks")
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    ax.set_xlabel(orbit.names[0])
-    ax.set_ylabel(orbit.names[n])
+    ax.set_xlabel(labelled(orbit.names[0], orbit.base.units))
+    ax.set_ylabel(labelled(orbit.names[n], orbit.base.units))
     return ax
 
 
@@ -41,20 +43,21 @@ def plot_branch(branch, ax=None):
         there = [s for s in branch.special if s.kind == kind]
         height = [0.0 if kind == "hopf" else s.orbit.half_range[0] for s in there]
         ax.plot([s.value for s in there], height, _MARKS[kind], color="k", fillstyle="none", label=kind)
-    ax.set_xlabel(branch.parameter)
-    ax.set_ylabel(f"half range of {branch.orbits[0].names[0]}")
+    units = branch.orbits[0].base.units
+    ax.set_xlabel(labelled(branch.parameter, units))
+    ax.set_ylabel(f"half range of {labelled(branch.orbits[0].names[0], units)}")
     ax.set_ylim(bottom=0)
     ax.legend()
     return ax
 
 
 @alone(DRAWING)
-def plot_curve(curve, ax=None):
+def plot_curve(curve, units: Mapping[str, str], ax=None):
     """Draw the second parameter against the first; return the Axes."""
     ax = axes_for(ax)
     ax.plot(*curve.values, label=curve.kind)
-    ax.set_xlabel(curve.parameters[0])
-    ax.set_ylabel(curve.parameters[1])
+    ax.set_xlabel(labelled(curve.parameters[0], units))
+    ax.set_ylabel(labelled(curve.parameters[1], units))
     ax.legend()
     return ax
 
@@ -65,8 +68,8 @@ def plot_section(section, ax=None):
     ax = axes_for(ax)
     x, u = section.drawn
     ax.plot(section[x], section[u], ".", markersize=2)
-    ax.set_xlabel(x)
-    ax.set_ylabel(u)
+    ax.set_xlabel(labelled(x, section.units))
+    ax.set_ylabel(labelled(u, section.units))
     ax.set_title(section.about, fontsize="small")
     return ax
 

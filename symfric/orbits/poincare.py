@@ -14,6 +14,7 @@ from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, expression, finite, name_of, nearest
+from symfric.model.units import attributes_of
 from symfric.orbits.crossings import crossings
 from symfric.orbits.sizes import over_time
 from symfric.solve.routes import prepare
@@ -56,6 +57,7 @@ class PoincareSection:
     names: tuple[str, ...]
     about: str
     drawn: tuple[str, str]
+    units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a state, shape (n,)."""
@@ -102,8 +104,9 @@ class PoincareSection:
         """
         import xarray as xr
 
-        data = {n: ("t", row) for n, row in zip(self.names, self.states, strict=True)}
-        return xr.Dataset(data, coords={"t": self.times}, attrs={"section": self.about})
+        data = {n: ("t", row, attributes_of(n, self.units)) for n, row in zip(self.names, self.states, strict=True)}
+        times = {"t": ("t", self.times, attributes_of("t", self.units))}
+        return xr.Dataset(data, coords=times, attrs={"section": self.about})
 
     def __repr__(self) -> str:
         return f"PoincareSection({self.about}; {self.times.size} points)"
@@ -265,4 +268,4 @@ def poincare(
         raise SceneError(f"after is {after:g}; the run covers 0 to {run.t_final:g}")
     system = run.base.system
     times, states = cut.points(run, after)
-    return PoincareSection(times, states, run.names, cut.about, (system.q[0].name, system.u[0].name))
+    return PoincareSection(times, states, run.names, cut.about, (system.q[0].name, system.u[0].name), run.base.units)

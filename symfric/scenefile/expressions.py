@@ -15,7 +15,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.outputs import OF_CONTACTS
-from symfric.model.symbols import nearest
+from symfric.model.symbols import nearest, shorten
 
 _NUMBER_BEFORE_WORD = re.compile(
     r"(?<![\w.])(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][+-]?\d+)?(?=(?:and|or|if|else|in|is|not|for)\b)"
@@ -71,12 +71,6 @@ class _Term:
 
     expr: sp.Expr
     value: float | None = None
-
-
-def shorten(value: object, length: int = 60) -> str:
-    """Return a value as one line of text, control characters escaped, cut to `length`."""
-    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(value))
-    return text if len(text) <= length else text[: length - 3] + "..."
 
 
 def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contacts: Sequence[str] = ()) -> sp.Expr:

@@ -4,7 +4,7 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
@@ -22,7 +22,7 @@ from symfric.scenefile.friction import LawSpec
 from symfric.scenefile.identification import IdentificationPlan, read_identification
 from symfric.scenefile.schema import Sweep, read_document
 from symfric.scenefile.structure import StructurePlan, plan_of
-from symfric.scenefile.units import Units, units_of
+from symfric.scenefile.units import Units, units_in_file
 
 MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # nested brackets in TOML, whose reader recurses
@@ -74,8 +74,6 @@ class SceneFile:
         Name of the ready scene; None for own equations.
     laws : tuple of LawSpec
         As written; empty where a ready scene keeps its default law.
-    units : Units
-        Unit of each state and value by name, "t" for time; empty for a scene without units.
     sweep : SweepPlan or None
     grid : dict of str to tuple of float
         Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
@@ -93,7 +91,6 @@ class SceneFile:
     scene: Scene
     model: str | None
     laws: tuple[LawSpec, ...]
-    units: Units
     sweep: SweepPlan | None
     grid: Mapping[str, tuple[float, ...]]
     designs: tuple[DesignPlan, ...]
@@ -105,6 +102,11 @@ class SceneFile:
         """The coordinate that is measured unless the sweep names one: the first, or the first point of a structure."""
         points = () if self.structure is None else tuple(self.structure.points)
         return points[0] if points else self.scene.system.q[0].name
+
+    @property
+    def units(self) -> Units:
+        """Unit of each state and value by name, "t" for time; empty for a scene without units."""
+        return self.scene.units
 
     def plan(self, kind: str) -> DesignPlan | None:
         """Return the design of a kind, None if the file has none."""
@@ -158,7 +160,7 @@ def file_of(scene: Scene) -> SceneFile:
     if scene in _FILES:
         return _FILES[scene]
     plan = None if scene.system.linear is None else plan_of(scene)
-    return SceneFile("Python", "", "", scene, None, (), units_of(scene, {}), None, {}, (), structure=plan)
+    return SceneFile("Python", "", "", scene, None, (), None, {}, (), structure=plan)
 
 
 def read_scene_text(text: str, name: str = "scene file", folder: Path | None = None) -> SceneFile:
@@ -273,10 +275,7 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     scene, laws = built.scene, built.laws
     if None in scene.values.values():
         scene.numbers()  # raises, naming the value
-    for key in document.units:
-        known = [s.name for s in (*scene.system.states, *scene.parameters)] + list(observables(scene))
-        if key != "t" and key not in known:
-            raise SceneError(f"units.{shorten(key, 40)}: no such state or value{nearest(key, [*known, 't'])}")
+    scene = replace(scene, units=units_in_file(scene, document.units, laws))
     points = () if built.structure is None else tuple(built.structure.points)
     plan = None if document.sweep is None else _sweep_plan(document.sweep, scene, points)
     return SceneFile(
@@ -286,7 +285,6 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
         scene=scene,
         model=getattr(document.scene, "model", None),
         laws=laws,
-        units=units_of(scene, document.units, laws),
         sweep=plan,
         grid={} if document.sweep is None else _grid(document.sweep, plan, scene),
         identification=None if document.identify is None else read_identification(document.identify, scene, folder),

@@ -16,6 +16,11 @@ def in_brackets(unit: str | None) -> str:
     return " [" + unit.replace("$", r"\$") + "]" if unit else ""
 
 
+def labelled(name: str, units: Mapping[str, str]) -> str:
+    """Return a name with its unit in brackets."""
+    return name + in_brackets(units.get(name))
+
+
 def sticking(run, t: np.ndarray, contacts: Sequence[bool] | None = None) -> np.ndarray:
     """Return whether some contact sticks at given times of a run, shape (n_t,); `contacts`: which ones, all if None."""
     on = (run.mode[slice(None) if contacts is None else np.asarray(contacts, bool)] == 0).any(axis=0)

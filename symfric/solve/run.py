@@ -12,6 +12,7 @@ from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
 from symfric.model.symbols import nearest, numbers_of
+from symfric.model.units import attributes_of, output_unit, with_unit
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status
 
@@ -362,9 +363,11 @@ class Run:
         """
         import xarray as xr
 
-        data = {n: ("t", row) for n, row in zip(self.names, self.x, strict=True)}
+        units = self.base.units
+        data: dict = {n: ("t", row, attributes_of(n, units)) for n, row in zip(self.names, self.x, strict=True)}
         data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.base.contacts, self.mode, strict=True)}
-        return xr.Dataset(data, coords={"t": self.t}, attrs={"status": self.status.name, "route": self.route})
+        times = {"t": ("t", self.t, attributes_of("t", units))}
+        return xr.Dataset(data, coords=times, attrs={"status": self.status.name, "route": self.route})
 
     def plot(self, ax=None, units: Mapping[str, str] | None = None):
         """Draw the coordinates against time; return the Axes.
@@ -374,7 +377,7 @@ class Run:
         ax : matplotlib Axes, optional
             Where to draw; a new figure unless given.
         units : mapping of str to str, optional
-            Of coordinates and of t, for the axes; those of a scene file are in its ``[units]``.
+            Of coordinates and of t, for the axes; those of the scene unless given.
 
         Returns
         -------
@@ -382,10 +385,17 @@ class Run:
         """
         from symfric.solve.plotting import plot_run
 
-        return plot_run(self, ax, units or {})
+        return plot_run(self, ax, self.base.units if units is None else units)
 
     def _repr_html_(self) -> str:
-        return html_table("Run", {**self.to_dict(), "events": changes_of_mode(self.events)})
+        shown: dict[str, Any] = self.to_dict()
+        units = self.base.units
+        named = {n: output_unit(units, o) for n, o in self.base.outputs.items()}
+        final, outputs = (shown.pop(k) for k in ("final", "outputs"))
+        shown[f"t_final{with_unit('t', units)}"] = shown.pop("t_final")
+        shown["final"] = {n + with_unit(n, units): v for n, v in final.items()}
+        shown["outputs"] = {n + with_unit(n, named): v for n, v in outputs.items()}
+        return html_table("Run", {**shown, "events": changes_of_mode(self.events)})
 
     def __repr__(self) -> str:
         events = int(self.stats.get("events", 0))

@@ -136,5 +136,5 @@ def test_nothing_else_reads_the_frequencies_of_a_scene():
             if called(node) in ("common_rate", "limit_denominator"):
                 common.add(path.relative_to(ROOT).as_posix())
     assert apart == {"theory/separation.py", "lower/linear_modes.py"}
-    units = {"scenefile/dimensions.py", "scenefile/units.py"}  # exponents of units are fractions, too
+    units = {"model/dimensions.py", "model/unit_texts.py"}  # exponents of units are fractions, too
     assert common == {"model/excitation.py"} | units

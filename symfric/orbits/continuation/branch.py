@@ -10,6 +10,7 @@ from symfric.errors import SceneError
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
+from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.hopf import birth
 from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
@@ -167,7 +168,8 @@ class Branch:
             "stick_fraction": ("point", [o.stick_fraction for o in self.orbits]),
             "stable": ("point", [o.stable for o in self.orbits]),
         }
-        coordinates = {"state": list(self.orbits[0].names), self.parameter: ("point", self.values)}
+        unit = attributes_of(self.parameter, self.orbits[0].base.units)
+        coordinates = {"state": list(self.orbits[0].names), self.parameter: ("point", self.values, unit)}
         return xr.Dataset(data, coords=coordinates)
 
     def _repr_html_(self) -> str:

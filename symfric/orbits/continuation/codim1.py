@@ -146,7 +146,7 @@ class Curve:
         """
         from symfric.orbits.plotting import plot_curve
 
-        return plot_curve(self, ax)
+        return plot_curve(self, self._base.units, ax)
 
     def _repr_html_(self) -> str:
         return html_table("Curve", self.to_dict())
