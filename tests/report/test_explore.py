@@ -190,10 +190,30 @@ def served():
     pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
     command = [sys.executable, "-c", PROGRAM, "explore", str(EXAMPLES / "belt.toml")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        yield process.stdout.readline().split()[0]
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0
-        assert "Traceback" not in process.stderr.read()
+        try:
+            yield process.stdout.readline().split()[0]
+            process.send_signal(signal.SIGINT)
+            assert process.wait(30) == 0
+            assert "Traceback" not in process.stderr.read()
+        finally:
+            process.kill()
+
+
+def test_an_interrupt_that_falls_into_a_callback_is_not_lost():
+    serving = """if True:
+        import contextlib, os, signal, time
+        from tornado.ioloop import IOLoop
+        from symfric.report.explorer.server import serve
+        def interrupted():
+            with contextlib.suppress(KeyboardInterrupt):  # as compiled code does that calls back
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(0.01)
+        serve(lambda doc: None, 0, lambda address: IOLoop.current().add_callback(interrupted))
+        print("ended")
+    """
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    done = subprocess.run([sys.executable, "-c", serving], capture_output=True, text=True, timeout=60)
+    assert (done.stdout.strip(), done.stderr) == ("ended", "")
 
 
 PATHS = ("/", "/static/js/bokeh.min.js", "/static/extensions/none.js", "/ws", "/autoload.js", "/metadata", "/none")

@@ -1,6 +1,9 @@
 """The server of the explorer, reachable only from this machine and from pages of its own address."""
 
-from collections.abc import Callable
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
 from bokeh.application import Application
@@ -66,6 +69,28 @@ def serve(fill: Callable, port: int, ready: Callable[[str], None]) -> None:
     server.start()
     ready(f"http://localhost:{port}/")
     try:
-        server.io_loop.start()
+        with _ended_by_interrupt(server.io_loop):
+            server.io_loop.start()
     finally:
         server.stop()
+
+
+@contextlib.contextmanager
+def _ended_by_interrupt(loop: IOLoop) -> Iterator[None]:
+    """Let the first interrupt stop a loop between two callbacks; the next one breaks off the callback itself.
+
+    Raised inside a callback it could be lost: compiled code that calls Python back drops what is raised there.
+    """
+
+    def stop(_signal, _frame) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        loop.add_callback_from_signal(loop.stop)
+
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        yield
+        return
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
