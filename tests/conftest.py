@@ -4,6 +4,8 @@ The event loops are compiled before the workers start: once, side by side, and n
 one thread: on a machine with as many workers as processors more of them wait for each other, for a hundred times as long
 as a small matrix takes. SymPy keeps more of what it has worked out, and Python looks less often for cyclic garbage among its
 many expressions. Interrupts reach the commands under test even where the run itself was told to ignore them.
+
+Of a family marked ``one_in(n)`` one member in n runs, drawn once and for all; the others run with the long tests.
 """
 
 import gc
@@ -11,6 +13,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections import defaultdict
+from random import Random
+
+import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
@@ -32,3 +38,15 @@ def pytest_xdist_setupnodes():
     loops = [subprocess.Popen([sys.executable, "-c", f"import symfric as sf; {work}"]) for work in (BELT, OTHERS)]
     for loop in loops:
         loop.wait()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    families = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("one_in") and not item.get_closest_marker("long"):
+            families[item.nodeid.partition("[")[0]].append(item)
+    for name, members in families.items():
+        (n,) = members[0].get_closest_marker("one_in").args
+        for item in Random(name).sample(members, len(members) * (n - 1) // n):
+            item.add_marker(pytest.mark.long)

@@ -1,10 +1,13 @@
 """Every public name explains itself: arguments, results, exceptions, and an example that runs."""
 
+import ast
 import doctest
+import importlib
 import inspect
 import re
 from collections import defaultdict
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 
 import matplotlib
 import pytest
@@ -94,16 +97,19 @@ def test_methods_tell_everything(name):
 
 
 def examples():
-    """Return the examples of all public names by the module that holds them."""
+    """Return the examples of all docstrings by the module that holds them."""
     parser, found = doctest.DocTestParser(), defaultdict(list)
-    things = {**NAMES, **{n: getattr(kind, m) for n, (kind, m) in METHODS.items()}}
-    seen = set()
-    for name, thing in things.items():
-        text = inspect.getdoc(thing) or ""
-        if ">>>" in text and text not in seen:
-            seen.add(text)
-            module = inspect.unwrap(thing).__module__
-            found[module].append(parser.get_doctest(text, {}, name, module, 0))
+    root = Path(sf.__file__).parents[1]
+    for path in sorted((root / "symfric").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        module = ".".join(path.relative_to(root).with_suffix("").parts)
+        for node in ast.walk(ast.parse(text)) if ">>>" in text else ():
+            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ">>>" in (
+                ast.get_docstring(node) or ""
+            ):
+                doc = ast.get_docstring(node)
+                known = {} if "import symfric" in doc else vars(importlib.import_module(module)).copy()
+                found[module].append(parser.get_doctest(doc, known, getattr(node, "name", module), str(path), 0))
     return found
 
 

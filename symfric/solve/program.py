@@ -187,9 +187,9 @@ class Compiled:
         >>> scene = sf.scenes.coulomb_oscillator(0.1)
         >>> (x,) = scene.system.q
         >>> program = sf.prepare(scene.wanting({"stop": sf.StopTime(), "least": sf.Min(x)}))
-        >>> batch = program.map({"delta": np.array([0.1, 0.2, 0.3])})
+        >>> batch = program.map({"delta": np.array([0.02, 0.05, 0.1])})
         >>> batch["least"].round(6)
-        array([-0.8, -0.6, -0.4])
+        array([-0.96, -0.9 , -0.8 ])
         """
         refuse_lists(self.scene.outputs)
         return self._map(read_cases(values, initial), workers_of(threads), progress)

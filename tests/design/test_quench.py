@@ -147,6 +147,7 @@ EVERY = [
 ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("name", "speeds", "other", "minimise"), EVERY)
 def test_no_point_of_a_dense_grid_is_better(name, speeds, other, minimise):
     bounds = {**BOUNDS, **other}

@@ -135,6 +135,7 @@ CASES = [
 ]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "minimise", "limits", "active"), CASES)
 def test_no_point_of_a_dense_grid_is_better(name, minimise, limits, active):
     speeds = {"cubic": (0.1, 0.4), "gauss": (0.02, 0.05)}[name]

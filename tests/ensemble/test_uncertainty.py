@@ -1,8 +1,5 @@
 """Sweeps over tables of parameter sets: draws, quantiles, probabilities with their errors, random forcing."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 import scipy.signal
@@ -179,10 +176,3 @@ def test_random_forcing_has_the_spectrum_it_says():
 def test_bad_forcing(given, message):
     with pytest.raises(sf.SceneError, match=message):
         sf.motions.random_forcing(**{"duration": 10.0, "band": (0.5, 2.0), "rms": 1.0, **given})
-
-
-@pytest.mark.parametrize("name", ["ensemble.sampling", "ensemble.statistics", "motions.random_forcing"])
-def test_examples_in_docstrings(name):
-    found = doctest.testmod(importlib.import_module(f"symfric.{name}"))
-    assert found.attempted > 0
-    assert found.failed == 0

@@ -1,8 +1,5 @@
 """Direct fits: the steady curve, the envelope of a decay."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -157,10 +154,3 @@ def test_the_envelope_solves_its_equation(rates):
 def test_bad_decays(t, x, terms, error, message):
     with pytest.raises(error, match=message):
         sf.fit_decay(t, x, terms)
-
-
-@pytest.mark.parametrize("name", ["identify", "curves", "decay"])
-def test_examples_in_docstrings(name):
-    found = doctest.testmod(importlib.import_module(f"symfric.identification.{name}"))
-    assert found.attempted > 0
-    assert found.failed == 0

@@ -1,8 +1,5 @@
 """Fits of laws with memory to hysteresis loops."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -134,9 +131,3 @@ def test_bad_loops(change, message):
     given = {"law": DAHL, "displacement": X, "friction": X, "parameters": BOUNDS, **change}
     with pytest.raises(sf.SceneError, match=message):
         sf.fit_loop(**given)
-
-
-def test_examples_in_docstrings():
-    found = doctest.testmod(importlib.import_module("symfric.identification.loops"))
-    assert found.attempted > 0
-    assert found.failed == 0

@@ -45,6 +45,7 @@ PERIODIC = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", PERIODIC)
 def test_a_period_is_one_of_the_motion(name):
     given, period = PERIODIC[name]

@@ -53,6 +53,7 @@ def agrees(scene, truth, tolerances=(1e-6, 1e-8, 1e-9, 1e-10)):
         assert np.max(np.abs(run.final - truth)) < 100 * tolerance + 1e-9
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_force_that_is_a_pulse_in_time(shape, width):
@@ -63,6 +64,7 @@ def test_a_force_that_is_a_pulse_in_time(shape, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] - 0.1 * y[1] + f(t)], [0.5, 0.3], width, narrow=span))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_force_that_is_a_pulse_in_position(shape, width):
@@ -72,6 +74,7 @@ def test_a_force_that_is_a_pulse_in_position(shape, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] - 0.1 * y[1] + f(y[0])], [0.5, 0.3], width))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_law_with_a_narrow_feature(shape, width):
@@ -82,6 +85,7 @@ def test_a_law_with_a_narrow_feature(shape, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(1.2 - y[1])], [0.9, 0.0], width))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize(
     "argument",
@@ -96,6 +100,7 @@ def test_a_narrow_feature_inside_another_function(argument, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(1.2 - y[1])], [0.9, 0.0], width))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_load_that_is_a_pulse_while_a_contact_slips(shape, width):

@@ -64,6 +64,7 @@ def in_units(run, length, time):
     return np.append(end, run["high"] / length), events, np.array([e.t for e in run.events]) / time
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", longer(range(24), range(8, 24)))
 def test_a_scene_in_other_units(seed):
     rng = np.random.default_rng([10, seed])
@@ -77,6 +78,7 @@ def test_a_scene_in_other_units(seed):
         assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "units", [(1e-6, 1e-6, 1e6), (1e6, 1e6, 1e-6), (1, 1e-12, 1e6), (1e-6, 1e6, 1e6), (1, 1e-30, 1)]
 )
@@ -88,6 +90,7 @@ def test_units_far_away(seed, units):
     assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("units", [(1e-6, 1, 1), (1e-6, 1e-6, 1e2), (1e6, 1, 1e-4), (1, 1e-12, 1e6)])
 @pytest.mark.parametrize("seed", [1, 3, 4, 6])
 def test_the_integrators_in_other_units(seed, units):

@@ -76,6 +76,7 @@ SCENES = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", longer(SCENES, ("chain of six, equal",)))
 def test_several_contacts_agree_with_a_finer_tolerance_and_conserve_energy(name):
     coarse, fine = (sf.simulate(SCENES[name], tolerance).checked() for tolerance in (1e-8, 1e-13))
@@ -389,6 +390,7 @@ VARIED = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", longer(VARIED, ("tip on a belt",)))
 def test_loads_kinks_and_geometry_agree_with_the_independent_route(name):
     scene = VARIED[name]
@@ -439,6 +441,7 @@ def test_contacts_that_cannot_all_stick_let_the_weakest_slip():
         assert run.final[1] == pytest.approx(0.1 + 0.3 * 25 / 26, abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11])
 def test_more_contacts_than_coordinates_hold_the_system_at_rest(tolerance):
     slip = U * sp.cos(X) + W * sp.cos(Y)

@@ -72,6 +72,7 @@ def test_every_recurrence_is_tested():
     assert set(recurrences._RULES) <= {f.instruction_id(k) for f in fields for k in range(f.n_instructions())}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_coefficients(name, tables):
     field, _ = field_of(OPERATIONS[name] + 0.1 * ca.sin(OPERATIONS[name]) * OPERATIONS[name])
@@ -92,6 +93,7 @@ def test_coefficients(name, tables):
         assert np.array_equal(aux[:count], fixed)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SCENES)
 def test_motions(name, tables):
     """States, counts of events and derivatives."""

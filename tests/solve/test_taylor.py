@@ -73,6 +73,7 @@ def test_the_price_of_smoothing_is_a_distance_linear_in_the_regularisation():
     assert np.diff(np.log2(distance)) == pytest.approx([-1, -1], abs=0.05)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("how", EXCITED)
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_on_the_belt(name, how):
@@ -89,6 +90,7 @@ INDEPENDENT = [(n, h) for n in LAWS for h in EXCITED if "averaged" not in n and 
 OTHERS = [(n, h) for n, h in INDEPENDENT if h == "excited" and n not in ("coulomb", "stribeck", "cubic", "exponential")]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("case", longer(INDEPENDENT, OTHERS), ids=" ".join)
 def test_every_law_agrees_with_the_independent_route(case):
     name, how = case

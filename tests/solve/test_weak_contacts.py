@@ -23,6 +23,7 @@ def test_a_weak_contact_leaves_a_free_vibration_alone(route, law):
         assert run.final == pytest.approx([np.cos(10), -np.sin(10)], abs=1e-10 + 5 * load)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("route", ["taylor", "integrators"])
 def test_a_weak_contact_beside_others_changes_the_motion_by_as_little(seed, route):
@@ -53,6 +54,7 @@ VANISHING = {  # load, and the magnitude of the friction over mu
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("load", VANISHING)
 @pytest.mark.parametrize("law", [sf.laws.coulomb(0.6), sf.laws.coulomb(0.8, 0.6)], ids=["coulomb", "drop"])
 @pytest.mark.parametrize("start", [(1.0, 0.3), (1.0, 0.0)])

@@ -1,9 +1,5 @@
 """Real and complex modes of large structures: closed forms, dense computations, copies and rigid bodies."""
 
-import doctest
-import importlib
-import pkgutil
-
 import numpy as np
 import pytest
 import scipy.linalg as sla
@@ -132,9 +128,3 @@ def test_definiteness_where_it_decides(n):
         if heavy.definiteness(mu).definiteness == "stable":
             assert np.max(upper(heavy, mu).real) < 0
     assert heavy.definiteness(1.0).definiteness == "undecided"
-
-
-@pytest.mark.parametrize("name", [m.name for m in pkgutil.iter_modules(st.__path__)])
-def test_examples_in_docstrings_run(name):
-    module = importlib.import_module(f"symfric.structures.{name}")
-    assert doctest.testmod(module).failed == 0
