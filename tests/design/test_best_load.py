@@ -22,6 +22,7 @@ def found():
     return sf.design.damper(forced(), "N", bounds=(1, 40), speeds=(0.9, 1.4), speed="W")
 
 
+@pytest.mark.long
 def test_the_curve_of_turbine_engineers(found):
     assert found.status == "optimal"
     assert found.check.agrees

@@ -40,6 +40,7 @@ def test_rod_that_never_moves():
     assert contact_damper(rod(), {"f_n": (1.0, 12.0)}, residual=2e-3).objective > 0.1
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("bounds", "options"),
     [

@@ -34,6 +34,7 @@ def test_the_bound_of_the_source():
     assert "stability" in found.active[0]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("low", [0.1, 0.2, 0.35])
 def test_slow_belts_decide_with_the_cubic_law(low):
     found = damper(BELT, "beta", (0.0, 1.0), (low, 0.45))
@@ -56,6 +57,7 @@ def test_a_law_with_its_steepest_fall_inside_the_range():
         assert found.values["beta"] == pytest.approx(slope / 2, rel=1e-8)
 
 
+@pytest.mark.long
 def test_large_cycles_beside_stable_sliding_count():
     """Exponential law: sliding is stable above beta = .2 exp(-v), but the large cycle lasts longer."""
     found = damper(STRIBECK, "beta", (0.01, 1.0), (0.5, 3.0))
@@ -218,6 +220,7 @@ def test_static_friction_above_the_kinetic(law, low):
         assert bool([e for e in events if e.after == 0 and e.t > 5 / speed]) == sticks
 
 
+@pytest.mark.long
 def test_the_check_starts_from_the_cycle_that_ends():
     """Of two masses: motions from far out miss a cycle that few starts lead to, and the check does not."""
     x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)

@@ -37,6 +37,7 @@ def test_p9_is_the_same_scene_written_by_hand():
     assert made == pytest.approx(written, abs=1e-11)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "law",
     [
@@ -165,6 +166,7 @@ def test_stiff_bristles_tend_to_the_set_valued_law_like_the_inverse_root_of_the_
     assert ratios == pytest.approx([2**0.5] * 3, rel=0.01)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("law", [LUGRE, sf.laws.elasto_plastic(0.4, 0.25, 0.1, 1000.0, 10.0, z_ba=1e-4)])
 def test_sensitivities_through_reversals(law):
     scene = belt(law, horizon=20.0)

@@ -32,6 +32,7 @@ def pulled(start, ratio):
     return (27 - start**3) / 6 - start**2 / 2 * (3 - start) - ratio * start * (3 - start) ** 2 / 2, u
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
 @pytest.mark.parametrize("ratio", [1.0, 0.6])
 def test_masses_start_where_no_forces_hold_them_whatever_the_order(route, ratio):

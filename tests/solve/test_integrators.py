@@ -39,6 +39,7 @@ def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
     assert run.stats["events"] == problem.events
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("plugin", "tolerance"),
     [("erk", 1e-7), ("rosenbrock", 1e-7), ("cvodes", 1e-6), ("cvodes", 1e-9), ("idas", 1e-6), ("idas", 1e-9)],

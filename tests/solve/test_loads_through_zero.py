@@ -54,6 +54,7 @@ def test_a_load_that_comes_and_goes_with_time(form, seed):
         assert runs[1].final == pytest.approx(runs[2].final, abs=1e-7)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", [None, "taylor", "integrators"])
 @pytest.mark.parametrize("push", [0.0, 1.0])
 def test_a_block_that_bounces_on_a_spring(push, route):

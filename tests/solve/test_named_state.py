@@ -71,6 +71,7 @@ def test_the_arrays_of_every_loop_begin_with_those_that_others_read():
     assert Counts.names[:6] == ("steps", "events", "kinks", "grazes", "kept_steps", "kept_events")  # what a run tells
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("field", ["counts", "clock", "limits"])
 def test_no_number_of_a_run_is_read_by_its_place(field):
     for path in Path(sf.__file__).parent.rglob("*.py"):

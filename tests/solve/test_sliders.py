@@ -131,6 +131,7 @@ def test_masings_rules(law):
         assert mu == pytest.approx(backbone(reach) - 2 * backbone((reach - x) / 2), rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.long
 def test_iwan_has_the_stated_error():
     R, chi, phi_max = 1.0, -0.5, 1.0
     for n in (10, 40):
@@ -190,6 +191,7 @@ def test_many_cases_at_once_are_single_runs():
         assert np.array_equal(batch.final[:, k], program.run({"v_b": v}).final)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("n", "beta", "gamma"), [(1, 60.0, 40.0), (2, 300.0, 100.0), (1.5, 80.0, 80.0), (3, 50.0, -20.0)]
 )

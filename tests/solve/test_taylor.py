@@ -56,6 +56,7 @@ def test_benchmark_problems_are_right_within_the_tolerance(name, tolerance):
         assert run.stats["events"] == problem.events
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["P1", "P2", "P3", "P4", "P7", "P8", "P9"])
 def test_energies_of_the_benchmark_problems_balance(name):
     for tolerance in (1e-6, 1e-9, 1e-12):

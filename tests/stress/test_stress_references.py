@@ -60,6 +60,7 @@ SCENES = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "name",
     longer(

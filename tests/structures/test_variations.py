@@ -28,6 +28,7 @@ def rubbed(kind, n=13):
     return s.scene(pads, {"x1": 0.3 * sp.cos(W * sf.TIME)}, {V: 0.05, W: 0.2}, horizon=50.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("kind", ["load", "joint"])
 def test_the_same_derivatives_as_with_the_motion(kind):
     scene = rubbed(kind)
