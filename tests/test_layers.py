@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -169,6 +170,14 @@ def test_files_are_short(folder):
     lengths = {p: length(p) for p in (ROOT.parent / folder).rglob("*.py")}
     assert [p for p, n in lengths.items() if n > 400] == []
     assert lengths
+
+
+def test_files_that_the_contributing_page_names_exist():
+    root = ROOT.parent
+    text = (root / "docs" / "contributing.md").read_text(encoding="utf-8")
+    names = [n for n in re.findall(r"`([\w./-]+)`", text) if "/" in n or n.endswith(".py")]
+    assert [n for n in names if not ((root / n).exists() or (ROOT / n).exists())] == []
+    assert len(names) > 30
 
 
 def test_a_result_loads_neither_compiler_nor_scipy_once_its_loop_is_on_disk():
