@@ -83,13 +83,13 @@ def numbers_of(value, what: str) -> np.ndarray:
 
 def listed(value, what: str) -> tuple:
     """Return a list or another sequence as a tuple; a single item is an error that shows the list."""
-    single = SceneError(f"{what} is {shortened(value)}; give a list, {what}=[{shortened(value)}]")
-    if isinstance(value, str | sp.Basic) and not isinstance(value, sp.Tuple):
-        raise single
-    try:
-        return tuple(value)
-    except TypeError:
-        raise single from None
+    if isinstance(value, sp.Tuple) or not isinstance(value, str | sp.Basic):
+        try:
+            return tuple(value)
+        except TypeError:
+            pass
+    text = shortened(value)  # only now: the text of equations takes as long as reading a scene
+    raise SceneError(f"{what} is {text}; give a list, {what}=[{text}]")
 
 
 @alone(SYMBOLIC)
