@@ -61,6 +61,9 @@ class Attractor:
 class Collection:
     """The attractors found so far; assigns motions to them and adds new ones.
 
+    One motion after the other, since each is compared with the attractors of those before; many motions that all are
+    far enough along are assigned at once by `nearest`.
+
     Parameters
     ----------
     scene : Scene

@@ -178,6 +178,9 @@ def lyapunov(
     see but one phase of the swing, and its rise over the window passes for growth. So the lengths vary from piece to
     piece and the ends meet all phases alike, and the spread holds the swing.
 
+    Every piece starts where the last one ended, so that one call uses one processor; exponents for many values are
+    calls of their own, from several threads if need be.
+
     Examples
     --------
     >>> import symfric as sf

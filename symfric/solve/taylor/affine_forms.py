@@ -66,7 +66,8 @@ class _Gathering:
         self._forms: list[_Form] = []
         self._atoms: list[ca.SX] = []
         self._entire: list[bool] = []
-        self._of_node: dict[int, int] = {}  # atoms that stand for whole nodes
+        self._whole_of: dict[int, int] = {}  # atoms that stand for whole nodes, by the identity of their terms
+        self._made: dict[tuple, _Form] = {}  # products and quotients by their atoms
 
     def value(self, i: int) -> ca.SX:
         """Return node i as an expression."""
@@ -115,8 +116,11 @@ class _Gathering:
         if node.op in (ca.OP_MUL, ca.OP_SQ, ca.OP_DIV):
             factors, atoms = zip(*(self._factor(i) for i in node.args), strict=True)
             factor = factors[0] * factors[0] if node.op == ca.OP_SQ else _apply(node.op, list(factors))
-            entire = node.op != ca.OP_DIV and all(self._entire[a] for a in atoms)
-            return self._new(_apply(node.op, [self._atoms[a] for a in atoms]), entire).times(factor)
+            key = ("/", *atoms) if node.op == ca.OP_DIV else ("*", *sorted((*atoms, *atoms)[:2]))
+            if key not in self._made:
+                entire = node.op != ca.OP_DIV and all(self._entire[a] for a in atoms)
+                self._made[key] = self._new(_apply(node.op, [self._atoms[a] for a in atoms]), entire)
+            return self._made[key].times(factor)
         entire = node.op in ENTIRE and all(self._entire[a] for i in node.args for a in self._forms[i].terms)
         return self._new(_apply(node.op, [self.value(i) for i in node.args]), entire)
 
@@ -129,12 +133,13 @@ class _Gathering:
         return form.factor, self._whole(i)
 
     def _whole(self, i: int) -> int:
-        """Return an atom for node i without its factor."""
-        if i not in self._of_node:
-            form = self._forms[i]
+        """Return an atom for node i without its factor; nodes that are multiples of each other have the same."""
+        form = self._forms[i]
+        key = id(form.terms)  # which a form shares with its multiples, and which lives as long as they do
+        if key not in self._whole_of:
             entire = all(self._entire[a] for a in form.terms)
-            ((self._of_node[i], _),) = self._new(self._sum(form.terms, form.rest), entire).terms.items()
-        return self._of_node[i]
+            ((self._whole_of[key], _),) = self._new(self._sum(form.terms, form.rest), entire).terms.items()
+        return self._whole_of[key]
 
     def _short(self, i: int) -> _Form:
         """Return the form of node i, as a single atom if it is long."""
