@@ -6,7 +6,7 @@ from symfric.lower.linear_modes import Matrices
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.solve.loop.series import PROBED, Series
 
-MOST = 120  # number of matrix entries, over all modes, beyond which loops over those of one mode are faster
+MOST = 50  # number of matrix entries, over all modes, from where loops over those of one mode take hardly longer
 
 
 def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:

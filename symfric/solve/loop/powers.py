@@ -1,5 +1,7 @@
 """Taylor coefficients of linear equations by powers of their matrix."""
 
+import numpy as np
+
 from symfric.codegen.numba_types import compiled
 
 
@@ -18,47 +20,60 @@ def gather(aux, pattern, n_x, count, row, column, entry):
 def powers(aux, count, row, column, entry, newest, y, c):
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
-    With what `gather` found, and the ends of `aux`, see `symfric.lower.linear_modes.Matrices`.
+    With what `gather` found, and the ends of `aux`, see `symfric.lower.linear_modes.Matrices`. Indices are unsigned: of
+    others numba looks whether they count from the end, which takes as long as the sums.
     """
-    n_x, n_r = y.size - 1, c.shape[0]
-    slope, rest = aux[aux.size - 2 * n_r :], aux[aux.size - n_r :]
-    now, new = newest[0], newest[1]
+    n_x, n_r, orders = np.uint64(y.size - 1), np.uint64(c.shape[0]), np.uint64(c.shape[1])
+    slope, rest = aux[aux.size - 2 * c.shape[0] :], aux[aux.size - c.shape[0] :]
+    now, new, t = newest[0], newest[1], y[n_x]
+    of_rates, of_all = np.uint64(count[0]), np.uint64(count[1])
     for i in range(n_x):
         now[i] = y[i]
-    for k in range(c.shape[1]):
+    for k in range(orders):
         for r in range(n_x):
             c[r, k] = now[r]
-            new[r] = slope[r] * y[n_x] + rest[r] if k == 0 else slope[r] if k == 1 else 0.0
-        for e in range(count[0]):
-            new[row[e]] += entry[e] * now[column[e]]
-        inverse = 1.0 / (k + 1)
+        if k > 1:
+            new[:] = 0.0
+        else:
+            for r in range(n_x):
+                new[r] = slope[r] * t + rest[r] if k == 0 else slope[r]
+        for e in range(of_rates):
+            new[np.uint64(row[e])] += entry[e] * now[np.uint64(column[e])]
+        inverse = 1.0 / np.float64(k + np.uint64(1))
         for r in range(n_x):
             new[r] *= inverse
         now, new = new, now
     for r in range(n_x, n_r):
-        for k in range(2, c.shape[1]):
+        for k in range(orders):
             c[r, k] = 0.0
-        c[r, 0], c[r, 1] = slope[r] * y[n_x] + rest[r], slope[r]
-    for e in range(count[0], count[1]):
-        of, to, factor = c[column[e]], c[row[e]], entry[e]
-        for k in range(c.shape[1]):
+        c[r, 0], c[r, 1] = slope[r] * t + rest[r], slope[r]
+    for e in range(of_rates, of_all):
+        of, to, factor = c[np.uint64(column[e])], c[np.uint64(row[e])], entry[e]
+        for k in range(orders):
             to[k] += factor * of[k]
 
 
 @compiled(fused=True)
 def reach_of(c, h, far, n_x, out):
     """Compute the change of the states over h, and bounds of the change of the other rows over `far`."""
+    orders, last = np.uint64(c.shape[1] - 1), n_x - 1
     for r in range(0, n_x, 4):  # four rows at once, as each waits for its last product; the last ones once more
-        i, j, k = min(r + 1, n_x - 1), min(r + 2, n_x - 1), min(r + 3, n_x - 1)
+        a, b = c[np.uint64(r)], c[np.uint64(min(r + 1, last))]
+        d, e = c[np.uint64(min(r + 2, last))], c[np.uint64(min(r + 3, last))]
         w, x, y, z = 0.0, 0.0, 0.0, 0.0
-        for n in range(c.shape[1] - 1, 0, -1):
-            w, x, y, z = w * h + c[r, n], x * h + c[i, n], y * h + c[j, n], z * h + c[k, n]
-        out[r], out[i], out[j], out[k] = w * h, x * h, y * h, z * h
+        for k in range(orders):
+            n = orders - k
+            w, x, y, z = w * h + a[n], x * h + b[n], y * h + d[n], z * h + e[n]
+        out[r], out[min(r + 1, last)] = w * h, x * h
+        out[min(r + 2, last)], out[min(r + 3, last)] = y * h, z * h
     last = out.size - 1
     for r in range(n_x, out.size, 4):
-        i, j, k = min(r + 1, last), min(r + 2, last), min(r + 3, last)
+        a, b = c[np.uint64(r)], c[np.uint64(min(r + 1, last))]
+        d, e = c[np.uint64(min(r + 2, last))], c[np.uint64(min(r + 3, last))]
         w, x, y, z = 0.0, 0.0, 0.0, 0.0
-        for n in range(c.shape[1] - 1, 0, -1):
-            w, x = w * far + abs(c[r, n]), x * far + abs(c[i, n])
-            y, z = y * far + abs(c[j, n]), z * far + abs(c[k, n])
-        out[r], out[i], out[j], out[k] = w * far, x * far, y * far, z * far
+        for k in range(orders):
+            n = orders - k
+            w, x = w * far + abs(a[n]), x * far + abs(b[n])
+            y, z = y * far + abs(d[n]), z * far + abs(e[n])
+        out[r], out[min(r + 1, last)] = w * far, x * far
+        out[min(r + 2, last)], out[min(r + 3, last)] = y * far, z * far
