@@ -15,9 +15,7 @@ from symfric.solve.loop.linear_series import MOST
 from symfric.solve.lowered import LoweredScene
 
 _WRITTEN = 4  # coordinates up to which powers of the whole matrices, written out, are faster than by the structure
-_FULL = (
-    40  # matrix entries per row beyond which a product with all of them takes longer than the operations of a series
-)
+_FULL = 40  # matrix entries per row beyond which a product with all of them takes longer than a series
 
 
 @dataclass(frozen=True)
