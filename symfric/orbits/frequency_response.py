@@ -48,7 +48,7 @@ def frequency_response(
     -------
     Branch
         With `peak`, located between the orbits by their responses, not read from them. Onset and loss of sticking are
-        special points along it.
+        special points along it: "stick-onset", and of joints with a stiffness "slip-onset", see `Special`.
 
     Raises
     ------

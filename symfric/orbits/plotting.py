@@ -8,7 +8,15 @@ from symfric.axes import axes_for
 from symfric.locks import DRAWING, alone
 from symfric.solve.plotting import labelled, sticking
 
-_MARKS = {"hopf": "o", "fold": "s", "flip": "v", "neimark-sacker": "^", "stick-onset": "D", "grazing": "x"}
+_MARKS = {
+    "hopf": "o",
+    "fold": "s",
+    "flip": "v",
+    "neimark-sacker": "^",
+    "stick-onset": "D",
+    "slip-onset": "d",
+    "grazing": "x",
+}
 _POINTS = 600  # points drawn of an orbit
 
 

@@ -108,7 +108,10 @@ FAULTS = {
     "name": (lambda s: s.reduced(["tpi"]), "no degree of freedom 'tpi'"),
     "number": (lambda s: s.reduced([500]), "no degree of freedom 500"),
     "length": (lambda s: s.reduced([np.ones(3)]), "kept row 1 has 3 entries"),
-    "modes": (lambda s: s.reduced([0], modes=500), "the number of modes with 1 rows held is 500; give a whole number from 0 to 149"),
+    "modes": (
+        lambda s: s.reduced([0], modes=500),
+        "the number of modes with 1 rows held is 500; give a whole number from 0 to 149",
+    ),
     "expand": (lambda s: s.reduced([0], modes=3).expand(np.ones(7)), "its first axis needs 4 entries"),
 }
 

@@ -29,7 +29,8 @@ class Condition:
     Attributes
     ----------
     kind : str
-        "fold", "flip", "neimark-sacker", "stick-onset", "grazing", or "half-range": that of the first state is `level`.
+        "fold", "flip", "neimark-sacker", "stick-onset", "slip-onset", "grazing", or "half-range": that of the first
+        state is `level`.
     guard : int
         Index in `Passage.gaps` of the guard that touches zero; -1 if none does.
     landing : bool
@@ -47,6 +48,8 @@ class Condition:
         grow without bound near the grazing, so the orbit keeps a distance of `deep` from it.
     deep : float
     level : float
+    spring : int
+        Of an onset of slip, the place of the elongation among the states.
     """
 
     kind: str
@@ -57,6 +60,7 @@ class Condition:
     event: int = -1
     deep: float = 0.0
     level: float = 0.0
+    spring: int = -1
 
     @property
     def depth(self) -> float:

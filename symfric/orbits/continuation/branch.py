@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.lower.mode_layout import contact_of_gap
 from symfric.model.notebook import html_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
@@ -28,8 +29,9 @@ class Special:
     ----------
     kind : str
         "hopf" (the orbit shrinks to steady sliding), "fold", "flip", "neimark-sacker", "stick-onset" (the orbit just
-        reaches zero slip and sticks beyond) or "grazing" (another guard is touched). A corner where the parameter
-        turns back is a fold as well.
+        reaches zero slip and sticks beyond), "slip-onset" (a contact behind a spring slips on one side, and sticks all
+        the time on the other) or "grazing" (another guard is touched). A corner where the parameter turns back is a
+        fold as well.
     value : float
         Of the parameter.
     orbit : Orbit
@@ -56,6 +58,18 @@ class Special:
     orbit: Orbit
     condition: Condition = field(repr=False)
     jump: bool = False
+
+    @property
+    def contact(self) -> str | None:
+        """The contact that begins to stick or to slip there; None of other kinds."""
+        where, contacts = self.condition, self.orbit.scene.contacts
+        if where.spring >= 0:
+            state = self.orbit.scene.system.states[where.spring]
+            return next(c.name for c in contacts if state in c.states)
+        lines = [c.name for c in contacts if c.along_line]
+        if where.turn is not None:
+            return lines[where.turn[0]]
+        return lines[contact_of_gap(where.guard)] if where.guard >= 0 else None
 
     def __repr__(self) -> str:
         return f"Special({self.kind}, value={self.value:.14g}{', jump' if self.jump else ''})"

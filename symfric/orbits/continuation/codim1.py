@@ -200,6 +200,11 @@ def continue_special(
     """
     if special.kind == "hopf":
         raise SceneError("a Hopf point is one of steady sliding; repeat sf.hopf for values of the other parameter")
+    if special.kind == "slip-onset":
+        raise SceneError(
+            f"the onset of slip of {special.contact!r} has no curve; repeat sf.continue_cycle for values of the other "
+            "parameter"
+        )
     orbit = special.orbit
     scene = orbit.scene
     names = tuple(scene.parameter(p).name for p in parameters)

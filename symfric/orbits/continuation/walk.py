@@ -12,6 +12,7 @@ from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between,
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
+from symfric.orbits.continuation.slip_onset import SlipOnset, passes_the_start, slip_onsets, widest_ranges
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 # step lengths in units of the span, the period and the ranges of the states
@@ -66,6 +67,7 @@ class Walk:
     def __init__(self, scene: Scene, system: ShootingSystem, span: tuple[float, float], most: int):
         self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
         self._largest = np.zeros(len(system.flow.states))
+        self._springs = widest_ranges(system.flow)
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
@@ -115,14 +117,18 @@ class Walk:
             if new is None:
                 step *= 0.3
                 continue
+            onsets = self._note_onsets(found, point, new)
             if signature(new.passage) != signature(point.passage):
                 corner = corner_between(self._system, point, new, size, span)
                 if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
                     return self._beyond(found, corner._replace(beyond=None), point, way)
                 self._note_corner(found, corner, point)
                 return new, self.tangent(new, new.z - corner.point.z), min(step, _FIRST)
+            if onsets:
+                return new, self.tangent(new, new.z - onsets[-1].point.z), min(step, _FIRST)
             ahead = self.tangent(new, way)
-            if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST:
+            passes = passes_the_start(point.passage, new.passage)
+            if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST and not passes:
                 step *= 0.4
                 continue
             self._note_smooth(found, point, new, way, ahead)
@@ -150,6 +156,13 @@ class Walk:
         found.special.append(met)
         if corner.beyond and not corner.jump and (met.value - before.z[-1]) * (corner.beyond.z[-1] - met.value) < 0:
             found.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
+
+    def _note_onsets(self, found: Found, one: Point, other: Point) -> list[SlipOnset]:
+        """Record where contacts behind springs begin to slip between two orbits, or stick from there on."""
+        onsets = slip_onsets(self._system, self._springs, one, other)
+        for condition, there in onsets:
+            found.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
+        return onsets
 
     def _note_smooth(self, found: Found, one: Point, other: Point, way: np.ndarray, ahead: np.ndarray) -> None:
         """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""

@@ -1,0 +1,145 @@
+"""Where the slider of a contact behind a spring begins to slip; on one side of the point it sticks all the time.
+
+The force of a slider that never slips ranges over less than its two limits, and its mean is free. What the elongation
+has left, ``2 L/k`` less its range, is smooth along the branch on this side and zero at the point; on the other side it
+is zero throughout, so that the point is approached from the side that sticks.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import NotFound
+from symfric.orbits.continuation.bifurcations import Condition
+from symfric.orbits.flow_map import FlowMap
+from symfric.orbits.passages import Passage
+from symfric.orbits.shooting import Point, ShootingSystem, solve
+
+KIND = "slip-onset"
+_TRIALS, _CLOSE = 60, 1e-13  # most orbits, and width relative to the unknowns at which the search ends
+# of the range over which the slider sticks: below which it counts as slipping, what the search aims at, and accepts
+_REACHED, _AIM, _ENOUGH = 1e-12, 1e-11, 3e-11
+
+
+class SlipOnset(NamedTuple):
+    """An orbit on which a slider just reaches both limits, and its condition."""
+
+    condition: Condition
+    point: Point
+
+
+# the range of the elongation over which a slider sticks, from parameter values; None if the load varies
+Widest = Callable[[Mapping[str, float]], float] | None
+
+
+def widest_ranges(flow: FlowMap) -> dict[int, Widest]:
+    """Return for every spring of a contact, by its place among the states, over what range its slider sticks."""
+    return {place: _widest(flow, place) for place in flow.springs}
+
+
+def slip_onsets(system: ShootingSystem, springs: Mapping[int, Widest], one: Point, other: Point) -> list[SlipOnset]:
+    """Return the onsets of slip between two orbits of a branch, in order from one to the other."""
+    found = []
+    for place, widest in springs.items():
+        spring = _Spring(system, place, widest)
+        ways = spring.sticks(one), spring.sticks(other)
+        if ways[0] != ways[1]:
+            stuck, slips = (one, other) if ways[0] else (other, one)
+            found.append(SlipOnset(Condition(KIND, spring=place), spring.onset(stuck, slips)))
+    chord = other.z - one.z
+    return sorted(found, key=lambda onset: float((onset.point.z - one.z) @ chord))
+
+
+def passes_the_start(one: Passage, other: Passage) -> bool:
+    """Whether an event of a slider passes from the end of the period to its start, or back.
+
+    The elongation at the start is then at its limit on one side and not on the other: a corner of the unknowns that is
+    none of the branch.
+    """
+    a, b = ([e[1:] for e in passage.sliders] for passage in (one, other))
+    return a != b and len(a) == len(b) and any(a[k:] + a[:k] == b for k in range(1, len(a)))
+
+
+class _Spring(NamedTuple):
+    """One spring along a branch."""
+
+    system: ShootingSystem
+    place: int
+    widest: Widest
+
+    def left(self, point: Point) -> float:
+        """Return what the elongation has left, relative to the range over which the slider sticks; NaN if unknown."""
+        if self.widest is None:
+            return np.nan
+        most = self.widest(self.system.unpack(point.z)[2])
+        return 1.0 - float(point.passage.high[self.place] - point.passage.low[self.place]) / most if most > 0 else 0.0
+
+    def sticks(self, point: Point) -> bool:
+        """Whether the slider sticks all the time; an orbit may touch one of its limits, where rounding decides."""
+        left = self.left(point)
+        return self.place in point.passage.idle if np.isnan(left) else left > _REACHED
+
+    def _centred(self, guess: np.ndarray, near: Point) -> np.ndarray:
+        """Return a guess whose elongation is that of an orbit nearby, with its mean between the limits.
+
+        The mean of a slider that sticks is free, and near the onset only this one is possible.
+        """
+        found, n = guess.copy(), self.system.flow.springs[self.place].size
+        for k in {*near.passage.idle, self.place}:
+            found[k] = near.z[k] + self.system.flow.springs[k] @ (guess[:n] - near.z[:n])
+        if self.widest is not None:
+            found[self.place] -= 0.5 * (near.passage.high[self.place] + near.passage.low[self.place])
+        return found
+
+    def onset(self, stuck: Point, slips: Point) -> Point:
+        """Return the orbit at the onset, by secants on the side that sticks, bracketed by orbits that slip."""
+        chord = slips.z - stuck.z
+        size = np.maximum(np.abs(stuck.z), self.system.sizes(stuck.z, stuck.passage))
+        normal = chord / size**2
+        normal[list(self.system.flow.springs)] = 0.0  # so that free elongations do not move the planes
+        low, high, best = 0.0, 1.0, stuck
+        known = [(0.0, self.left(stuck))]
+        for _ in range(_TRIALS):
+            if known[-1][1] <= _ENOUGH or (high - low) * np.max(np.abs(chord) / size) < _CLOSE:
+                break
+            share = _secant(known)
+            if not low < share < high:
+                share = 0.5 * (low + high)
+            try:
+                through = stuck.z + share * chord
+                middle = solve(self.system, self._centred(through, best), normal, 12, through)
+            except NotFound:
+                high = share
+                continue
+            if self.sticks(middle):
+                low, best = share, middle
+                known.append((share, self.left(middle)))
+            else:
+                high = share
+        return best
+
+
+def _secant(known: list[tuple[float, float]]) -> float:
+    """Return where the last two values lead to what is aimed at; NaN if they do not."""
+    if len(known) < 2:
+        return np.nan
+    (a, before), (b, after) = known[-2:]
+    return b + (after - _AIM) * (b - a) / (before - after) if before != after else np.nan
+
+
+def _widest(flow: FlowMap, place: int) -> Widest:
+    """Return over what range of its elongation a slider sticks."""
+    scene = flow.scene
+    symbol = scene.system.states[place]
+    contact = next(c for c in scene.contacts if symbol in c.states)
+    if contact.stiffness is None:
+        return None
+    found = 2 * contact.normal * contact.profile * contact.law.stick / contact.stiffness
+    if not found.free_symbols <= set(scene.parameters):
+        return None
+    names = sorted(s.name for s in found.free_symbols)
+    known = [sp.Symbol(f"x{k}") for k in range(len(names))]  # which Python takes as names
+    value = sp.lambdify(known, found.xreplace({s: known[names.index(s.name)] for s in found.free_symbols}))
+    return lambda values: float(value(*(values[name] for name in names)))
