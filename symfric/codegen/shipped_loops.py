@@ -89,8 +89,18 @@ def meaning(sources: list[Path]) -> str:
         for node in ast.walk(tree):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and _is_text(node.body[:1]):
                 node.body = node.body[1:] or [ast.Pass()]
-        found.update(f"{file.stem}\n{ast.unparse(ast.fix_missing_locations(tree))}\n".encode())
+        found.update(f"{file.stem}\n{_written(tree)}\n".encode())
     return found.hexdigest()
+
+
+def _written(node: object) -> str:
+    """Return a syntax tree as text, the same in every version of Python: what only later ones have is empty here."""
+    if isinstance(node, list):
+        return f"[{', '.join(map(_written, node))}]"
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    parts = (f"{name}={_written(value)}" for name, value in ast.iter_fields(node) if value not in (None, []))
+    return f"{type(node).__name__}({', '.join(parts)})"
 
 
 def _is_text(statements: list[ast.stmt]) -> bool:

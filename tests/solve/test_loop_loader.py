@@ -64,6 +64,19 @@ def test_comments_docstrings_and_layout_have_no_meaning(tmp_path):
     assert meaning("def f(x):\n    return x + 1") != meaning("def f(x):\n    return x + 2")
 
 
+SAMPLE = """
+def f(x: float, *more, flag=None):
+    for k, v in (x[1, 2], x[(0,)]):
+        x[k] += -v if flag is None and not more else 1e-3
+    return [a for a in more if a > 0.0], lambda t: (t, x)
+"""
+
+
+def test_the_meaning_is_the_same_in_every_version_of_python(tmp_path):
+    (tmp_path / "sample.py").write_text(SAMPLE)
+    assert shipped_loops.meaning([tmp_path / "sample.py"])[:16] == "3520a5740fb6bd09"
+
+
 FIRST = """
 import sys
 sys.modules["numba"] = None  # whoever imports it fails
