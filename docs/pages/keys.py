@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from docs.pages.files import put
-from symfric.scenefile import fields, schema
+from symfric.scenefile import contact_tables, fields, schema, structure_tables
 
 WORDS = {  # annotated types: what one writes
     fields.Number: "number",
@@ -26,13 +26,20 @@ WORDS = {  # annotated types: what one writes
     fields.Axis: "list, or {start, stop, count}",
     fields.Mass: "number, diagonal or rows",
     fields.Range: "[lower, upper]",
+    contact_tables.Row: "expression linear in names, or table of name = weight",
+    structure_tables.Points: "name, list of names, or table of name = row",
+    structure_tables.Matrices: "path, or table `[scene.structure]`",
 }
 PLACES = (
     ("", schema.Document),
     ("scene", schema.ReadyScene),
     ("scene", schema.OwnScene),
-    ("friction", schema.FrictionTable),
+    ("scene", structure_tables.StructureScene),
+    ("scene.structure", structure_tables.Source),
+    ("friction", contact_tables.FrictionTable),
+    ("friction", contact_tables.RowFriction),
     ("sweep", schema.Sweep),
+    ("flutter", structure_tables.FlutterTable),
     ("identify", schema.Identify),
 )
 
@@ -41,7 +48,7 @@ def write(folder: Path) -> None:
     """Write the page."""
     lines = ["| key | value | meaning |", "|---|---|---|"]
     for place, section in PLACES:
-        lines += _rows(place, section)
+        lines += [row for row in _rows(place, section) if row not in lines]
     for name, field in schema.Designs.model_fields.items():
         lines += _rows(f"design.{name}", _section(field.annotation))
     text = (folder / "toml.in.md").read_text(encoding="utf-8")
@@ -62,10 +69,10 @@ def _rows(place: str, section: type[BaseModel]) -> list[str]:
         path = f"{place}.{key}" if place else key
         if name not in said:
             raise KeyError(f"{section.__name__}.{name} has no meaning; add it to the Attributes of its class")
-        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "design", "identify"))):
+        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "flutter", "design", "identify"))):
             kind = f"table `[{path}]`" if inner else _kind(hints[name])
             rows.append(f"| `{path}` | {kind}{_default(field)} | {said[name]} |")
-            if inner and name != "motion":
+            if inner and name not in ("motion", "structure"):
                 rows += _rows(path, inner)
     return rows
 

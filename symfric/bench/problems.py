@@ -11,6 +11,7 @@ from importlib.resources import files
 import numpy as np
 
 from symfric.bench import larger
+from symfric.bench.forced import JointProblem
 from symfric.model import laws, scenes
 from symfric.model.outputs import End
 from symfric.model.scene import Scene
@@ -87,6 +88,11 @@ class Problem:
         Belt speeds of a sweep; none otherwise.
     window : (float, float)
         Times between which a sweep's half ranges are taken.
+    frequencies : tuple of float
+        Of the excitation, at each of which the largest displacement of the periodic motion is the answer; none
+        otherwise.
+    forced : JointProblem, optional
+        The same for `symfric.bench.peers.pyharm_peer`.
     """
 
     name: str
@@ -98,6 +104,15 @@ class Problem:
     oscillator: OscillatorProblem | None = None
     speeds: tuple[float, ...] = ()
     window: tuple[float, float] = (0.0, 0.0)
+    frequencies: tuple[float, ...] = ()
+    forced: JointProblem | None = None
+
+    @property
+    def joint(self) -> JointProblem:
+        """The joint of a problem that has one."""
+        if self.forced is None:
+            raise NotImplementedError(f"{self.name} is no forced mass with a joint")
+        return self.forced
 
     @property
     def by_hand(self) -> OscillatorProblem:
@@ -156,6 +171,20 @@ def _sweep() -> Problem:
         oscillator=belt.oscillator,
         speeds=tuple(np.linspace(0.02, 0.45, 1000).tolist()),
         window=(150.0, 200.0),
+    )
+
+
+def _joint() -> Problem:
+    joint = JointProblem()
+    return Problem(
+        name="P10",
+        title="steady response of a forced mass with a dry joint, two frequencies",
+        scene=joint.scene(),
+        reference=("6.431349859025481421557623", "3.983838961606469618886954"),
+        events=None,
+        source="closed form of the half cycle, three equations solved in 40 digits, see symfric.bench.forced",
+        frequencies=(1.0, 1.1),
+        forced=joint,
     )
 
 
@@ -221,6 +250,7 @@ _MAKERS: dict[str, Callable[[], Problem]] = {
     "P7": lambda: _larger("P7", "rolling isolator under an earthquake", larger.isolator(), _ISOLATOR, 141),
     "P8": lambda: _larger("P8", "two slides in friction", larger.slides(), _SLIDES, 11),
     "P9": lambda: _larger("P9", "mass on a belt with bristles (LuGre)", larger.bristles(), _BRISTLES, None),
+    "P10": _joint,
 }
 NAMES = tuple(_MAKERS)
 
@@ -232,7 +262,8 @@ def named(name: str) -> Problem:
     Notes
     -----
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
-    is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric.bench.larger`.
+    is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric.bench.larger`, P10 in
+    `symfric.bench.forced`.
     """
     return _MAKERS[name]()
 

@@ -90,7 +90,7 @@ def measure(
 def machine() -> dict[str, str]:
     """Return a description of the machine: processor, Python, versions."""
     found = {"processor": _processor(), "python": platform.python_version()}
-    for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka", "scikit-sundae", "diffrax"):
+    for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka", "scikit-sundae", "diffrax", "pyHarm-os"):
         try:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:

@@ -41,6 +41,9 @@ class Source(Section):
     maker: Text | None = None
 
 
+Matrices = Annotated[Source, BeforeValidator(_path_as_table)]
+
+
 class StructureScene(Section):
     """The section ``[scene]`` of a structure, whose equations are matrices.
 
@@ -64,7 +67,7 @@ class StructureScene(Section):
         Length of the run.
     """
 
-    structure: Annotated[Source, BeforeValidator(_path_as_table)]
+    structure: Matrices
     points: Points = Field(default_factory=dict)
     modes: Annotated[int, Field(ge=0, le=1000, strict=True)] | None = None
     places: Text | None = None

@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 
 import mpmath as mp
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -75,6 +76,18 @@ def test_references_are_found_again_in_multiple_precision(name):
         assert found.events == problem.events
 
 
+def test_the_steady_response_of_a_joint_is_that_of_the_closed_form():
+    problem = named("P10")
+    for k, (frequency, guess) in enumerate((("1.0", (6.4, 1.4, 0.6)), ("1.1", (4.0, 2.3, 0.7)))):
+        with mp.workdps(30):
+            assert abs(problem.joint.amplitude(frequency, guess) - mp.mpf(problem.reference[k])) < 1e-23
+    found = peers()["symfric"].prepare(problem, 1e-12)()
+    assert found.values == pytest.approx([float(e) for e in problem.reference], abs=1e-12)
+    for harmonics in () if peers()["pyHarm"].missing else (1e-2, 1e-4):
+        error = peers()["pyHarm"].prepare(problem, harmonics)().values - np.array(problem.reference, dtype=float)
+        assert np.max(np.abs(error)) < harmonics
+
+
 def test_the_picture_and_the_numbers_are_written(result, folder):
     assert json.loads((folder / "bench.json").read_text()) == result
     assert (folder / "bench.png").read_bytes().startswith(b"\x89PNG")
@@ -83,7 +96,7 @@ def test_the_picture_and_the_numbers_are_written(result, folder):
 def test_an_unknown_problem_is_one_line(result):
     outcome = CliRunner().invoke(main, ["bench", "--problem", "Q1"])
     assert outcome.exit_code == 2
-    assert "no problem 'Q1'; known: P1, P2" in outcome.output
+    assert "no problem 'Q1'; known: P1, P10, P2" in outcome.output
     with pytest.raises(Exception, match="no problem 'Q1'"):
         timing.measure(["Q1"])
 

@@ -14,12 +14,15 @@ from symfric.bench.peers import (
     heyoka_batch,
     heyoka_by_hand,
     heyoka_peer,
+    pyharm_peer,
     scipy_peer,
     sundae_peer,
 )
 from symfric.bench.problems import Problem
 from symfric.bench.result import BenchAnswer
 from symfric.model.outputs import End, HalfRange
+from symfric.model.scene import Scene
+from symfric.orbits.cycle import limit_cycle
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.routes import prepare
 
@@ -63,7 +66,9 @@ def _present(need: str) -> bool:
 
 
 def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
-    """Prepare the automatically selected route."""
+    """Prepare the automatically selected route, or shooting for a periodic motion."""
+    if problem.frequencies:
+        return _shooting(problem, tolerance)
     return (_together if problem.speeds else _through_program)(problem, tolerance, None)
 
 
@@ -108,6 +113,17 @@ def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAn
     return run
 
 
+def _shooting(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
+    """Find the periodic motion at each frequency, from the start of the scene."""
+    scenes = [problem.scene.where({"Omega": frequency}) for frequency in problem.frequencies]
+
+    def peak(scene: Scene) -> float:
+        orbit = limit_cycle(scene, tolerance=tolerance)
+        return float(max(orbit.x_max[0], -orbit.x_min[0]))
+
+    return lambda: BenchAnswer(tuple(peak(scene) for scene in scenes), 0)
+
+
 def _one_by_one(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Run every speed of a sweep by itself."""
     first, second, x, u = parts_of_sweep(problem, tolerance, None)
@@ -149,6 +165,7 @@ _MANY = ("P6", "P7", "P8")
 _STICKING = (*_EXACT_LAW, *_MANY)
 _ALL = (*_EXACT_LAW, *_CONTINUOUS, "P5", *_MANY)
 _FINE = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_HARMONIC = tuple(pyharm_peer.HARMONICS)
 _SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
 
 
@@ -156,7 +173,7 @@ def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
-        Peer("symfric", _prepare_default, _ALL, _FINE, own=True),
+        Peer("symfric", _prepare_default, (*_ALL, "P10"), _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
@@ -169,5 +186,6 @@ def peers() -> dict[str, Peer]:
         Peer("casadi cvodes", casadi_peer.prepare_stiff, ("P4",), _SLOW),
         Peer("sundae CVODE", sundae_peer.prepare, (*_STICKING, "P9"), _SLOW, sundae_peer.WORKAROUNDS, ("sksundae",)),
         Peer("diffrax Tsit5", diffrax_peer.prepare, (*_EXACT_LAW, "P8"), _SLOW, diffrax_peer.WORKAROUNDS, ("diffrax",)),
+        Peer("pyHarm", pyharm_peer.prepare, ("P10",), _HARMONIC, pyharm_peer.WORKAROUNDS, ("pyHarm",)),
     ]
     return {p.name: p for p in every}
