@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
 import stat
 import subprocess
@@ -65,7 +66,7 @@ class Page(HTMLParser):
         return [v for t, n, v in self.attributes if (t, n) == (tag, name)]
 
 
-LONG = ("brake_pad.toml", "machine_slide.toml", "two_masses.toml", "violin_string.toml")
+LONG = ("brake_pad.toml", "disc_brake.toml", "machine_slide.toml", "two_masses.toml", "violin_string.toml")
 
 
 @pytest.fixture(scope="module", params=longer(EXAMPLES, [p for p in EXAMPLES if p.name in LONG]), ids=lambda p: p.stem)
@@ -74,6 +75,9 @@ def studied(request, tmp_path_factory):
     place = tmp_path_factory.mktemp("study")
     path, folder = place / request.param.name, place / "new" / request.param.stem
     path.write_text(re.sub(r"(?m)^number = \d+", "number = 7", request.param.read_text()))
+    for beside in request.param.parent.glob(f"{request.param.stem}*"):
+        if beside.suffix in (".npz", ".csv"):
+            shutil.copy(beside, place)
     result = call("study", path, "-o", folder, "--json")
     assert result.exit_code == 0, result.output
     return path, folder, result.stdout
@@ -90,7 +94,7 @@ def test_page_stands_alone(studied):
     assert len(page.values("img", "alt")) == len(images)
     assert "script" not in page.tags
     assert "link" not in page.tags
-    assert set(page.values("a", "href")) <= {"study.json", "motion.csv", "amplitude.csv"}
+    assert set(page.values("a", "href")) <= {"study.json", "motion.csv", "amplitude.csv", "flutter.csv", "shapes.csv"}
     assert all((folder / name).exists() for name in page.values("a", "href"))
     without_pictures = re.sub(r'"data:image/[^"]*"', '""', text)
     assert not re.search(r"https?://|url\(|@import", without_pictures)

@@ -194,13 +194,13 @@ class System:
                 f"equations of {n} coordinates given by matrices are not written out; reduce the structure"
             )
         q, u = sp.Matrix(self.q), sp.Matrix(self.u)
-        dense = lambda A: sp.Matrix(A.toarray().tolist())  # noqa: E731
+        dense = lambda A: sp.Matrix(A.toarray().tolist()).applyfunc(_whole)  # noqa: E731
         force = sp.Matrix(list(self.force)) - dense(part.K) * q
         force -= dense(part.C) * u if part.C is not None else sp.zeros(n, 1)
         for factor, A in part.scaled:
             force -= factor * dense(A) * q
         for load, row in part.loads:
-            force += load * sp.Matrix(row.tolist())
+            force += load * sp.Matrix(row.tolist()).applyfunc(_whole)
         mass = dense(part.M) + (sp.zeros(n, n) if self.mass is None else sp.Matrix(self.mass))
         rows = self.row_values()
         return System(
@@ -224,10 +224,19 @@ class System:
             return {}
         return {
             s: sp.Add(
-                *(sp.Float(w) * e for w, e in zip(r.weights, self.q if r.of == "q" else self.u, strict=True) if w)
+                *(
+                    _whole(sp.Float(w)) * e
+                    for w, e in zip(r.weights, self.q if r.of == "q" else self.u, strict=True)
+                    if w
+                )
             )
             for s, r in self.linear.rows.items()
         }
+
+
+def _whole(e: sp.Expr) -> sp.Expr:
+    """Return a small whole number without its decimal point, as one writes it."""
+    return sp.Integer(int(e)) if e.is_Float and abs(e) < 1000 and float(e).is_integer() else e
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def page(result: StudyResult) -> str:
         ],
         structure=structure,
         branch=[] if result.branch.value is None else structure_words.branch(result.branch.value, result.file),
-        sketch=[p for p in [picture(scene)] if p] if structure is None else structure.sketch,
+        sketch=(structure.sketch if structure else []) or [p for p in [picture(scene)] if p],
         equations=equations_of_motion(scene) if structure is None else structure.equations,
         contacts=_contacts(result),
         values=_without_empty(_values(result), 2),
