@@ -258,6 +258,20 @@ def test_a_scene_made_in_python_has_a_study():
     assert "flutter" in found.result.skipped()
 
 
+def test_names_from_other_programs_are_text(two):
+    """Names of nodes and contacts may hold anything: they are neither mathematics nor HTML."""
+    (two / "two" / "names.txt").write_text("<b>1:UX$_{\nn$2 & y\n")
+    text = PAD.replace('points = { top = "0.5*x - y", x = "x" }', 'points = { top = { "<b>1:UX$_{" = 1.0 } }')
+    text = text.replace("[friction.pad]", '[friction."<i>$a_{"]').replace("initial = { y = -0.5 }\n", "")
+    text = text.replace('slip = "d_x - v_b"', 'slip = { "<b>1:UX$_{" = 1.0 }\nspeed = "v_b"').replace(
+        'push = "-y"\n', ""
+    )
+    html = page(study(read_scene_text(text.replace('"1 + y"', "1.0"), "pad.toml", two)))
+    assert "<b>1:UX" not in html
+    assert "<i>$a" not in html
+    assert "&lt;i&gt;$a" in html
+
+
 def test_units_of_points_and_their_rates(two):
     good = PAD + '[units]\nt = "s"\ntop = "mm"\nx = "mm"\nv_b = "mm/s"\n'
     units = read_scene_text(good, "pad.toml", two).units

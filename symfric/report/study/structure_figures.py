@@ -10,6 +10,7 @@ from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED
 NAMED = 14  # degrees of freedom up to which the axis of a shape shows their names
 _SWING = 0.06  # of the larger side of a mesh: largest displacement drawn
 _WIDE = (7.0, 2.9)
+_LONGEST = 16  # letters of a name on an axis
 _LEGEND = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "frameon": False}
 
 
@@ -102,7 +103,7 @@ def plot_shape(at: np.ndarray | None, names: Sequence[str], shape: np.ndarray, a
     named = at is None and len(names) <= NAMED
     ax = tidy(ax)
     if named:
-        ax.set_xticks(places, [label(n, {}) for n in names])
+        ax.set_xticks(places, [_plain(n) for n in names])
     return ax
 
 
@@ -116,7 +117,7 @@ def plot_contacts(states: Mapping[str, tuple[Sequence, Sequence]], span: tuple[f
             ax.broken_barh([(a, b - a) for a, b in parts], (k - 0.36, 0.72), color=colour, linewidth=0)
             if k == 0:
                 ax.barh(k, 0.0, left=span[0], color=colour, label=word)
-    ax.set_yticks(range(len(states)), list(states))
+    ax.set_yticks(range(len(states)), [_plain(name) for name in states])
     ax.set_xlim(span)
     ax.set_ylim(len(states) - 0.4, -0.6)
     ax.set_xlabel(label("t", units))
@@ -125,6 +126,11 @@ def plot_contacts(states: Mapping[str, tuple[Sequence, Sequence]], span: tuple[f
         ax.spines[side].set_visible(False)
     ax.tick_params(axis="y", length=0)
     return ax
+
+
+def _plain(name: str) -> str:
+    """Return a name that is no mathematics, whatever is in it, short enough for an axis."""
+    return (name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…").replace("$", r"\$")
 
 
 def _net(ax, nodes: np.ndarray, edges, colour: str, width: float, words: str | None = None) -> None:
