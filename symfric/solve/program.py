@@ -172,7 +172,8 @@ class Compiled:
         -------
         Batch
             In the order of the cases. A case has the bits of ``run`` with its numbers, whatever the other cases, their
-            order and the threads; one that fails has its status and NaN.
+            order and the threads; one that fails has its status and NaN. A program that was prepared with
+            `sensitivities` adds the derivatives.
 
         Raises
         ------

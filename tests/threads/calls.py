@@ -224,6 +224,11 @@ RUNS = {
         sf.scenes.rolling_isolator(C=1.0, m=10.0, motion=MOTION, profile=0.02 + 0.01 * k)
     ),
     "simulate integrators": lambda k: run_of(k, tolerance=1e-6, route="integrators"),
+    "map sensitivities": lambda k: (lambda b: (b.final, b.sensitivities, b.output_sensitivities))(
+        sf.prepare(belt(k).wanting({"x_max": sf.Max(X)}), sensitivities=["v_b", "x"]).map(
+            {"v_b": np.linspace(0.2, 0.3, 20) + 0.01 * k}, threads=2
+        )
+    ),
     "simulate sensitivities": lambda k: (lambda r: (r, r.sensitivities, r.output_sensitivities))(
         sf.simulate(belt(k).wanting({"x_max": sf.Max(X)}), sensitivities=["v_b", "x"])
     ),
