@@ -107,7 +107,7 @@ def draw(
     distributions : mapping of symbol or name to frozen scipy.stats distribution
         Such as ``scipy.stats.norm(0.4, 0.02)`` or ``scipy.stats.uniform(0.1, 0.2)``.
     number : int
-        CaseTable of each repeat; of Sobol points best a power of two.
+        Cases of each repeat; of Sobol points best a power of two.
     seed : int
         The same seed draws the same cases.
     method : {'sobol', 'latin', 'random'}
