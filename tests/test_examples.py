@@ -3,11 +3,15 @@
 import ast
 import re
 import runpy
+import tomllib
 from pathlib import Path
 
 import pytest
 
+from docs import founded
+from symfric.solve.lanes import model as lanes
 from tests.longer import longer
+from tests.test_layers import LINES
 
 FOLDER = Path(__file__).parents[1] / "examples"
 SCRIPTS = {
@@ -56,7 +60,12 @@ def unlike(value, comment):
         form = f".{digits}{'e' if 'e' in said else 'f'}"
         return any(float(f"{float(p):{form}}") == float(said) for p in printed)
 
-    return [said + dots for said, dots in re.findall(rf"({NUMBER})(\.\.\.)?", comment) if not occurs(said, dots)]
+    wrong = [said + dots for said, dots in re.findall(rf"({NUMBER})(\.\.\.)?", comment) if not occurs(said, dots)]
+    counts = {float(n) for n in re.findall(r"\d+(?:\.\d+)?", shown)}
+    whole = re.findall(r"(?<![\w.(^-])\d\d+(?![\w.]*\d|\w| ?nano)", re.sub(NUMBER, "", comment))
+    shares = {n for n in whole if re.search(rf"{n} %", comment)}
+    wrong += [n for n in whole if n not in shares and float(n) not in counts]
+    return wrong + [f"{n} %" for n in shares if not any(round(100 * c) == int(n) or round(c) == int(n) for c in counts)]
 
 
 def test_numbers_are_compared_to_their_last_digit():
@@ -64,6 +73,33 @@ def test_numbers_are_compared_to_their_last_digit():
     assert unlike(1.8594, "1.8584... and 1.87") == ["1.8584...", "1.87"]
     assert unlike({"a": -3.9e-11}, "-4e-11: an error, of 2 kinds") == []
     assert unlike("-0.13912", "margin -0.139; 0.14") == ["0.14"]
+    assert unlike("28 events, 0.853", "28 events, 85 %") == []
+    assert unlike("28 events, 0.853", "27 events, 86 %") == ["27", "86 %"]
+
+
+SENTENCES = {  # what pages say of numbers of the program itself
+    "README.md": [(r"Python (3\.\d+) or newer", lambda: _project()["requires-python"].removeprefix(">="))],
+    "docs/start/install.md": [(r"Python (3\.\d+) or newer", lambda: _project()["requires-python"].removeprefix(">="))],
+    "docs/start/tour.md": [(r"Series of more than (\d+) operations", lambda: str(lanes._LONGEST))],
+    "docs/contributing.md": [(r"at most (\d+) lines", lambda: str(LINES))],
+}
+
+
+def _project():
+    return tomllib.loads((FOLDER.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+@pytest.mark.parametrize("page", SENTENCES)
+def test_sentences_agree_with_the_program(page):
+    text = (FOLDER.parent / page).read_text(encoding="utf-8")
+    for said, is_so in SENTENCES[page]:
+        assert re.findall(said, text) == [is_so()], said
+
+
+def test_a_number_of_a_page_that_no_cell_prints_is_found():
+    known = founded.values("0.35991 1.2e-03 159.155 68300 0.117 0.05")
+    assert founded.unfounded(["0.36, 1.2e-3, at 159 Hz in 68 300 cases, 12 % of 50 mm; 3 ways"], known) == []
+    assert founded.unfounded(["0.37, 1.3e-3, 158 Hz, 13 %"], known) == ["0.37", "1.3e-3", "158", "13"]
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,13 @@ A Sphinx extension. Pages are written before Sphinx looks for its sources; they 
 
 from pathlib import Path
 
-from docs.pages import commands, figures, gallery, keys, mathml, names
+from docs.pages import commands, figures, gallery, keys, mathml, names, numbers
 
 
 def setup(app):
     """Register the makers of pages, and formulas as MathML."""
     mathml.setup(app)
+    numbers.setup(app)
     app.connect("builder-inited", _make)
     app.connect("autodoc-process-docstring", names.explain_data)
     app.connect("autodoc-process-docstring", names.escape_bars)

@@ -17,6 +17,7 @@ import symfric as sf
 from symfric.cli import main
 from symfric.report.explorer.views import explorer
 from symfric.scenefile import read_scene_file, read_scene_text
+from symfric.scenefile.starters import starter
 from symfric.scenefile.writing import read_tables, with_friction_values, written
 from tests.browser import chromium, complaints, overflow, show
 
@@ -66,6 +67,15 @@ def test_every_change_is_answered_within_a_tenth_of_a_second(belt):
             belt.view(values)
             next(belt.amplitudes(values, 0.03))
             assert time.process_time() - begin < 0.1
+
+
+@pytest.mark.parametrize("model", ["absorber", "coulomb_oscillator", "drive_stop"])
+def test_scenes_without_a_belt_speed_are_answered_too(model):
+    found = explorer(read_scene_text(starter(model)))
+    assert found.swept == ""
+    view = found.view(values_of(found))
+    assert view.status == ""
+    assert view.x.size > 10
 
 
 def test_numbers_of_the_friction_law_are_sliders(belt):

@@ -231,7 +231,7 @@ def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
 
 def _coarse_first(values: np.ndarray) -> np.ndarray:
     """Return values with both ends first, then the middle, then the middles of the halves."""
-    order, step = list(range(0, values.size, max(values.size - 1, 1))), (values.size - 1) // 2
+    order, step = list(range(0, values.size, max(values.size - 1, 1))), max(values.size - 1, 0) // 2
     while step:
         order += [k for k in range(step, values.size, step) if k not in order]
         step //= 2
