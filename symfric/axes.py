@@ -2,6 +2,8 @@
 
 import threading
 
+import sympy as sp
+
 from symfric.errors import SceneError
 
 
@@ -46,3 +48,25 @@ def new_axes(**options):
     from matplotlib.figure import Figure
 
     return Figure(**options).add_subplot()
+
+
+def in_letters(name: str) -> str:
+    """Return the name of a symbol as matplotlib's mathematics; plain words and letters stay as they are.
+
+    Parameters
+    ----------
+    name : str
+    """
+    tex = sp.latex(sp.Symbol(name))
+    return name if tex == name or not name.isidentifier() else f"${tex}$"
+
+
+def legend_above(ax, columns: int = 2) -> None:
+    """Put the legend of an Axes above it, where it covers no data.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    columns : int
+    """
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=columns, frameon=False, fontsize="small")

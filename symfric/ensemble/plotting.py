@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import axes_for, legend_above
 from symfric.locks import DRAWING, alone
 from symfric.solve.plotting import labelled
 
@@ -26,7 +26,7 @@ def plot_basins(basins, ax=None):
     (name, row), *others = basins.axes.items()
     colours = plt.get_cmap("tab10")(np.arange(10))[:, :3]
     for k, attractor in enumerate(basins.attractors):
-        ax.plot([], [], "s", color=colours[k % 10], label=repr(attractor))
+        ax.plot([], [], "s", color=colours[k % 10], label=_in_words(attractor))
     if others:
         other, column = others[0]
         shown = np.array([*colours, (1.0, 1.0, 1.0)])[np.where(basins.label < 0, 10, basins.label % 10)]
@@ -36,5 +36,14 @@ def plot_basins(basins, ax=None):
         ax.plot(row, basins.label, ".", color="k")
         ax.set_ylabel("attractor")
     ax.set_xlabel(labelled(name, basins.units))
-    ax.legend(fontsize="small", loc="upper right")
+    legend_above(ax, 1)
     return ax
+
+
+def _in_words(attractor) -> str:
+    """Return the name of an attractor for a legend; of an equilibrium with its first coordinate."""
+    if attractor.kind == "cycle":
+        return f"limit cycle, period {attractor.orbit.period:.6g}"
+    if attractor.kind == "equilibrium":
+        return f"equilibrium at {attractor.points[0, 0]:.4g}"
+    return {"rest": "at rest", "irregular": "irregular motion"}.get(attractor.kind, attractor.kind)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import in_letters, new_axes
 from symfric.locks import DRAWING, alone
 
 
@@ -35,6 +35,6 @@ def plot_profile(profile, ax=None):
     for end in profile.interval:
         if np.isfinite(end):
             ax.axvline(end, color="0.6", linestyle=":", linewidth=0.8)
-    ax.set_xlabel(profile.name)
+    ax.set_xlabel(in_letters(profile.name))
     ax.set_ylabel("cost")
     return ax

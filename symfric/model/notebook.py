@@ -1,8 +1,11 @@
 """Tables of results for notebooks, made from `to_dict`."""
 
+import html
+import re
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
+from sympy.printing.mathml import mathml
 
 MOST = 12  # longest list whose entries are shown; of longer ones the number and the ends of the range
 _ACROSS = 6  # most columns of a table with a single row; with more it stands upright
@@ -12,7 +15,7 @@ MODES = {-1: "slips backward", 0: "sticks", 1: "slips forward", 2: "open"}
 def html_table(name: str, values: Mapping[str, object]) -> str:
     """Return an HTML table of a result's values; nested values carry the names of their parents.
 
-    Matrices and lists of mappings become tables of their own, SymPy expressions TeX, which notebooks typeset.
+    Matrices and lists of mappings become tables of their own, SymPy expressions MathML, which browsers typeset.
 
     Parameters
     ----------
@@ -69,12 +72,23 @@ def _shown(value) -> str:
         sign = "\u2212" if value.imag < 0 else "+"
         return f"{value.real:.6g} {sign} {abs(value.imag):.6g} i" if value.imag else f"{value.real:.6g}"
     if isinstance(value, sp.Expr):
-        return f"${sp.latex(value)}$"
+        return _formula(value)
     if isinstance(value, Mapping):
         return ", ".join(f"{k} = {_shown(v)}" for k, v in value.items()) or "none"
     if isinstance(value, list | tuple):
         return _listed(value)
     return str(value) or "none"
+
+
+def _formula(expr: sp.Expr) -> str:
+    """Return an expression as MathML, names of symbols escaped and entities as their letters."""
+    from markupsafe import Markup
+
+    safe = {s: sp.Symbol(html.escape(s.name)) for s in expr.free_symbols}
+    text = mathml(expr.xreplace(safe), printer="presentation")
+    text = re.sub(r"&(?!lt;|gt;|amp;|quot;|#)\w+;", lambda entity: html.unescape(entity[0]), text)
+    text = text.replace("<mo><</mo>", "<mo>&lt;</mo>").replace("<mo>></mo>", "<mo>&gt;</mo>")  # SymPy writes them bare
+    return Markup(f"<math>{text}</math>")
 
 
 def _listed(value: Sequence) -> str:

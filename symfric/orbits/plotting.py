@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import axes_for, legend_above
 from symfric.locks import DRAWING, alone
 from symfric.solve.plotting import labelled, sticking
 
@@ -55,7 +55,7 @@ def plot_branch(branch, ax=None):
     ax.set_xlabel(labelled(branch.parameter, units))
     ax.set_ylabel(f"half range of {labelled(branch.orbits[0].names[0], units)}")
     ax.set_ylim(bottom=0)
-    ax.legend()
+    legend_above(ax, 3)
     return ax
 
 
@@ -66,7 +66,7 @@ def plot_curve(curve, units: Mapping[str, str], ax=None):
     ax.plot(*curve.values, label=curve.kind)
     ax.set_xlabel(labelled(curve.parameters[0], units))
     ax.set_ylabel(labelled(curve.parameters[1], units))
-    ax.legend()
+    legend_above(ax)
     return ax
 
 

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import axes_for, in_letters
 from symfric.locks import DRAWING, alone
 
 _NO_UNITS: Mapping[str, str] = MappingProxyType({})
@@ -17,8 +17,8 @@ def in_brackets(unit: str | None) -> str:
 
 
 def labelled(name: str, units: Mapping[str, str]) -> str:
-    """Return a name with its unit in brackets."""
-    return name + in_brackets(units.get(name))
+    """Return a name, set as mathematics, with its unit in brackets."""
+    return in_letters(name) + in_brackets(units.get(name))
 
 
 def sticking(run, t: np.ndarray, contacts: Sequence[bool] | None = None) -> np.ndarray:

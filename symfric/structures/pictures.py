@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import axes_for, in_letters
 from symfric.locks import DRAWING, alone
 
 
@@ -51,7 +51,7 @@ def plot_flutter(flutter, ax=None):
     ax.tick_params(labelbottom=False)
     ax.set_ylabel("imaginary part")
     below.set_ylabel("real part")
-    below.set_xlabel("mu")
+    below.set_xlabel(in_letters("mu"))
     return ax
 
 
@@ -60,6 +60,6 @@ def plot_map(found, ax=None):
     """Draw the lowest critical mu against the second parameter; return the Axes."""
     ax = axes_for(ax)
     ax.plot(found.values, found.mu, "o-", markersize=3)
-    ax.set_xlabel(found.name)
-    ax.set_ylabel("critical mu")
+    ax.set_xlabel(in_letters(found.name))
+    ax.set_ylabel(f"critical {in_letters('mu')}")
     return ax

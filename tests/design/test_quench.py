@@ -276,7 +276,7 @@ def test_result_reads_and_draws():
     data = found.to_dict()
     assert json.loads(json.dumps(data))["check"]["agrees"] is True
     ax = found.plot()
-    assert ax.get_xlabel() == "belt speed v_b"
+    assert ax.get_xlabel() == "speed v_b"
     low, high = ax.get_ylim()
     assert low < 0 < high < 2
     assert found.scene.values[found.scene.parameter("a")] == found.values["a"]
