@@ -175,7 +175,7 @@ def test_pictures_of_orbits_and_branches_show_units():
     assert labels(orbit.plot()) == ("x [m]", "u [m/s]")
     assert "period [s]" in orbit._repr_html_()
     branch = sf.continue_cycle(scene, "v_b", (0.1, 0.105), start=orbit)
-    assert labels(branch.plot()) == ("v_b [m/s]", "half range of x [m]")
+    assert labels(branch.plot()) == ("$v_{b}$ [m/s]", "half range of x [m]")
     assert branch.to_xarray().v_b.attrs["units"] == "m/s"
     plt.close("all")
 
