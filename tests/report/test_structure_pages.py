@@ -258,6 +258,33 @@ def test_a_scene_made_in_python_has_a_study():
     assert "flutter" in found.result.skipped()
 
 
+def test_a_follower_load_is_no_coefficient_of_friction():
+    """Ziegler's column with equal small dampers loses its stability under P = 41/28, by both ways."""
+    text = """
+        [scene]
+        structure = { maker = "ziegler", damping = 1.0e-4 }
+        mu = "P"
+        horizon = 5.0
+        [values]
+        P = 1.0
+        [flutter]
+        mu = [0.0, 3.0]
+        modes = 2
+        [sweep]
+        parameter = "P"
+        from = 0.5
+        to = 2.0
+        number = 2
+    """
+    result = study(read_scene_text("\n".join(line.strip() for line in text.splitlines())))
+    (row,) = (r for r in result.rows if r.quantity == "P at the onset")
+    assert row.predicted == pytest.approx(41 / 28, abs=1e-6)
+    assert row.computed == pytest.approx(row.predicted, rel=1e-8)
+    (first,) = flutter_words(result.structure, result.file)
+    assert first.startswith("From P = 1.4643 on")
+    assert "coefficient of friction" not in page(result)
+
+
 def test_names_from_other_programs_are_text(two):
     """Names of nodes and contacts may hold anything: they are neither mathematics nor HTML."""
     (two / "two" / "names.txt").write_text("<b>1:UX$_{\nn$2 & y\n")

@@ -12,6 +12,7 @@ from symfric.report.study.quantities import angular_frequency, measure, powers_o
 from symfric.report.study.study import StudyResult
 from symfric.scenefile import SceneFile, belt_speeds
 
+NEUTRAL = 1e-10  # growth over the largest eigenvalue below which it is rounding
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
 
 
@@ -84,6 +85,8 @@ def summary(result: StudyResult) -> list[str]:
     if stability is not None:
         what = "Steady sliding" if file.scene.contacts else "The equilibrium"
         verdict = "is stable: a small disturbance dies out" if stability.stable else "is not stable: a small one grows"
+        if abs(stability.margin) <= NEUTRAL * np.max(np.abs(stability.eigenvalues), initial=0.0):
+            verdict = "is on the edge: a small disturbance neither grows nor dies out"
         more = (
             ". A large one need not: from its start the scene vibrates"
             if stability.stable and _vibrates(result)
@@ -141,9 +144,12 @@ def onset(result: StudyResult) -> str:
         "subcritical": "by a jump: beside the onset only large vibrations are stable",
         "degenerate": "as sticking and lift-off decide: the cubic terms vanish",
     }[found.kind]
+    if found.kind == "degenerate" and not result.file.scene.contacts:
+        how = "as terms beyond the cubic ones decide: those vanish"
     value = measure(found.value, found.parameter, result.file)
+    what = "Steady sliding" if result.file.scene.contacts else "The equilibrium"
     return (
-        f"Steady sliding changes its stability at {found.parameter} = {value} with the angular frequency "
+        f"{what} changes its stability at {found.parameter} = {value} with the angular frequency "
         f"{angular_frequency(found.omega, result.file)} ({found.kind} Hopf point); vibration sets in {how}."
     )
 

@@ -62,6 +62,8 @@ class StructureResult:
         Contacts that are open in steady sliding.
     torn : tuple of tuple of str
         For each critical point of the flutter map the contacts that would be under tension in steady sliding there.
+    factor : str
+        What multiplies the friction matrix, if it is no coefficient of friction but a load.
     """
 
     plan: StructurePlan
@@ -70,6 +72,7 @@ class StructureResult:
     shares: tuple[ContactShare, ...]
     opened: tuple[str, ...] = ()
     torn: tuple[tuple[str, ...], ...] = ()
+    factor: str = ""
 
     @property
     def followed(self) -> "Flutter":
@@ -102,7 +105,12 @@ def structure_result(
         )
     opened = () if at_rest is None else tuple(open_contacts(file.scene, at_rest))
     torn = () if map_of.value is None else tuple(_torn(plan, values, p.mu) for p in map_of.value.critical)
-    return StructureResult(plan, modes, map_of, _shares(file.scene, motion), opened, torn)
+    return StructureResult(plan, modes, map_of, _shares(file.scene, motion), opened, torn, _factor(file.scene))
+
+
+def _factor(scene: Scene) -> str:
+    part = scene.system.linear
+    return "" if scene.contacts or part is None or not part.scaled else str(part.scaled[0][0])
 
 
 def _torn(plan: StructurePlan, values: Mapping[str, float], mu: float) -> tuple[str, ...]:
@@ -142,8 +150,10 @@ def _shares(scene: Scene, motion: SampledMotion | None) -> tuple[ContactShare, .
 
 
 def coefficient_at(scene: Scene, equilibrium: "Equilibrium") -> float:
-    """Return the coefficient of friction in steady sliding; NaN if contacts differ in it."""
-    values = scene.parameter_values()
+    """Return the coefficient of friction in steady sliding, or the load in its place; NaN if contacts differ in it."""
+    values, part = scene.parameter_values(), scene.system.linear
+    if not scene.contacts and part is not None and part.scaled:
+        return float(part.scaled[0][0].subs(values))
     found = [
         float(c.law.where(values)(abs(equilibrium.sliding[c.name]))) * float(sp.sympify(c.profile).subs(values))
         for c in scene.contacts
@@ -186,6 +196,6 @@ def onset_rows(
     elif any(c.law.kinetic.free_symbols & {SPEED} for c in scene.contacts):
         words += "; made without the slope of the law"
     return [
-        ComparisonRow("coefficient of friction at the onset", near.mu, mu, words),
+        ComparisonRow(f"{found.factor or 'coefficient of friction'} at the onset", near.mu, mu, words),
         ComparisonRow("angular frequency at the onset", near.omega, onset.omega, words, file.units.angular),
     ]

@@ -24,15 +24,16 @@ def flutter_pictures(result: StudyResult) -> list[Picture]:
         return []
     flutter, units = found.flutter.value, result.file.units
     at = ", ".join(f"{p.mu:.4g}" for p in flutter.critical) or "none"
+    over = found.factor or "the coefficient of friction"
     return [
         Picture(
-            figures.to_svg(drawn.plot_frequencies(flutter, units)),
-            f"Frequencies of {len(flutter.eigenvalues)} modes against the coefficient of friction; one grows from {at}",
+            figures.to_svg(drawn.plot_frequencies(flutter, units, found.factor)),
+            f"Frequencies of {len(flutter.eigenvalues)} modes against {over}; one grows from {at}",
             "Frequencies of the modes; in colour those that couple.",
         ),
         Picture(
-            figures.to_svg(drawn.plot_growth(flutter, units)),
-            f"Rates of growth of {len(flutter.eigenvalues)} modes against the coefficient of friction",
+            figures.to_svg(drawn.plot_growth(flutter, units, found.factor)),
+            f"Rates of growth of {len(flutter.eigenvalues)} modes against {over}",
             "Their rates of growth: above zero a small vibration grows.",
         ),
     ]

@@ -14,20 +14,20 @@ _LONGEST = 16  # letters of a name on an axis
 _LEGEND = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "frameon": False}
 
 
-def plot_frequencies(flutter, units, ax=None):
+def plot_frequencies(flutter, units, factor: str = "", ax=None):
     """Draw the frequencies of modes against the coefficient of friction; those that grow in colour."""
     ax = new_axes() if ax is None else ax
     hertz = units.hertz
-    factor, unit = (hertz, "Hz") if math.isfinite(hertz) else (1.0, units.angular)
-    _lines(flutter, factor * flutter.eigenvalues.imag, ax)
+    scale, unit = (hertz, "Hz") if math.isfinite(hertz) else (1.0, units.angular)
+    _lines(flutter, scale * flutter.eigenvalues.imag, ax)
     for point in flutter.critical:
-        ax.plot(point.mu, factor * point.omega, "o", color="black", markersize=5)
+        ax.plot(point.mu, scale * point.omega, "o", color="black", markersize=5)
     ax.set_ylim(bottom=0)
     ax.set_ylabel(("frequency" if math.isfinite(hertz) else "angular frequency") + in_brackets(unit))
-    return _over_mu(flutter, ax)
+    return _over_mu(flutter, factor, ax)
 
 
-def plot_growth(flutter, units, ax=None):
+def plot_growth(flutter, units, factor: str = "", ax=None):
     """Draw the rates of growth of modes against the coefficient of friction."""
     ax = new_axes() if ax is None else ax
     ax.axhline(0.0, color="black", linewidth=0.8)
@@ -35,7 +35,7 @@ def plot_growth(flutter, units, ax=None):
     for point in flutter.critical:
         ax.plot(point.mu, 0.0, "o", color="black", markersize=5)
     ax.set_ylabel("rate of growth" + in_brackets(units.rate))
-    return _over_mu(flutter, ax)
+    return _over_mu(flutter, factor, ax)
 
 
 def _lines(flutter, values: np.ndarray, ax) -> None:
@@ -46,14 +46,14 @@ def _lines(flutter, values: np.ndarray, ax) -> None:
         ax.plot(flutter.mu, row, color=colour, linewidth=1.0 if number is None else 1.8)
 
 
-def _over_mu(flutter, ax):
+def _over_mu(flutter, factor: str, ax):
     for k, point in enumerate(flutter.critical):
         words = "a mode begins to grow" if k == 0 else None
         ax.axvline(point.mu, color="black", linewidth=0.8, linestyle=(0, (4, 3)), label=words)
     for k, point in enumerate(flutter.regained):
         ax.axvline(point.mu, color=GREEN, linewidth=0.8, linestyle=":", label="stops growing" if k == 0 else None)
     ax.set_xlim(flutter.mu[0], flutter.mu[-1])
-    ax.set_xlabel("coefficient of friction")
+    ax.set_xlabel(label(factor, {}) if factor else "coefficient of friction")
     if flutter.critical or flutter.regained:
         ax.legend(ncols=2, **_LEGEND)
     return tidy(ax)

@@ -66,15 +66,20 @@ def flutter(found: StructureResult, file: SceneFile) -> list[str]:
         grows = bool(np.any(flutter.eigenvalues[:, 0].real > 1e-9 * np.max(np.abs(flutter.eigenvalues))))
         words = "already grows at its lower end" if grows else "begins to grow"
         none = "A mode" if grows else "No mode"
-        return [f"{none} {words} for coefficients of friction from {low} to {high}.", *_opened(found)]
+        return [
+            f"{none} {words} for {found.factor or 'coefficients of friction'} from {low} to {high}.",
+            *_opened(found),
+        ]
+    name = f"{found.factor} =" if found.factor else "the coefficient of friction"
+    at = lambda mu: f"{name} {mu:.5g}"  # noqa: E731
     lines = []
     for k, point in enumerate(flutter.critical):
         if point.omega == 0:
-            lines.append(f"At the coefficient of friction {point.mu:.5g} the structure diverges without vibration.")
+            lines.append(f"At {at(point.mu)} the structure diverges without vibration.")
             continue
         how = "two modes couple" if point.pair[0] != point.pair[1] else "a mode loses its damping"
         lines.append(
-            f"From the coefficient of friction {point.mu:.5g} on, small vibrations grow with the angular frequency "
+            f"From {at(point.mu)} on, small vibrations grow with the angular frequency "
             f"{angular_frequency(point.omega, file)}: {how}."
         )
         torn = list(found.torn[k]) if k < len(found.torn) else []
