@@ -1,5 +1,6 @@
 """Structures in files: .npz of NumPy or SciPy, or Matrix Market files in a folder or a zip."""
 
+import inspect
 import io
 import zipfile
 from pathlib import Path
@@ -15,6 +16,8 @@ from symfric.structures.structure import Structure
 _NAMES = ("M", "K", "C", "friction")
 _PARTS = ("data", "indices", "indptr", "row", "col", "shape", "format")
 _ENDINGS = (".mtx", ".mtx.gz")
+# newer SciPy asks which kind of sparse matrix is wanted, older does not know the argument
+_KIND = {"spmatrix": False} if "spmatrix" in inspect.signature(scipy.io.mmread).parameters else {}
 
 
 def read(path) -> Structure:
@@ -141,7 +144,7 @@ def _zip(place: Path) -> dict[str, Any]:
 
 def _market(source, name: str):
     try:
-        return scipy.io.mmread(source)
+        return scipy.io.mmread(source, **_KIND)
     except (ValueError, OverflowError, OSError, EOFError) as error:
         raise SceneError(f"{name} is no Matrix Market file: {error}") from None
 
