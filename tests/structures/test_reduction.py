@@ -33,9 +33,12 @@ def test_frequencies_are_within_the_error_that_is_said(name, kept):
     told = small.error
     exact = full.modes(told.frequency.size).frequency
     off = np.abs(told.frequency - exact) / np.where(exact > 0, exact, 1.0)
-    assert np.all(off <= 1.5 * told.frequency_error + 1e-9)
+    rounding = np.where(
+        exact > 0, 1e-9, 2 * np.sqrt(np.finfo(float).eps)
+    )  # of a zero: the root of that of K, of norm 4
+    assert np.all(off <= 1.5 * told.frequency_error + rounding)
     if kept:
-        assert np.all(off >= 0.3 * told.frequency_error - 1e-9)  # nor is it a guess that says nothing
+        assert np.all(off >= 0.3 * told.frequency_error - rounding)  # nor is it a guess that says nothing
 
 
 def test_static_response_to_loads_on_kept_rows_is_exact():

@@ -26,7 +26,8 @@ def test_highest_peak_is_the_h_infinity_norm(mu, f, zeta):
     assert not hamiltonian_crosses(matrix, highest * (1 + 1e-8))
     assert hamiltonian_crosses(matrix, highest * (1 - 1e-6))
     g, y = absorber.peaks(mu, f, zeta)[0]
-    assert absorber.response(mu, f, zeta, g) == pytest.approx(y, rel=1e-10)
+    rounding = 4 * np.finfo(float).eps * highest**2  # a sharp peak magnifies that of the frequency
+    assert absorber.response(mu, f, zeta, g) == pytest.approx(y, rel=max(1e-10, rounding))
 
 
 @pytest.mark.parametrize("mu", MASSES)

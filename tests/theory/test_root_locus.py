@@ -40,7 +40,7 @@ def test_frequency_response_by_name_is_the_matrix_formula():
     assert plant.input_labels == ["force_eta1", "force_eta2"]
     assert plant.output_labels == ["eta1", "eta2"]
     omega = np.geomspace(0.05, 20, 40)
-    response = control.frequency_response(plant, omega).complex
+    response = plant(1j * omega)
     for k, w in enumerate(omega):
         exact = np.linalg.inv(-(w**2) * found.M + 1j * w * found.B + found.K)
         assert response[:, :, k] == pytest.approx(exact, rel=1e-10, abs=1e-14)
