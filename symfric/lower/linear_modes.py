@@ -223,10 +223,14 @@ def without_harmonics(scene: Scene) -> Scene:
     Raises
     ------
     NoRoute
-        If a slip depends on time, or a harmonic on the state.
+        If a slip depends on time other than linearly, the load of a contact behind a spring is a harmonic, or a
+        harmonic depends on the state.
     """
-    if any(TIME in c.slip.free_symbols for c in scene.contacts):
-        raise NoRoute("a slip depends on time")
+    for c in scene.contacts:
+        if TIME in c.slip.diff(TIME).free_symbols:
+            raise NoRoute(f"the slip of contact {c.name!r} depends on time, not linearly")
+        if not c.along_line and TIME in c.normal.diff(TIME).free_symbols:
+            raise NoRoute(f"the load of contact {c.name!r}, which is behind a spring, depends on time, not linearly")
     clock = _Clock({*scene.system.states, *scene.system.rows, *scene.inputs})
     system = scene.system
     linear = system.linear

@@ -331,7 +331,7 @@ def test_harmonics_powers_of_time_samples_and_kinks_are_linear_between_events():
         ({"mass": [[1 + X**2]]}, "not linear"),
         ({"law": sf.laws.cubic(0.4, 0.25, 0.5)}, "not made of straight lines"),
         ({"law": sf.laws.coulomb(0.3).averaged(0.2)}, "straight lines"),
-        ({"slip": U - sp.sin(sf.TIME)}, "slip depends on time"),
+        ({"slip": U - sp.sin(sf.TIME)}, "slip of contact 'floor' depends on time"),
         ({"normal": 1 + X**2}, "not linear"),
         ({"force": [-X * sp.sin(sf.TIME)]}, "not linear"),
         ({"force": [sp.sin(sf.TIME**2)]}, "no harmonic"),

@@ -107,6 +107,12 @@ def test_the_rule_and_what_is_refused():
         "the forces or a friction law are not linear": structure.scene(
             [pad("pad", COULOMB)], [(rows[1], -(sp.Symbol("q1", real=True) ** 3))]
         ),
+        "the slip of contact 'shaken' depends on time": structure.scene(
+            [st.RowContact("shaken", rows[0], 1.0, COULOMB, speed=sp.cos(sf.TIME))]
+        ),
+        "the load of contact 'pulsed', which is behind a spring": structure.scene(
+            [pad("pulsed", sf.laws.coulomb(0.3), 1 + sp.cos(sf.TIME) / 2, stiffness=2.0)]
+        ),
         "is no harmonic of time": structure.scene([pad("pad", COULOMB)], [(rows[1], sp.sin(sf.TIME**2))]),
     }
     for words, scene in refused.items():
@@ -156,3 +162,16 @@ def test_what_is_held_by_one_coordinate_does_not_creep():
     k = scene.system.states.index(sp.Symbol("d_x6", real=True))
     assert run.final[k] == 0.1
     assert run.final[5] == pytest.approx(10.0, abs=1e-13)
+
+
+def test_speeds_and_loads_that_grow_with_time():
+    M, C, K, _, rows, start = numbers(6, 2, 4)
+    pads = [
+        st.RowContact("ramp", rows[0], 0.5, COULOMB, speed=0.1 + 0.02 * sf.TIME),
+        st.RowContact("spring", rows[1], 0.3 + 0.02 * sf.TIME, sf.laws.coulomb(0.4), stiffness=2.0),
+    ]
+    scene = st.Structure(M, K, C).scene(pads, [(rows[2], sp.cos(sf.TIME))], initial=start, horizon=20.0)
+    a, b = sf.simulate(scene), sf.simulate(scene, 1e-13, route="taylor")
+    assert a.route == "exact"
+    assert len(a.checked().events) == len(b.checked().events) > 10
+    assert a.final == pytest.approx(b.final, abs=1e-10)

@@ -41,7 +41,8 @@ class Form:
         Whether the other routes take longer until the first result. The matrices of ten masses with ten contacts are
         ready in a sixth of the time that their series take to compile. A run takes .27 ms, to all digits, and one by
         series .21 to .27, to 4 digits or all: some ten thousand runs pay the series back. Harmonics as states make
-        every step longer.
+        every step longer. A structure is ready ten times sooner; a run takes 1 to 1.5 times as long with ten modes, two
+        thirds of the time with thirty, a fifth with a hundred, of which harmonics are a small part.
     words : str
         For `explain`.
     """
