@@ -343,6 +343,20 @@ STRUCTURES = {
     "structures.chain": lambda k: sf.structures.chain(5 + k).modes(2).frequency,
     "structures.ziegler": lambda k: sf.structures.ziegler(damping=0.1 * k).complex_modes(2, mu=1.0).eigenvalues,
     "structures.flutter": lambda k: sf.structures.flutter(sf.structures.ziegler(), (0, 3 + k), count=2).critical[0].mu,
+    "structures.sliding": lambda k: (lambda s: (s.K.toarray(), s.friction.toarray()))(
+        sf.structures.sliding(
+            sf.structures.chain(4),
+            [
+                sf.structures.RowContact(
+                    "pad",
+                    {"x1": 1.0},
+                    sf.structures.RowLoad(1.0, {"x2": 0.1 * (k + 1)}, {"x2": -1.0}),
+                    sf.laws.coulomb(0.3),
+                    speed=1.0,
+                )
+            ],
+        )
+    ),
     "structures.flutter_map": lambda k: (
         sf.structures.flutter_map(
             lambda c: sf.structures.ziegler(damping=c), [0.1, 0.2 + 0.1 * k], mu=(0.5, 3.0), count=2, name="c"
