@@ -182,6 +182,7 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
         model.define(stored_energy(c.name), load[i] * stored)
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
     wanted = model.vector(list(rows))
+    _ = model.z_rate  # its kinks are switches with guards, too
     loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
     guards += model.switches.guards
     guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
