@@ -311,6 +311,8 @@ def _curves(file: SceneFile, plan: SweepPlan, slow: StudyAnswer[Scene]) -> tuple
     """Return the predictions that apply, and why there is none."""
     if slow.value is None:
         return (), slow.note
+    if file.structure is not None and len(slow.value.system.q) > 1:
+        return (), f"averaging takes one coordinate and its velocity, and the structure has {len(slow.value.system.q)}"
     if plan.coordinate != slow.value.system.q[0].name:
         return (), f"averaging speaks of the coordinate {slow.value.system.q[0].name}, not of {plan.coordinate}"
     fine = np.linspace(plan.start, plan.stop, min(4 * plan.number - 3, FINE))
