@@ -47,8 +47,8 @@ def reduction(plan: StructurePlan, file: SceneFile) -> str:
     response = float(np.max(error.response, initial=0.0))
     return (
         f"What the reduction costs, estimated: frequencies up to {angular_frequency(0.5 * error.cut, file)} change by "
-        f"{_percent(worst)} at most. The response of what is kept to a force along itself, without damping, changes by up "
-        f"to {_percent(response)} where that is most, beside a resonance that shifts. More modes make both smaller."
+        f"{_percent(worst)} at most. The response of what is kept to a force along itself changes by "
+        f"{_percent(response)} at worst, beside a resonance that shifts. More modes make both smaller."
     )
 
 
