@@ -28,6 +28,7 @@ OK, MANY_EVENTS, LOST_CONTACT, NOT_FINITE = 0, 1, 2, 3  # results of a step
 _FAR = 1e300  # beyond it a number is not finite
 _UNDEFINED = -2.0  # for the least guard over its size, which is not less than -1
 _NEAR = 1e-3  # least guard over its size near the edge of the domain of a law, where it counts as reached
+_ZERO = 1e-12  # guard relative to its change over a step that is zero
 _FOUND = 1e-14  # relative precision of the time of an event
 _NARROWINGS = (4, 4, 3)  # most evaluations of the formula for one event: their product
 _BISECT = 3  # every third narrowing halves the bracket
@@ -221,22 +222,25 @@ class _Builder:
         if not self.eq.watched:
             return ca.Function("piece", args, [self.formula(y, t, p, m, r), m, none, t + r, 0])
         g = self.eq.guards(y, t, p, m)
-        hit = self._watched(ca.logic_and(g < 0, fresh < 0.5))
-        at_once = ca.Function("at_once", args, [*self.event(y, t, p, m, hit), t, r])
-        march = self._march(args, g)
-        inner = _if(ca.mmax(hit) > 0, at_once, march, args)
-        return _if(r > 0, inner, idle, args)
-
-    def _march(self, args: list[ca.MX], g: ca.MX) -> ca.Function:
-        y, m, fresh, t, r, p = args
         end = self.formula(y, t, p, m, r)
         last = self.eq.guards(ca.if_else(_finite(end), end, y), t + r, p, m)
+
+        def wrong(last: ca.MX) -> ca.MX:  # what is zero to rounding is judged by the end of the step
+            return self._watched(ca.logic_and(g < -_ZERO * (ca.fabs(g) + ca.fabs(last)), fresh < 0.5))
+
         more = [ca.MX.sym("end", self.n_y), ca.MX.sym("last", self.n_g)]
+        at_once = ca.Function("at_once", [*args, *more], [*self.event(y, t, p, m, wrong(more[1])), t, r])
+        chosen = _chosen(ca.mmax(wrong(last)) > 0, at_once, self._march(args, more, g), [*args, end, last])
+        return _if(r > 0, ca.Function("inner", args, chosen), idle, args)
+
+    def _march(self, args: list[ca.MX], more: list[ca.MX], g: ca.MX) -> ca.Function:
+        """Return the same for a step that begins in the right mode, with the state and the guards at its end."""
+        y, m, fresh, t, r, p = args
         smooth = ca.Function("smooth", [*args, *more], [more[0], m, ca.DM.zeros(self.n_g), t + r, ca.MX(0)])
         size = ca.if_else(fresh > 0.5, ca.fabs(more[1]) / r, ca.fabs(g) + ca.fabs(more[1])) + 1e-300
         defined = _finite(more[0])
         below = ca.if_else(defined, self._smallest(more[1] / (size * (1 + fresh * (r - 1)))), _UNDEFINED)
-        above = ca.if_else(ca.mmax(fresh) > 0.5, -below, self._smallest(g / size))
+        above = ca.if_else(ca.mmax(fresh) > 0.5, -below, ca.fmax(0, self._smallest(g / size)))
         B = self._located()(ca.vertcat(0, above, r, below, below, 0, 0), y, t, p, m, fresh, size, r)
         c = ca.if_else(B[4] > _UNDEFINED, B[2], B[0])  # not beyond the domain of a law
         there = self.formula(y, t, p, m, c)
@@ -245,8 +249,8 @@ class _Builder:
         near = ca.logic_and(left / size <= least * (1 + _NEAR), least < _NEAR)
         hit = self._watched(ca.if_else(B[4] > _UNDEFINED, left < 0, near))
         cut = ca.Function("cut", [*args, *more], [*self.event(there, t + c, p, m, hit), t + c, r - c])
-        crossed = ca.logic_or(ca.mmax(self._watched(last < 0)), 1 - _finite(end))
-        return ca.Function("march", args, _chosen(crossed, cut, smooth, [*args, end, last]))
+        crossed = ca.logic_or(ca.mmax(self._watched(more[1] < 0)), 1 - defined)
+        return _if(crossed, cut, smooth, [*args, *more])
 
     def _rest(self) -> ca.Function:
         """Return ``(y, m, fresh, t, r, p, status) -> (y, m, fresh, t, r, status)``: the rest after too many events."""

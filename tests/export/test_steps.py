@@ -151,3 +151,12 @@ def test_scenes_that_a_step_does_not_take_are_refused_by_name(reason):
 def test_arguments_are_checked(arguments, said):
     with pytest.raises(sf.SceneError, match=said):
         sf.export.stepper(SCENES["belt"], **arguments)
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_start_at_the_bound_is_decided_by_what_follows(way):
+    """The force is exactly the static bound at the start; it falls, and the body stays, or it grows, and it slips."""
+    scene = one(sp.Rational(3, 10) * (1 + way * sf.TIME / 10), floor(sf.laws.coulomb(0.3, 0.2)))
+    run = sf.export.stepper(scene, 0.1).run()
+    assert np.all(run["mode"].values[0, 1:] == (1 if way > 0 else 0))
+    assert float(run.x[0, -1]) == pytest.approx(sf.simulate(scene, 1e-11).final[0], rel=1e-9)
