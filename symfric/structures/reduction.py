@@ -166,6 +166,8 @@ def _held(K, M, rows: np.ndarray):
 def _modes_held(K, M, rows, solve, count: int) -> tuple[np.ndarray, float]:
     """Return the lowest modes with the rows held, and the frequency of the next one."""
     n, r = M.shape[0], len(rows)
+    if r == n:
+        return np.zeros((n, 0)), np.inf  # older SciPy knows no eigenvalues of an empty matrix
     if count + 1 >= n - r or n <= 60:
         free = sla.null_space(rows) if r else np.eye(n)
         k, m = free.T @ (K @ free), free.T @ (M @ free)
