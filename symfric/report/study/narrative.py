@@ -84,7 +84,8 @@ def summary(result: StudyResult) -> list[str]:
     stability = result.stability.value
     if stability is not None:
         what = "Steady sliding" if file.scene.contacts else "The equilibrium"
-        verdict = "is stable: a small disturbance dies out" if stability.stable else "is not stable: a small one grows"
+        grows = "is not stable: a small disturbance grows"
+        verdict = "is stable: a small disturbance dies out" if stability.stable else grows
         if abs(stability.margin) <= NEUTRAL * np.max(np.abs(stability.eigenvalues), initial=0.0):
             verdict = "is on the edge: a small disturbance neither grows nor dies out"
         more = (
