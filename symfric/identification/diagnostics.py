@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtr
 
 LEAST = 20  # samples below which nothing is said
 DOUBTFUL = 0.001  # probability below which residuals are not taken for white noise
@@ -59,7 +59,7 @@ def diagnose(residuals: np.ndarray, unknowns: int = 0) -> Diagnostics:
     lags = min(10, n // 5)
     rho = np.array([centred[k:] @ centred[: n - k] / total for k in range(1, lags + 1)])
     q = n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))
-    return Diagnostics(rms, float(rho[0]), float(chi2.sf(q, lags)), _runs(centred))
+    return Diagnostics(rms, float(rho[0]), float(chdtrc(lags, q)), _runs(centred))
 
 
 def _runs(centred: np.ndarray) -> float:
@@ -72,4 +72,4 @@ def _runs(centred: np.ndarray) -> float:
     mean = 1 + 2 * a * b / n
     spread = (mean - 1) * (mean - 2) / (n - 1)
     found = 1 + np.count_nonzero(above[1:] != above[:-1])
-    return float(2 * norm.sf(abs(found - mean) / np.sqrt(spread))) if spread > 0 else 1.0
+    return float(2 * ndtr(-abs(found - mean) / np.sqrt(spread))) if spread > 0 else 1.0

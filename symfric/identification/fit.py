@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from symfric.errors import NotFound, SceneError
 from symfric.identification.diagnostics import Diagnostics, diagnose
@@ -234,7 +234,7 @@ class Fit:
         k = self._index(name)
         if not 0 < level < 1:
             raise SceneError(f"level is {level}; give a probability between 0 and 1")
-        spread = norm.ppf(0.5 + level / 2) if self._known else t.ppf(0.5 + level / 2, max(1, self.freedom))
+        spread = ndtri(0.5 + level / 2) if self._known else stdtrit(max(1, self.freedom), 0.5 + level / 2)
         error = self.standard_errors[self.names[k]] * float(spread)
         return self.values[self.names[k]] - error, self.values[self.names[k]] + error
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
@@ -173,6 +172,8 @@ def _check_units(problem: Problem) -> None:
     """Raise on a record that is far larger or smaller than what the scene does anywhere between the bounds."""
     predictor, unknowns = problem.predictor, problem.predictor.unknowns
     scaled = {target.label for targets in unknowns.targets for target in targets if target.kind == SCALE}
+    from scipy.stats import qmc  # slow to import
+
     found = predictor.many(unknowns.outer(qmc.Sobol(unknowns.size, seed=0).random(TRIALS)))
     for channel, rows in zip(predictor.channels, predictor.rows, strict=True):
         if channel.key in scaled:

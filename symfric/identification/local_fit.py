@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from symfric.identification.prediction import Prediction, PredictionModel
 
@@ -252,5 +251,5 @@ def _around(evaluate: Evaluator, inner: np.ndarray, seed: int) -> np.ndarray:
         for reach in REACHES
         for way in (1.0, -1.0)
     ]
-    cloud = qmc.Sobol(inner.size, seed=seed).random(16) - 0.5
+    cloud = np.random.default_rng(seed).random((16, inner.size)) - 0.5
     return np.concatenate([np.array(points), inner + 2 * NEAR * cloud, inner + 20 * NEAR * cloud])

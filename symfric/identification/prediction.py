@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.stats import qmc
 
 from symfric.errors import SceneError
 from symfric.identification.records import Channel, places
@@ -117,6 +116,8 @@ class Predictor:
             return self.filled(scene, label, values)
         if all(scene.values[scene.parameter(n)] is not None for n in self.names(label, VALUE)):
             return self.filled(scene, label, self.unknowns.outer(np.full(self.unknowns.size, 0.5)), starts_only=True)
+        from scipy.stats import qmc  # slow to import
+
         refusal = None
         for point in qmc.Sobol(self.unknowns.size, seed=0).random(TRIALS):  # the first that the scene accepts
             try:

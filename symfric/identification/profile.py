@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import chdtri, fdtri
 
 from symfric.errors import SceneError
 from symfric.identification.local_fit import Minimum, Problem, minimise
@@ -121,7 +121,7 @@ def profile_of(
         raise SceneError(f"level is {level}; give a probability between 0 and 1")
     if not isinstance(points, int) or points < 3:
         raise SceneError(f"points is {points!r}; give at least 3")
-    rise = 0.5 * float(chi2.ppf(level, 1)) if freedom is None else cost / freedom * float(f.ppf(level, 1, freedom))
+    rise = 0.5 * float(chdtri(1, 1 - level)) if freedom is None else cost / freedom * float(fdtri(1, freedom, level))
     walk = _Walk(problem, values, cost, k, cost + rise)
     ends = tuple(walk.end(way, _first_step(problem, values, k, jacobian, rise), points) for way in (-1, 1))
     order = sorted(walk.found.items())

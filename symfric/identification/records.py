@@ -183,6 +183,11 @@ def _channel(scene: Scene, label: str, name: str, record: Any, observed: Mapping
             f"{what} lasts until t = {channel.t[-1]:g}, the horizon of its scene is {scene.horizon:g}; convert the "
             "times to the scene's unit, or lengthen the scene with scene.until"
         )
+    if channel.t[0] > scene.horizon:
+        raise SceneError(
+            f"{what} begins at t = {channel.t[0]:g}, after the horizon {scene.horizon:g} of its scene; subtract the "
+            "time of its start, or lengthen the scene with scene.until"
+        )
     own = _sigma(sigma, channel)
     return Channel(label, name, channel.expr, channel.t, channel.y, own)
 
@@ -206,6 +211,8 @@ def _row(record: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
     if _is_xarray(record, "DataArray"):
         return _of_xarray(record, name)
     try:
+        if isinstance(record, Mapping | str):
+            raise TypeError
         t, y = record
     except (TypeError, ValueError):
         raise SceneError(f"record {name} is {type(record).__name__}; give times and values, (t, y)") from None
@@ -234,9 +241,13 @@ def _of_xarray(record: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def numbers(values: Any, what: str) -> np.ndarray:
     """Return a row of real numbers."""
+    if isinstance(values, np.ma.MaskedArray) and np.any(np.ma.getmaskarray(values)):
+        raise SceneError(f"{what} are masked in part; leave those samples out")
+    if np.asarray(values).dtype.kind in "Mm":
+        raise SceneError(f"{what} are dates or durations; give numbers of seconds, or an xarray.DataArray")
     try:
         row = np.asarray(values)
-        if row.dtype.kind not in "iufb" and row.dtype != object:
+        if row.dtype.kind not in "iuf" and row.dtype != object:
             raise TypeError
         row = np.array(row, dtype=float)
     except (TypeError, ValueError):
@@ -268,6 +279,8 @@ def check_row(t: np.ndarray, y: np.ndarray, what: str, over: str = "t") -> None:
     back = np.flatnonzero(np.diff(t) <= 0)
     if back.size:
         k = int(back[0])
+        if t[k] == t[k + 1]:
+            raise SceneError(f"{what} has {over} = {t[k]:.9g} twice (samples {k} and {k + 1}); keep one of them")
         raise SceneError(
             f"{what} is not in the order of {over}: {t[k]:.9g}, then {t[k + 1]:.9g} (sample {k + 1}); sort it"
         )

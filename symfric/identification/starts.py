@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.stats import qmc
 
 from symfric.identification.local_fit import LOOSE, Minimum, Problem, costs_of, minimise
 
@@ -32,6 +31,8 @@ def chosen_starts(problem: Problem, starts: int, seed: int, own: np.ndarray | No
     first = [] if own is None else [(own, False)]
     if starts <= len(first):
         return first
+    from scipy.stats import qmc  # slow to import
+
     count = 2 ** math.ceil(math.log2(min(TRIALS * starts, MOST_TRIALS)))
     points = qmc.Sobol(problem.free.size, seed=seed).random(count)
     values = np.array([problem.values(p) for p in points])

@@ -174,6 +174,8 @@ class _Reader:
         if depth > MAX_DEPTH:
             self.refuse(f"nested more than {MAX_DEPTH} deep; write it simpler")
         match node:
+            case ast.Constant(value=str(quoted)) if quoted in self.names and not quoted.isidentifier():
+                return self.name(quoted)  # a state of a contact whose name is no word, as "left pad.z"
             case ast.Constant():
                 return self.constant(node.value)
             case ast.Name():

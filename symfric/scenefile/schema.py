@@ -28,6 +28,8 @@ from symfric.scenefile.fields import (
 from symfric.scenefile.questions import Designs, Ground
 from symfric.scenefile.structure_tables import FlutterTable, StructureScene
 
+_DEEPEST_NAME = 8  # points in the name of a state
+
 
 class ReadyScene(Section):
     """The section ``[scene]`` of a ready model; its other keys are arguments of the model's function.
@@ -220,12 +222,16 @@ def read_document(raw: dict) -> Document:
 def _with_states_of_contacts(scene: dict) -> dict:
     """Return the table with ``initial.belt.z = 1``, which TOML reads as a table inside another, as the key belt.z."""
     initial = scene.get("initial")
-    if not isinstance(initial, dict):
-        return scene
-    flat: dict = {}
-    for name, value in initial.items():
-        flat |= {f"{name}.{own}": v for own, v in value.items()} if isinstance(value, dict) else {name: value}
-    return {**scene, "initial": flat}
+    return {**scene, "initial": _flat(initial)} if isinstance(initial, dict) else scene
+
+
+def _flat(table: dict, depth: int = 0) -> dict:
+    """Return a table of tables as one, with the names joined by points."""
+    found: dict = {}
+    for name, value in table.items():
+        inner = isinstance(value, dict) and value and depth < _DEEPEST_NAME
+        found |= {f"{name}.{own}": v for own, v in _flat(value, depth + 1).items()} if inner else {name: value}
+    return found
 
 
 def _table(value, place: str) -> dict:
