@@ -3,10 +3,11 @@
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.layout import backward, forward
-from symfric.solve.loop.precision import ROUNDING, TIE
+from symfric.solve.loop.precision import EPS, ROUNDING, TIE
 from symfric.solve.loop.tolerances import doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.workspace import PULL
 
+_SOON = 1e-9  # time in which a reserve is used up at once, in natural times
 _CLEARLY = 1e3  # slip after a natural time, in units of its zero, that counts as motion
 
 
@@ -37,7 +38,7 @@ def contradicts(w, n_x, i, horizon):
     if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
         return _drift(w, n_x + backward(i), i)
     if w.m[i] > 0.5:
-        return _excess(w, n_x + backward(i), horizon, doubt_of(w, i))
+        return _excess(w, n_x + backward(i), doubt_of(w, i))
     return _backing(w, n_x + backward(i), i, horizon), 0
 
 
@@ -61,8 +62,29 @@ def stick_scale(w, row):
     return 0.5 * abs(over + under) + 0.5 * abs(over - under)
 
 
+@compiled
+def at_bound(w, row, scale):
+    """Whether the reserve of a sticking contact is zero up to rounding, and not used up later, at a time that is known.
+
+    A force that grows slowly, as that of an integrator near its target, may take long for what is a rounding error of
+    its bound.
+    """
+    g, slope = w.probe[row, 0], w.probe[row, 1]
+    later = slope < 0.0 and g > 4.0 * EPS * scale and g > -slope * _SOON * natural_time(w)
+    return g <= ROUNDING * scale and not later
+
+
 @compiled(inline=True)
-def _excess(w, row, horizon, doubt):
+def tied(w, slope, scale):
+    """Whether a contact at its bound may stay there: its force grows by less than counts within a natural time.
+
+    Slip would have no acceleration that could be told from rounding; it begins when the excess can be.
+    """
+    return slope * natural_time(w) >= -TIE * scale
+
+
+@compiled(inline=True)
+def _excess(w, row, doubt):
     """Return the relative excess of a sticking contact over its bound, now or soon, and the direction of its slip.
 
     Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
@@ -75,8 +97,8 @@ def _excess(w, row, horizon, doubt):
     if g < -doubt and -g > slope * instant(w):
         return -g / scale, 2 * side - 1
     for _ in range(2):
-        g, slope = w.probe[row + side, 0], w.probe[row + side, 1]
-        if g <= ROUNDING * scale and slope * horizon < -TIE * scale:
+        slope = w.probe[row + side, 1]
+        if at_bound(w, row + side, scale) and not tied(w, slope, scale):
             return 0.5 * TIE, 2 * side - 1
         side = 1 - side
     return 0.0, 0

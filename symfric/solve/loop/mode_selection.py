@@ -10,7 +10,7 @@ decided by the next derivatives.
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.calls import measure, prelude, probe
-from symfric.solve.loop.contradiction import contradiction, contradicts, idles, rests, stick_scale
+from symfric.solve.loop.contradiction import at_bound, contradiction, contradicts, idles, rests, stick_scale, tied
 from symfric.solve.loop.exceeded_facets import release_worst
 from symfric.solve.loop.layout import backward, direction, forward, mode, sign, switch
 from symfric.solve.loop.precision import ROUNDING, TIE, TOUCH
@@ -366,7 +366,9 @@ def _mark_fresh(w, n_x, n_c, n_s):
             scale = stick_scale(w, n_x + backward(i))
             for g, room in ((backward(i), a), (forward(i), b)):
                 largest = w.scale[n_x + g] if w.carries[i] else w.other[g]
-                w.fresh[g], w.slack[g] = room <= ROUNDING * scale, max(0.0, -room)
+                w.fresh[g], w.slack[g] = at_bound(w, n_x + g, scale), max(0.0, -room)
+                if w.fresh[g] and w.probe[n_x + g, 1] < 0.0 and tied(w, w.probe[n_x + g, 1], scale):
+                    w.fresh[g], w.slack[g] = 0, 2.0 * TIE * scale - room  # it stays
                 if scale <= TIE * largest or (w.hit[g] and w.carries[i]):  # zero up to the rounding of earlier values
                     w.fresh[g], w.slack[g] = 0, max(0.0, ROUNDING * max(scale, largest) - room)
         else:
