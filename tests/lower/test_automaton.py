@@ -160,3 +160,16 @@ def test_power_is_the_rate_of_the_kinetic_energy(varying):
         error = [abs(s - applied - contact) for s in slopes]
         assert error[1] < 1e-5
         assert error[1] < 0.3 * error[0] + 1e-9  # central differences: second order
+
+
+@pytest.mark.parametrize("where", ["force", "rate", "output", "load"])
+def test_every_kink_has_a_guard_wherever_it_stands(where):
+    x, u, z = sp.symbols("x u z", real=True)
+    kink = {place: sp.Abs(x + z) if place == where else x for place in ("force", "rate", "output", "load")}
+    system = sf.System([x], [u], [[1]], [-2 * x - kink["force"]], z=[z], z_rate=[kink["rate"] - z])
+    contact = sf.Contact("floor", u, 3 + kink["load"] / 9, LAW)
+    outputs = {"most": sf.Max(kink["output"])}
+    scene = sf.Scene(system, [contact], {}, {x: 1.0, u: 0.0, z: 0.0}, 5.0, outputs)
+    automaton = lower(scene, [kink["output"]])
+    assert automaton.layout.switches == 1
+    assert automaton.field.nnz_out(1) == automaton.layout.n_guards
