@@ -129,9 +129,8 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
 def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automaton:
     """Build the automaton of contact dynamics; defines the forces and slips that observables may contain."""
     rate, friction = model.accelerations(tested=False)
-    rates = ca.vertcat(model.u, rate, model.z_rate)  # before the guards, as the kinks met in it have some
     guards, wanted, loads = observed(model, friction, rows)
-    out = [ca.densify(e) for e in (rates, guards, wanted)]
+    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, model.z_rate), guards, wanted)]
     mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(spring.variables for spring in model.springs))
     others = tuple(spring.layout for spring in model.springs)
     names = ["rate", "guards", "rows"]

@@ -95,10 +95,9 @@ def structure_matrices(
     spread = np.linalg.solve(mass, pushes.T).T
     felt = ca.SX.sym("b", 0 if space is None else space.felt.rows())
     phi, friction = _forces(model, space, unheld, felt, spread, loads)
-    rates = model.z_rate  # before the guards, as the kinks met in it have some
     guards, wanted, _ = observed(model, friction, rows)
     held = [-model.drift[i] / factor if place >= 0 else ca.SX(0) for i, (place, factor) in _anchors(model)]
-    forces = ca.vertcat(phi, rates, *held)
+    forces = ca.vertcat(phi, model.z_rate, *held)
     out = ca.vertcat(forces, guards, wanted)
     own = tuple(k for k in range(model.y.numel()) if ca.depends_on(out, model.y[k]))
     order = [k for of in ("q", "u") for k, s in enumerate(part.rows) if part.rows[s].of == of]
