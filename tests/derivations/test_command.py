@@ -43,13 +43,13 @@ def test_the_readme_is_current():
 
 
 def test_one_source_in_full():
-    done = run("handbook", "--json")
+    done = run("foundation", "--json")
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
     (source,) = data["sources"]
     assert data["sound"]
-    assert [row["equation"] for row in source["rows"]] == [e.equation for e in ledger_of("handbook").entries]
-    assert {row["residual"] for row in source["rows"]} == {"", "0"}
+    assert [row["equation"] for row in source["rows"]] == [e.equation for e in ledger_of("foundation").entries]
+    assert {row["residual"] for row in source["rows"]} <= {"", "0"}
 
 
 def test_an_unknown_source_is_named():

@@ -85,6 +85,7 @@ def steepest_fall(mu, center, width):
     return float(np.max(slope(center + width * np.linspace(-4, 4, 200001))))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("shape", "width"),
     [

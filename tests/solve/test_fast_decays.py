@@ -90,6 +90,7 @@ FAMILY = {
 }  # fmt: skip
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", FAMILY)
 def test_laws_without_a_jump_are_as_accurate_as_without_weights(name, monkeypatch):
     tolerances, steps = (1e-5, 1e-9), []

@@ -101,6 +101,7 @@ def test_rows_that_differ_by_rounding_are_parallel():
         assert len(found.events) == 2 * len(expected.events)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", longer(range(6), range(1, 6)))
 def test_integrators_are_right_or_say_that_they_cannot_tell_slips_apart(seed):
     statuses = []

@@ -34,6 +34,7 @@ def names_of(scene):
     return [n for n in NAMES if n in {s.name for s in (*scene.values, *scene.system.states)}]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("law", LAWS)
 def test_derivatives_are_those_of_the_explicit_route(law):
     outputs = {"x": sf.Samples(X, TIMES), "heat": sf.Integral(sf.dissipated_power("belt")), "end": sf.End()}

@@ -122,10 +122,11 @@ def _design(result: StudyResult, made: DesignResult) -> list[Picture]:
     if design is None:
         return []
     ax, caption = design.plot(figures.new_axes()), "What limits the design; dashed: the level at which it does."
+    alt = f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}"  # before names are set as mathematics
     ax.set_xlabel(figures.with_units(ax.get_xlabel(), result.file.units))
     ax.set_ylabel(designs.axis(made.plan, ax.get_ylabel(), result.file))
     figures.tidy(ax)
-    limit = Picture(figures.to_svg(ax), f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}", caption)
+    limit = Picture(figures.to_svg(ax), alt, caption)
     found = result.quench.value
     if made.plan.kind != "quench" or found is None:
         return [limit]
