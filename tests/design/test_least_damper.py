@@ -206,6 +206,7 @@ def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
         pytest.param(sf.laws.gauss(0.3, 0.2, 0.4), 0.0, marks=pytest.mark.long),
     ],
 )
+@pytest.mark.long
 def test_static_friction_above_the_kinetic(law, low):
     """The slower the belt, the more damping ends the cycle of stick and slip."""
     scene = sf.scenes.mass_on_belt(law, v_b=0.1)

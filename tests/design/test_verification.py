@@ -107,6 +107,7 @@ def test_the_damper_sees_narrow_features(shape, width):
     assert found.status == "optimal", found.doubts
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [0.005, pytest.param(0.001, marks=pytest.mark.long)])
 def test_the_quench_sees_narrow_features(width):
     """The mean of the slope over the fast motion, on a fine grid of speeds: negative with less, not with more."""

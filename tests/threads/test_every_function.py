@@ -8,7 +8,6 @@ import matplotlib
 import pytest
 
 import symfric as sf
-from tests.longer import longer
 from tests.threads.calls import CALLS, SLOW
 from tests.threads.together import THREADS, difference, together
 
@@ -66,6 +65,7 @@ def test_all_at_once():
 @pytest.mark.parametrize(
     "names", longer([("design.isolator", "design.contact_damper"), tuple(SLOW)], [tuple(SLOW)]), ids=len
 )
+@pytest.mark.long
 def test_slow_ones_at_once(names):
     assert compare({name: SLOW[name] for name in names}, rounds=1) == []
 
