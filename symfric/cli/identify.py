@@ -24,13 +24,14 @@ def identify(file: Path, out: Path | None, as_json: bool, quiet: bool):
     \b
     Example: symfric identify examples/rig_record.toml -o out/
     """
+    from symfric.report.identification.result import check_asked, identification, to_dict
     from symfric.scenefile import read_scene_file
 
     found = read_scene_file(file)
+    check_asked(found)  # before a folder is made
     folder = writable_folder(Path(f"{file.stem}-identify") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.identification.page import page, summary
-        from symfric.report.identification.result import identification, to_dict
 
         result = identification(found, progress)
         progress("pictures", 0.95)

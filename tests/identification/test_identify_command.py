@@ -104,9 +104,11 @@ def test_bad_records_are_one_line(tmp_path, rows, message):
     assert result.output.strip().count("\n") == 0
 
 
-def test_a_file_without_the_section():
+def test_a_file_without_the_section_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     result = call("identify", EXAMPLE.with_name("belt.toml"), "--quiet")
     assert result.exit_code == 2
+    assert list(tmp_path.iterdir()) == []
     assert "there is no [identify] section" in result.output
 
 

@@ -50,10 +50,7 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
     NotFound
         If no run between the bounds reaches the end of the record.
     """
-    if file.identification is None:
-        raise SceneError(
-            f"{file.path}: there is no [identify] section; add one with record = 'measured.csv' and [identify.unknowns]"
-        )
+    check_asked(file)
     tell = progress or (lambda _stage, _fraction: None)
     begin = time.monotonic()
     tell("fit", 0.05)
@@ -76,6 +73,14 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
             except NotFound as reason:
                 missing[name] = str(reason)
     return IdentificationResult(file, fit, profiles, missing, time.monotonic() - begin, versions())
+
+
+def check_asked(file: SceneFile) -> None:
+    """Raise `SceneError` unless a scene file asks for a fit."""
+    if file.identification is None:
+        raise SceneError(
+            f"{file.path}: there is no [identify] section; add one with record = 'measured.csv' and [identify.unknowns]"
+        )
 
 
 def to_dict(result: IdentificationResult) -> dict:
