@@ -24,11 +24,11 @@ def identify(file: Path, out: Path | None, as_json: bool, quiet: bool):
     \b
     Example: symfric identify examples/rig_record.toml -o out/
     """
-    from symfric.report.identification.result import check_asked, identification, to_dict
+    from symfric.report.identification.result import asked_fit, identification, to_dict
     from symfric.scenefile import read_scene_file
 
     found = read_scene_file(file)
-    check_asked(found)  # before a folder is made
+    asked_fit(found)  # before a folder is made
     folder = writable_folder(Path(f"{file.stem}-identify") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.identification.page import page, summary

@@ -50,12 +50,12 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
     NotFound
         If no run between the bounds reaches the end of the record.
     """
-    check_asked(file)
+    asked = asked_fit(file)
     tell = progress or (lambda _stage, _fraction: None)
     begin = time.monotonic()
     tell("fit", 0.05)
     try:
-        fit = file.identification(file.scene)
+        fit = asked(file.scene)
     except SceneError as error:
         raise SceneError(f"{file.path}: {error}") from None
     profiles, missing = {}, {}
@@ -75,12 +75,13 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
     return IdentificationResult(file, fit, profiles, missing, time.monotonic() - begin, versions())
 
 
-def check_asked(file: SceneFile) -> None:
-    """Raise `SceneError` unless a scene file asks for a fit."""
+def asked_fit(file: SceneFile) -> Callable:
+    """Return the fit that a scene file asks for, as a function of the scene; raise `SceneError` if there is none."""
     if file.identification is None:
         raise SceneError(
             f"{file.path}: there is no [identify] section; add one with record = 'measured.csv' and [identify.unknowns]"
         )
+    return file.identification
 
 
 def to_dict(result: IdentificationResult) -> dict:
