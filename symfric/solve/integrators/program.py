@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
@@ -16,8 +16,6 @@ from symfric.lower.automaton import automaton_of
 from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
-from symfric.solve.batch import Batch, batch_of_runs
-from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.integrated_piece import SegmentStart
 from symfric.solve.integrators.mode_functions import ONE_STEP, signs_evaluated
@@ -31,6 +29,7 @@ from symfric.solve.integrators.mode_selection import (
     starting_mode,
 )
 from symfric.solve.integrators.motion import Motion
+from symfric.solve.integrators.one_by_one import OneByOne
 from symfric.solve.integrators.recorder import Recorder
 from symfric.solve.integrators.refusals import declines, kinks_matter
 from symfric.solve.integrators.segment import FINEST, ModeIntegrators
@@ -50,7 +49,7 @@ _KEPT = 4  # most sets of integrators stored in a program
 _STALLED, _LITTLE = 200, 1e-9
 
 
-class IntegratorsProgram:
+class IntegratorsProgram(OneByOne):
     """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
 
     def __init__(
@@ -155,17 +154,6 @@ class IntegratorsProgram:
                 break
         self._idle.append(flow)
         return motion
-
-    def map(
-        self,
-        values: Mapping[Key, Any] | None = None,
-        initial: Mapping[Key, Any] | None = None,
-        threads: int = 1,
-        progress: Callable[[float], None] | None = None,
-    ) -> Batch:
-        """Run many cases, one by one; see `symfric.solve.program.Compiled.map`."""
-        refuse_lists(self.scene.outputs)
-        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
 
     def _sizes(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, horizon: float) -> np.ndarray:
         """Return the sizes of states and integrals from the start, or of continuous laws from a rough motion."""

@@ -17,9 +17,8 @@ from symfric.lower.variational_equations import starts_of
 from symfric.model.outputs import INTEGRAL, RANGE, VALUES, HalfRange, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
-from symfric.solve.batch import Batch, batch_of_runs
-from symfric.solve.case_values import read_cases, refuse_lists, workers_of
 from symfric.solve.integrators.motion import Motion
+from symfric.solve.integrators.one_by_one import OneByOne
 from symfric.solve.integrators.program import IntegratorsProgram, check_tolerance
 from symfric.solve.integrators.refusals import declines, kinks_matter
 from symfric.solve.integrators.varied_motion import Followed, VariedMotion
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from symfric.solve.integrators.route import Integrators
 
 
-class SensitiveIntegratorsProgram:
+class SensitiveIntegratorsProgram(OneByOne):
     """A scene prepared with its derivatives for an implicit integrator; may be run from any thread.
 
     Parameters
@@ -190,14 +189,3 @@ class SensitiveIntegratorsProgram:
             return float(total[2])
         low, high = float(total[0]), float(total[1])
         return (max(low, -high, 0.0), max(-low, high)) if row.magnitude else (low, high)
-
-    def map(
-        self,
-        values: Mapping[Key, Any] | None = None,
-        initial: Mapping[Key, Any] | None = None,
-        threads: int = 1,
-        progress: Callable[[float], None] | None = None,
-    ) -> Batch:
-        """Run many cases with their derivatives, one by one; see `symfric.solve.program.Compiled.map`."""
-        refuse_lists(self.scene.outputs)
-        return batch_of_runs(self.scene, self.run, read_cases(values, initial), workers_of(threads), progress)
