@@ -1,12 +1,31 @@
 """Places near a solution where the sequence of events changes, so that the cost is not smooth there."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from symfric.identification.fit import Crossing
 from symfric.identification.local_fit import Minimum, Problem
 
 HALVINGS = 20
 ENDS = 1e-9  # the jump of the cost is taken between points this close, relative to the distance searched
+
+
+class Crossing(NamedTuple):
+    """A place near the solution where the sequence of events changes, so that the cost is not smooth.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Between these and the solution's the sequence is that of the solution.
+    events : (int, int)
+        Number of events at the solution, and beyond.
+    jump : float
+        By how much the cost jumps there, relative to the cost at the solution; near zero for a mere edge.
+    """
+
+    values: dict[str, float]
+    events: tuple[int, int]
+    jump: float
 
 
 def crossings_near(

@@ -130,8 +130,7 @@ def test_design(
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
         raise SceneError(f"number is {number!r}; give how many measurements to choose, at least 1")
     ranges = unknowns.high - unknowns.low
-    free = np.array([k for k, n in enumerate(fit.names) if n not in fit.active], dtype=int)
-    own = fit._jacobian[:, free] * ranges[free] / np.sqrt(fit.variance)
+    own = fit._jacobian * ranges / np.sqrt(fit.variance)
     base = own.T @ own
     candidates: list[dict[str, float]] = []
     parts: dict[int, np.ndarray] = {}  # information of the candidates whose runs succeed
@@ -141,13 +140,13 @@ def test_design(
     again = replace(predictor, channels=channels)
     for k, row in enumerate(rows):
         candidates.append(dict(zip(names, row, strict=True)))
-        part = _information(again, candidates[-1], fit.vector, weight[:, None] * ranges, free)
+        part = _information(again, candidates[-1], fit.vector, weight[:, None] * ranges)
         parts |= {} if part is None else {k: part}
     there = list(parts)
     if not there:
         raise NotFound("no candidate's run reaches the end of the records; choose other settings")
     level = WEAK * max(1.0, *(float(np.trace(parts[k])) for k in there))
-    weak = np.eye(free.size) * level
+    weak = np.eye(ranges.size) * level
     gains = np.full(len(rows), np.nan)
     gains[there] = [_log_det(base + weak + parts[k]) - _log_det(base + weak) for k in there]
     chosen, errors, total = [], [], base + weak
@@ -155,8 +154,8 @@ def test_design(
         best = max(there, key=lambda k: _log_det(total + parts[k]))
         total = total + parts[best]
         chosen.append(candidates[best])
-        spread = np.sqrt(np.diag(np.linalg.inv(total))) * ranges[free]
-        errors.append(dict(zip([fit.names[k] for k in free], spread.tolist(), strict=True)))
+        spread = np.sqrt(np.diag(np.linalg.inv(total))) * ranges
+        errors.append(dict(zip(fit.names, spread.tolist(), strict=True)))
     return TestDesign(tuple(chosen), tuple(errors), tuple(candidates), gains)
 
 
@@ -193,11 +192,11 @@ def _grid(fit: Fit, settings: Any, label: str) -> tuple[list[str], list[tuple[fl
 
 
 def _information(
-    predictor: Predictor, candidate: dict[str, float], values: np.ndarray, scale: np.ndarray, free: np.ndarray
+    predictor: Predictor, candidate: dict[str, float], values: np.ndarray, scale: np.ndarray
 ) -> np.ndarray | None:
     """Return the information of one candidate's records, None if its run fails."""
     found = predictor.at(values, differences=False, settings=candidate)
     if not np.all(np.isfinite(found.y)):
         return None
-    slopes = (scale * np.where(np.isfinite(found.slopes), found.slopes, 0.0))[:, free]
+    slopes = scale * np.where(np.isfinite(found.slopes), found.slopes, 0.0)
     return slopes.T @ slopes

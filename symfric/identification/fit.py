@@ -3,16 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from symfric.errors import NotFound, SceneError
+from symfric.identification.crossings import Crossing
 from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
 from symfric.identification.prediction import Predictor
-from symfric.identification.profile import Profile, profile_of
+from symfric.identification.profile import FEWEST, Profile, profile_of
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
 from symfric.model.laws import Law
 from symfric.model.notebook import html_table
@@ -21,24 +21,6 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
-
-
-class Crossing(NamedTuple):
-    """A place near the solution where the sequence of events changes, so that the cost is not smooth.
-
-    Attributes
-    ----------
-    values : dict of str to float
-        Between these and the solution's the sequence is that of the solution.
-    events : (int, int)
-        Number of events at the solution, and beyond.
-    jump : float
-        By how much the cost jumps there, relative to the cost at the solution; near zero for a mere edge.
-    """
-
-    values: dict[str, float]
-    events: tuple[int, int]
-    jump: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +41,8 @@ class Fit:
     notes : tuple of str
         What a reader should know before using the numbers.
     active : tuple of str
-        Unknowns that ended at a bound; standard errors are those of the others, with these held.
+        Unknowns that ended at a bound. They have no standard errors; those of the others regard them as free, and
+        `interval` follows the cost.
     sigma : dict of str to float
         Standard deviation of the noise of each record, given or estimated; the mean if it varies over the record.
     evaluations : int
@@ -161,14 +144,18 @@ class Fit:
 
     @cached_property
     def _uncertainty(self) -> Uncertainty:
-        free = np.array([k for k, n in enumerate(self.names) if n not in self.active], dtype=int)
+        bound = np.array([n in self.active for n in self.names])
         unknowns = self._problem.predictor.unknowns
         ranges = unknowns.high - unknowns.low
-        return uncertainty(self.names, self.vector, self._jacobian, free, self.variance, ranges)
+        return uncertainty(self.names, self.vector, self._jacobian, bound, self.variance, ranges)
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of the values, shape (n_p, n_p), in the order of `names`."""
+        """Covariance of the values, shape (n_p, n_p), in the order of `names`.
+
+        That of least squares without bounds: an unknown at its bound counts as free in the rows of the others, and its
+        own row is NaN.
+        """
         return self._uncertainty.covariance
 
     @property
@@ -209,7 +196,7 @@ class Fit:
         return tuple(found)
 
     def interval(self, name: Key, level: float = 0.95) -> tuple[float, float]:
-        """Return the interval of a value from its standard error.
+        """Return the interval of a value: from its standard error, or from its profile if an unknown is at a bound.
 
         Parameters
         ----------
@@ -220,20 +207,33 @@ class Fit:
         Returns
         -------
         (float, float)
+            With an unknown at a bound an end that the bounds cut off is the bound; the interval of the unknown at its
+            bound itself is therefore one-sided.
 
         Raises
         ------
         SceneError
-            If the unknown does not exist, or has no standard error.
+            If the unknown does not exist.
+        NotFound
+            If a profile finds that the fit was no minimum.
 
         Notes
         -----
         By Student's distribution with `freedom` degrees of freedom if the noise was estimated, else by the normal one.
-        `profile` gives an interval that follows the cost where it is no parabola.
+        Estimates do not scatter about the truth in that way where an unknown is at a bound; the likelihood ratio, with
+        that unknown fitted anew for every value and free to leave its bound, then holds the truth more often than
+        `level` says for the unknown at the bound, and nearly as often for the others (Self and Liang, Journal of the
+        American Statistical Association 82 (1987) 605). `profile` gives such an interval always.
         """
         k = self._index(name)
         if not 0 < level < 1:
             raise SceneError(f"level is {level}; give a probability between 0 and 1")
+        if self.active:
+            if (k, level) not in self._followed:
+                unknowns = self._problem.predictor.unknowns
+                low, high = self.profile(name, level, FEWEST).interval
+                self._followed[k, level] = max(low, float(unknowns.low[k])), min(high, float(unknowns.high[k]))
+            return self._followed[k, level]
         spread = ndtri(0.5 + level / 2) if self._known else stdtrit(max(1, self.freedom), 0.5 + level / 2)
         error = self.standard_errors[self.names[k]] * float(spread)
         return self.values[self.names[k]] - error, self.values[self.names[k]] + error
@@ -268,6 +268,11 @@ class Fit:
             shown = ", ".join(f"{n} = {v:.6g}" for n, v in better.items())
             raise NotFound(f"the fit is no minimum: the cost is lower at {shown}; fit again with more starts")
         return found.profile
+
+    @cached_property
+    def _followed(self) -> dict[tuple[int, float], tuple[float, float]]:
+        """Intervals of profiles that were computed, by unknown and level."""
+        return {}
 
     def _index(self, name: Key) -> int:
         wanted = name_of(name)

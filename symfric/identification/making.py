@@ -80,7 +80,10 @@ def with_notes(fit: Fit, *further: str) -> Fit:
 def _notes(fit: Fit) -> Iterator[str]:
     """Yield what a reader should know before using the numbers."""
     for name in fit.active:
-        yield f"{name} is at its bound; widen it, or take the value as unknown beyond it"
+        yield (
+            f"{name} is at its bound {fit.values[name]:.6g}; widen it, or take the value as unknown beyond it: intervals "
+            f"follow the cost with {name} free between its bounds, standard errors of the others regard it as free"
+        )
     for direction in fit.unidentifiable:
         yield str(direction)
     for crossing in fit.crossings:

@@ -10,8 +10,10 @@ from symfric.errors import SceneError
 from symfric.identification.local_fit import Minimum, Problem, minimise
 from symfric.model.notebook import html_table
 
-REFINED = 4  # secant steps towards the end of the interval
+REFINED = 40  # most steps towards the end of an interval
+CLOSE, NARROW = 1e-4, 1e-6  # distance from the threshold, and from the end of the interval, that suffice (relative)
 MOST = 40  # steps outwards
+FEWEST = 3  # points of a profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +121,8 @@ def profile_of(
     """
     if not 0 < level < 1:
         raise SceneError(f"level is {level}; give a probability between 0 and 1")
-    if not isinstance(points, int) or points < 3:
-        raise SceneError(f"points is {points!r}; give at least 3")
+    if not isinstance(points, int) or points < FEWEST:
+        raise SceneError(f"points is {points!r}; give at least {FEWEST}")
     rise = 0.5 * float(chdtri(1, 1 - level)) if freedom is None else cost / freedom * float(fdtri(1, freedom, level))
     walk = _Walk(problem, values, cost, k, cost + rise)
     ends = tuple(walk.end(way, _first_step(problem, values, k, jacobian, rise), points) for way in (-1, 1))
@@ -181,14 +183,18 @@ class _Walk:
         return way * float("inf")
 
     def _between(self, inside: float, below: float, outside: float, above: float) -> float:
-        """Return the value at the threshold by false position."""
-        for _ in range(REFINED):
-            if not np.isfinite(above):
+        """Return the value at the threshold by false position (Illinois), halving the bracket every third time."""
+        whole = abs(self._root(self.cost))
+        for turn in range(REFINED):
+            if turn % 3 == 2 or not np.isfinite(above):
                 middle = 0.5 * (inside + outside)
             else:
                 middle = inside - below * (outside - inside) / (above - below)
             at = self.at(middle)
-            if abs(at) < 1e-6 * abs(self._root(self.cost)):
+            if abs(at) < CLOSE * whole or abs(outside - inside) < NARROW * abs(outside - self.begin):
                 return middle
-            inside, below, outside, above = (inside, below, middle, at) if at > 0 else (middle, at, outside, above)
+            if at > 0:
+                outside, above, below = middle, at, 0.5 * below
+            else:
+                inside, below, above = middle, at, 0.5 * above
         return middle

@@ -64,7 +64,7 @@ class Uncertainty(NamedTuple):
     Attributes
     ----------
     covariance : ndarray, shape (n_p, n_p)
-        NaN in rows of unknowns that are held at a bound; infinite on the diagonal where nothing fixes them.
+        NaN in rows of unknowns at a bound; infinite on the diagonal where nothing fixes them.
     errors : ndarray, shape (n_p,)
         Standard errors.
     correlation : ndarray, shape (n_p, n_p)
@@ -81,7 +81,7 @@ def uncertainty(
     names: Sequence[str],
     values: np.ndarray,
     jacobian: np.ndarray,
-    free: np.ndarray,
+    bound: np.ndarray,
     variance: float,
     ranges: np.ndarray | None = None,
 ) -> Uncertainty:
@@ -93,8 +93,10 @@ def uncertainty(
     values : ndarray, shape (n_p,)
     jacobian : ndarray, shape (n, n_p)
         Of the weighted residuals by the values.
-    free : ndarray of int
-        The unknowns that are not held.
+    bound : ndarray of bool, shape (n_p,)
+        Which unknowns ended at a bound. They are free like the others, so that errors of the others contain that the
+        truth may lie off the bound; they have no standard error themselves, because estimates do not scatter on both
+        sides of a bound.
     variance : float
         Of a weighted residual.
     ranges : ndarray, shape (n_p,), optional
@@ -105,38 +107,31 @@ def uncertainty(
     ``variance (J' J)^-1`` by the singular values of J with its columns scaled to unit length, which is as accurate as
     the units allow; see Golub and Van Loan, Matrix Computations, 4th edition, section 5.3.
     """
-    n = len(names)
-    covariance = np.full((n, n), np.nan)
     ranges = np.where(values == 0, 1.0, np.abs(values)) if ranges is None else ranges
-    own = np.linalg.qr(jacobian[:, free], mode="r") if free.size else np.zeros((0, 0))  # the same J'J, few rows
-    reach = np.linalg.norm(own * ranges[free], axis=0)
+    own = np.linalg.qr(jacobian, mode="r")  # the same J'J, few rows
+    reach = np.linalg.norm(own * ranges, axis=0)
     size = np.where(reach > SINGULAR * np.max(reach, initial=0.0), np.linalg.norm(own, axis=0), 0.0)
     own = np.where(size > 0, own, 0.0)
-    scaled = own / np.where(size > 0, size, 1.0)
-    _, singular, axes = (
-        np.linalg.svd(scaled, full_matrices=False) if free.size else (None, np.zeros(0), np.zeros((0, 0)))
-    )
+    _, singular, axes = np.linalg.svd(own / np.where(size > 0, size, 1.0), full_matrices=False)
     lost = singular <= SINGULAR * max(1.0, float(np.max(singular, initial=0.0)))
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = (axes.T * np.where(lost, 0.0, 1.0 / singular**2)) @ axes
-        inner = variance * inverse / np.outer(size, size)
+        covariance = variance * inverse / np.outer(size, size)
     loose = (size == 0) | np.any(np.abs(axes[lost]) > 1e-6, axis=0)
-    inner[loose], inner[:, loose] = np.nan, np.nan
-    inner[loose, loose] = np.inf
-    covariance[np.ix_(free, free)] = inner
+    covariance[loose], covariance[:, loose] = np.nan, np.nan
+    covariance[loose, loose] = np.inf
+    covariance[bound], covariance[:, bound] = np.nan, np.nan
     errors = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(errors, errors)
     np.fill_diagonal(correlation, 1.0)
-    return Uncertainty(covariance, errors, correlation, _directions(names, values, own, free, variance, ranges))
+    return Uncertainty(covariance, errors, correlation, _directions(names, values, own, variance, ranges))
 
 
-def _directions(names, values, own, free, variance: float, ranges) -> tuple[Direction, ...]:
+def _directions(names, values, own, variance: float, ranges) -> tuple[Direction, ...]:
     """Return the directions whose standard error is as large as that of knowing nothing but the bounds."""
-    if not free.size:
-        return ()
-    _, singular, axes = np.linalg.svd(own * ranges[free], full_matrices=True)
-    singular = np.concatenate([singular, np.zeros(free.size - singular.size)])
+    _, singular, axes = np.linalg.svd(own * ranges, full_matrices=True)
+    singular = np.concatenate([singular, np.zeros(len(names) - singular.size)])
     found = []
     for value, axis in zip(singular[::-1], axes[::-1], strict=True):
         lost = value <= SINGULAR * singular[0]
@@ -145,6 +140,6 @@ def _directions(names, values, own, free, variance: float, ranges) -> tuple[Dire
             break
         largest = axis[np.argmax(np.abs(axis))]
         axis, error = axis / largest, error * abs(largest)
-        told = {names[k]: float(w * ranges[k]) for k, w in zip(free, axis, strict=True) if abs(w) > SMALLEST}
+        told = {names[k]: float(w * ranges[k]) for k, w in enumerate(axis) if abs(w) > SMALLEST}
         found.append(Direction(told, error, {n: float(values[list(names).index(n)]) for n in told}))
     return tuple(found)
