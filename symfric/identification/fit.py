@@ -12,7 +12,7 @@ from symfric.identification.crossings import Crossing
 from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
 from symfric.identification.prediction import Predictor
-from symfric.identification.profile import FEWEST, Profile, profile_of
+from symfric.identification.profile import FEWEST, Profile, profile_of, rise_of
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
 from symfric.model.laws import Law
 from symfric.model.notebook import html_table
@@ -84,6 +84,7 @@ class Fit:
     _known: bool = field(repr=False)  # whether the noise was given
     _y: np.ndarray = field(repr=False)  # predictions
     _jacobian: np.ndarray = field(repr=False)  # of the weighted residuals
+    _inflation: float = field(default=1.0, repr=False)  # of the rise of the cost by a robust loss
 
     @property
     def scene(self) -> Scene:
@@ -100,6 +101,11 @@ class Fit:
         return np.array([self.values[n] for n in self.names])
 
     @property
+    def loss(self) -> str:
+        """Name of the loss of the residuals: "linear" for their squares."""
+        return self._problem.loss.name
+
+    @property
     def samples(self) -> int:
         """Number of samples that count."""
         return int(np.count_nonzero(self._problem.weight))
@@ -111,17 +117,17 @@ class Fit:
 
     @cached_property
     def cost(self) -> float:
-        """Half the sum of squares of the residuals.
+        """Half the sum of squares of the residuals, or of the loss if it is another one.
 
         Each over its standard deviation if `sigma` was given, or estimated because there are several records; plain for
         one record with unknown noise.
         """
-        return 0.5 * float(np.sum((self._problem.weight * (self._problem.y - self._y)) ** 2))
+        return float(self._problem.loss.cost(self._problem.weight * (self._problem.y - self._y)))
 
     @property
     def variance(self) -> float:
-        """Variance of a weighted residual: 1 if the noise is known, else estimated from the residuals."""
-        return 1.0 if self._known else 2 * self.cost / max(1, self.freedom)
+        """Variance of a weighted residual: estimated if there is one record with unknown noise, else 1."""
+        return 1.0 if self._known or self._problem.loss.is_robust else 2 * self.cost / max(1, self.freedom)
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
@@ -261,8 +267,8 @@ class Fit:
             If the cost goes below that of the fit, which therefore was no minimum.
         """
         k = self._index(name)
-        freedom = None if self._known else max(1, self.freedom)
-        found = profile_of(self._problem, self.vector, self.cost, k, level, freedom, self._jacobian, points)
+        rise = rise_of(level, self.variance * self._inflation, None if self._known else max(1, self.freedom))
+        found = profile_of(self._problem, self.vector, self.cost, k, level, rise, self._jacobian, points)
         if found.lowest.cost < self.cost * (1 - 1e-4) - 1e-300:
             better = dict(zip(self.names, found.lowest.values.tolist(), strict=True))
             shown = ", ".join(f"{n} = {v:.6g}" for n, v in better.items())
@@ -334,6 +340,7 @@ class Fit:
             "standard_errors": dict(self.standard_errors),
             "covariance": self.covariance.tolist(),
             "correlation": self.correlation.tolist(),
+            "loss": self.loss,
             "cost": self.cost,
             "samples": self.samples,
             "sigma": dict(self.sigma),

@@ -10,6 +10,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.joined_fit import joined_fit
 from symfric.identification.local_fit import Minimum, Problem, polished, stepped_over
+from symfric.identification.loss import Loss, median_scale, read_loss
 from symfric.identification.making import made_fit
 from symfric.identification.prediction import PredictionModel, Predictor
 from symfric.identification.records import read_channels
@@ -37,6 +38,7 @@ def identify(
     seed: int = 0,
     tolerance: float = 1e-10,
     threads: int = 1,
+    loss: str = "linear",
 ) -> Fit:
     """Fit values of a scene to measured records by least squares.
 
@@ -69,6 +71,10 @@ def identify(
         Of the runs.
     threads : int
         For the runs without derivatives.
+    loss : str
+        How residuals count: "linear" by their squares; "soft_l1", "huber" or "cauchy" (as in
+        `scipy.optimize.least_squares`) less than that from about one, 1.3 or 2.4 standard deviations on, for records
+        with outliers. Noise that is not given is estimated from the median of the residuals.
 
     Returns
     -------
@@ -88,8 +94,8 @@ def identify(
     because it grazes or two events coincide, they are differences. The cost has an edge or a jump where the sequence of
     events changes; points behind such places are tried before a minimum is accepted. Unknowns between positive bounds
     of a ratio of 100 or more are searched by their logarithm. ``covariance = s^2 (J' J)^-1``, with s^2 = 1 for given
-    noise; Seber and Wild, Nonlinear Regression (1989), section 5.1. With `segments` see
-    `symfric.identification.shooting.join`.
+    noise; Seber and Wild, Nonlinear Regression (1989), section 5.1. With another `loss` it is that of
+    `symfric.identification.loss.sandwich`. With `segments` see `symfric.identification.shooting.join`.
 
     Examples
     --------
@@ -109,6 +115,8 @@ def identify(
         raise SceneError(f"starts is {starts!r}; give how many starts the fit makes, at least 1")
     if isinstance(segments, bool) or not isinstance(segments, int | np.integer) or segments < 1:
         raise SceneError(f"segments is {segments!r}; give into how many pieces the records are cut, at least 1")
+    if (counted := read_loss(loss)).is_robust and segments > 1:
+        raise SceneError(f"loss is {loss!r}, which is for fits of one piece; leave out segments, or take loss='linear'")
     samples = sum(c.y.size for c in channels)
     if samples < unknowns.size:
         raise SceneError(
@@ -118,8 +126,10 @@ def identify(
     y = np.concatenate([c.y for c in channels])
     known = channels[0].sigma is not None
     weight = np.concatenate([1 / c.sigma if c.sigma is not None else _first_weight(c.y, channels) for c in channels])
-    problem = Problem(predictor, y, weight)
-    _check_units(problem)
+    problem = Problem(predictor, y, weight, loss=counted)
+    trials = _check_units(problem)
+    if counted.is_robust and not known:
+        problem = _first_scaled(problem, trials)
     begins = chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns))
     if segments > 1:
         return joined_fit(problem, begins, int(segments), known)
@@ -130,8 +140,8 @@ def identify(
             "see why, and narrow the bounds"
         )
     best = polished(problem, stepped_over(problem, found[0], seed))
-    if not known and len(channels) > 1:
-        problem, best = _reweighted(problem, best)
+    if not known and (len(channels) > 1 or counted.is_robust):
+        problem, best = _reweighted(problem, best, seed)
     return made_fit(problem, best, found, known)
 
 
@@ -168,8 +178,14 @@ def _own_values(scenes: Mapping[str, Scene], unknowns: Unknowns) -> np.ndarray |
     return row if np.all((row >= unknowns.low) & (row <= unknowns.high)) else None
 
 
-def _check_units(problem: Problem) -> None:
-    """Raise on a record that is far larger or smaller than what the scene does anywhere between the bounds."""
+def _check_units(problem: Problem) -> np.ndarray:
+    """Raise on a record that is far larger or smaller than what the scene does anywhere between the bounds.
+
+    Returns
+    -------
+    ndarray, shape (n, TRIALS)
+        The predictions that were compared.
+    """
     predictor, unknowns = problem.predictor, problem.predictor.unknowns
     scaled = {target.label for targets in unknowns.targets for target in targets if target.kind == SCALE}
     from scipy.stats import qmc  # slow to import
@@ -188,30 +204,50 @@ def _check_units(problem: Problem) -> None:
                 f"record {channel.key} varies by {own:.3g}, the scene between the bounds by {least:.3g} to {most:.3g}; "
                 f"convert the record to the scene's unit, or fit {channel.key}.scale"
             )
+    return found
 
 
-def _reweighted(problem: Problem, best: Minimum) -> tuple[Problem, Minimum]:
-    """Fit several records with the noise of each estimated from its residuals, until both agree.
+def _first_scaled(problem: Problem, predictions: np.ndarray) -> Problem:
+    """Return the problem with the noise of the best in the median of many predictions, shape (n, any)."""
+    with np.errstate(invalid="ignore"):
+        medians = np.median(np.abs(problem.weight[:, None] * (predictions - problem.y[:, None])), axis=0)
+    if not np.any(np.isfinite(medians)):
+        return problem
+    return replace(problem, weight=_new_weights(problem, predictions[:, np.nanargmin(medians)]))
 
-    The likelihood of records with unknown variances is largest where each record's variance is its mean square.
+
+def _reweighted(problem: Problem, best: Minimum, seed: int) -> tuple[Problem, Minimum]:
+    """Fit records with the noise of each estimated from its residuals, until both agree.
+
+    The likelihood of records with unknown variances is largest where each record's variance is its mean square. With a
+    robust loss it is the median that says how large the noise is.
     """
-    predictor = problem.predictor
     for _ in range(REWEIGHTED):
-        rest = predictor.at(best.values).y - problem.y
-        share = problem.predictor.unknowns.size / predictor.size
-        weight = np.concatenate([np.full(c.y.size, 1 / _spread(rest[r], share, c.y)) for c, r in _rows(predictor)])
+        y = problem.predictor.at(best.values).y
+        weight = _new_weights(problem, y)
         settled = np.max(np.abs(weight / problem.weight - 1)) < SAME
         problem = replace(problem, weight=weight)
-        best = polished(problem, best)
+        best = polished(problem, best._replace(cost=float(problem.loss.cost(weight * (y - problem.y)))))
         if settled:
             break
+        if problem.loss.is_robust:  # the first estimate of the noise may hide a lower minimum
+            best = polished(problem, stepped_over(problem, best, seed))
     return problem, best
+
+
+def _new_weights(problem: Problem, predicted: np.ndarray) -> np.ndarray:
+    """Return one over the standard deviation of each record's residuals."""
+    predictor, rest = problem.predictor, predicted - problem.y
+    share = predictor.unknowns.size / predictor.size
+    spreads = [_spread(problem.loss, rest[r], share, c.y) for c, r in _rows(predictor)]
+    return np.concatenate([np.full(c.y.size, 1 / s) for (c, _), s in zip(_rows(predictor), spreads, strict=True)])
 
 
 def _rows(predictor: PredictionModel):
     return zip(predictor.channels, predictor.rows, strict=True)
 
 
-def _spread(rest: np.ndarray, share: float, y: np.ndarray) -> float:
+def _spread(loss: Loss, rest: np.ndarray, share: float, y: np.ndarray) -> float:
     """Return the standard deviation of residuals, of exact ones no less than rounding."""
-    return max(float(np.sqrt(np.mean(rest**2) / max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))
+    found = median_scale(rest) if loss.is_robust else float(np.sqrt(np.mean(rest**2)))
+    return max(found / float(np.sqrt(max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))

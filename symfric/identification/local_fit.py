@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from symfric.identification.loss import LINEAR, Loss
 from symfric.identification.prediction import Prediction, PredictionModel
 
 LOOSE, TIGHT = 1e-9, 1e-15  # relative changes of cost, values and gradient at which a fit ends
@@ -33,12 +34,15 @@ class Problem:
         One over the standard deviations; zero for samples that are left out.
     fixed : dict of int to float
         Unknowns that are held, by index.
+    loss : Loss
+        Of the weighted residuals; the sum of squares unless given.
     """
 
     predictor: PredictionModel
     y: np.ndarray
     weight: np.ndarray
     fixed: dict[int, float] = field(default_factory=dict)
+    loss: Loss = LINEAR
 
     @property
     def free(self) -> np.ndarray:
@@ -56,7 +60,7 @@ class Problem:
         return values
 
     def costs(self, values: np.ndarray) -> np.ndarray:
-        """Return half the sums of squares at values of shape (n, n_p), shape (n,); infinite where a run failed."""
+        """Return half the sums of squares, or of the loss, at values of shape (n, n_p), shape (n,); infinite where a run failed."""
         return costs_of([self], values)[0]
 
     @property
@@ -83,7 +87,7 @@ def costs_of(problems: Sequence[Problem], values: np.ndarray) -> list[np.ndarray
         for problem, own in zip(problems, parts, strict=True):
             kept = problem.weight > 0
             with np.errstate(over="ignore", invalid="ignore"):
-                cost = 0.5 * np.sum((problem.weight[kept, None] * rest[kept]) ** 2, axis=0)
+                cost = problem.loss.cost(problem.weight[kept, None] * rest[kept])
             own.append(np.where(np.isfinite(cost), cost, np.inf))
     return [np.concatenate(own) for own in parts]
 
@@ -139,9 +143,9 @@ class Evaluator:
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def cost(self, inner: np.ndarray) -> float:
-        """Return half the sum of squares, infinite if a run failed."""
+        """Return half the sum of squares, or of the loss, infinite if a run failed."""
         with np.errstate(over="ignore", invalid="ignore"):
-            found = 0.5 * float(np.sum(self.residuals(inner) ** 2))
+            found = float(self.problem.loss.cost(self.residuals(inner)))
         return found if np.isfinite(found) else np.inf
 
 
@@ -174,6 +178,8 @@ def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most
         gtol=tolerance,
         x_scale="jac",
         max_nfev=most,
+        loss=problem.loss.name,
+        f_scale=problem.loss.scale,
     )
     return Minimum(problem.values(found.x), float(found.cost), evaluate.evaluations, evaluate.changes)
 
@@ -196,7 +202,9 @@ def polished(problem: Problem, at: Minimum) -> Minimum:
     evaluate = Evaluator(problem)
     inner, cost = unknowns.inner(at.values)[free], evaluate.cost(unknowns.inner(at.values)[free])
     for _ in range(NEWTON if free.size else 0):
-        step = np.linalg.lstsq(evaluate.jacobian(inner), -evaluate.residuals(inner), rcond=1e-10)[0]
+        rest = evaluate.residuals(inner)
+        root = problem.loss.root(rest)
+        step = np.linalg.lstsq(root[:, None] * evaluate.jacobian(inner), -root * rest, rcond=1e-10)[0]
         trial = np.clip(inner + step, 0.0, 1.0)
         reached = evaluate.cost(trial)
         if not reached <= cost * (1 + 1e-12):
@@ -209,7 +217,7 @@ def polished(problem: Problem, at: Minimum) -> Minimum:
 
 
 def _gradient(evaluate: Evaluator, inner: np.ndarray) -> np.ndarray:
-    return evaluate.jacobian(inner).T @ evaluate.residuals(inner)
+    return evaluate.jacobian(inner).T @ evaluate.problem.loss.slope(evaluate.residuals(inner))
 
 
 def _best(first: Minimum, second: Minimum) -> Minimum:

@@ -8,6 +8,7 @@ import numpy as np
 from symfric.identification.crossings import crossings_near
 from symfric.identification.fit import Fit
 from symfric.identification.local_fit import Minimum, Problem
+from symfric.identification.loss import sandwich
 
 LARGE, EXACT = 0.9, 1e-6  # residuals over the variation of a record: no fit at all, and no noise at all
 
@@ -16,7 +17,10 @@ def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool)
     """Return the fit at a minimum of one run for each scene."""
     at = problem.predictor.at(best.values)
     jacobian = problem.weight[:, None] * np.where(np.isfinite(at.slopes), at.slopes, 0.0)
-    fit = fit_of(problem, best, tries, known, at.y, jacobian)
+    rest, inflation = problem.weight * (at.y - problem.y), 1.0
+    if problem.loss.is_robust:
+        jacobian, inflation = sandwich(problem.loss, rest, jacobian)
+    fit = replace(fit_of(problem, best, tries, known, at.y, jacobian), _inflation=inflation)
     fit = replace(fit, crossings=crossings_near(problem, best, jacobian, fit.variance, at.sequence))
     secants = (
         "the motion grazes, has simultaneous events or a law of infinite slope here: some derivatives are differences"
@@ -49,7 +53,7 @@ def fit_of(
     scenes = predictor.scenes_at(best.values)
     rest = (problem.y - y) * problem.weight
     freedom = max(1, int(np.count_nonzero(problem.weight)) - int(np.count_nonzero(~on)))
-    scale = 1.0 if known else float(np.sqrt(rest @ rest / freedom))
+    scale = 1.0 if known or problem.loss.is_robust else float(np.sqrt(rest @ rest / freedom))
     sigma = {
         c.key: scale * float(np.mean(1 / problem.weight[r]))
         for c, r in zip(predictor.channels, predictor.rows, strict=True)
@@ -108,7 +112,7 @@ def _notes(fit: Fit) -> Iterator[str]:
                 f"the residuals of {name} are not white noise (autocorrelation {found.autocorrelation:.2f}): the scene "
                 "or the sensor lacks something, and standard errors are too small"
             )
-    if fit._known and fit.freedom > 0:
+    if fit._known and fit.freedom > 0 and not fit._problem.loss.is_robust:
         ratio = 2 * fit.cost / fit.freedom
         spread = 4 * np.sqrt(2 / fit.freedom)
         if abs(ratio - 1) > spread:

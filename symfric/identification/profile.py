@@ -101,17 +101,8 @@ class Profiled(NamedTuple):
     lowest: Minimum
 
 
-def profile_of(
-    problem: Problem,
-    values: np.ndarray,
-    cost: float,
-    k: int,
-    level: float,
-    freedom: int | None,
-    jacobian: np.ndarray,
-    points: int,
-) -> Profiled:
-    """Compute the profile of unknown `k`; see `symfric.identification.fit.Fit.profile`.
+def rise_of(level: float, variance: float, freedom: int | None) -> float:
+    """Return by how much the cost rises to the ends of an interval.
 
     Notes
     -----
@@ -121,9 +112,22 @@ def profile_of(
     """
     if not 0 < level < 1:
         raise SceneError(f"level is {level}; give a probability between 0 and 1")
+    return 0.5 * variance * float(chdtri(1, 1 - level) if freedom is None else fdtri(1, freedom, level))
+
+
+def profile_of(
+    problem: Problem,
+    values: np.ndarray,
+    cost: float,
+    k: int,
+    level: float,
+    rise: float,
+    jacobian: np.ndarray,
+    points: int,
+) -> Profiled:
+    """Compute the profile of unknown `k` up to a rise of the cost; see `symfric.identification.fit.Fit.profile`."""
     if not isinstance(points, int) or points < FEWEST:
         raise SceneError(f"points is {points!r}; give at least {FEWEST}")
-    rise = 0.5 * float(chdtri(1, 1 - level)) if freedom is None else cost / freedom * float(fdtri(1, freedom, level))
     walk = _Walk(problem, values, cost, k, cost + rise)
     ends = tuple(walk.end(way, _first_step(problem, values, k, jacobian, rise), points) for way in (-1, 1))
     order = sorted(walk.found.items())
