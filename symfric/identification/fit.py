@@ -13,6 +13,7 @@ from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
 from symfric.identification.prediction import Predictor
 from symfric.identification.profile import FEWEST, Profile, profile_of, rise_of
+from symfric.identification.sensor_faults import Faults
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
 from symfric.model.laws import Law
 from symfric.model.notebook import html_table
@@ -49,6 +50,8 @@ class Fit:
         Runs with derivatives that the fit took.
     law : Law or None
         With the fitted values, if a law was fitted and no scene.
+    faults : Faults
+        Records whose clock seems shifted against the run (``shifts``), and outliers (``outliers``).
 
     Examples
     --------
@@ -84,6 +87,7 @@ class Fit:
     _known: bool = field(repr=False)  # whether the noise was given
     _y: np.ndarray = field(repr=False)  # predictions
     _jacobian: np.ndarray = field(repr=False)  # of the weighted residuals
+    faults: Faults = field(default_factory=lambda: Faults({}, {}), repr=False)
     _inflation: float = field(default=1.0, repr=False)  # of the rise of the cost by a robust loss
 
     @property
@@ -347,6 +351,8 @@ class Fit:
             "active": list(self.active),
             "unidentifiable": [{"weights": dict(d), "error": d.error, "words": str(d)} for d in self.unidentifiable],
             "diagnostics": {n: d._asdict() for n, d in self.diagnostics.items()},
+            "shifts": {n: s._asdict() for n, s in self.faults.shifts.items()},
+            "outliers": {n: k.tolist() for n, k in self.faults.outliers.items()},
             "crossings": [c._asdict() for c in self.crossings],
             "notes": list(self.notes),
             "evaluations": self.evaluations,

@@ -60,7 +60,7 @@ class Problem:
         return values
 
     def costs(self, values: np.ndarray) -> np.ndarray:
-        """Return half the sums of squares, or of the loss, at values of shape (n, n_p), shape (n,); infinite where a run failed."""
+        """Return half the sums of squares or of the loss at values (n, n_p), shape (n,); infinite for a failed run."""
         return costs_of([self], values)[0]
 
     @property

@@ -9,7 +9,9 @@ from symfric.identification.crossings import crossings_near
 from symfric.identification.fit import Fit
 from symfric.identification.local_fit import Minimum, Problem
 from symfric.identification.loss import sandwich
+from symfric.identification.sensor_faults import faults_of
 
+SHOWN = 5  # outliers that a note lists
 LARGE, EXACT = 0.9, 1e-6  # residuals over the variation of a record: no fit at all, and no noise at all
 
 
@@ -20,7 +22,8 @@ def made_fit(problem: Problem, best: Minimum, tries: list[Minimum], known: bool)
     rest, inflation = problem.weight * (at.y - problem.y), 1.0
     if problem.loss.is_robust:
         jacobian, inflation = sandwich(problem.loss, rest, jacobian)
-    fit = replace(fit_of(problem, best, tries, known, at.y, jacobian), _inflation=inflation)
+    faults = faults_of(problem, best, tries, at.y)
+    fit = replace(fit_of(problem, best, tries, known, at.y, jacobian), _inflation=inflation, faults=faults)
     fit = replace(fit, crossings=crossings_near(problem, best, jacobian, fit.variance, at.sequence))
     secants = (
         "the motion grazes, has simultaneous events or a law of infinite slope here: some derivatives are differences"
@@ -85,8 +88,9 @@ def _notes(fit: Fit) -> Iterator[str]:
     """Yield what a reader should know before using the numbers."""
     for name in fit.active:
         yield (
-            f"{name} is at its bound {fit.values[name]:.6g}; widen it, or take the value as unknown beyond it: intervals "
-            f"follow the cost with {name} free between its bounds, standard errors of the others regard it as free"
+            f"{name} is at its bound {fit.values[name]:.6g}; widen it, or take the value as unknown beyond it: "
+            f"intervals follow the cost with {name} free between its bounds, and standard errors of the others regard it "
+            "as free"
         )
     for direction in fit.unidentifiable:
         yield str(direction)
@@ -100,6 +104,7 @@ def _notes(fit: Fit) -> Iterator[str]:
             f"within one standard error, at {shown}, the number of events goes from {crossing.events[0]} to "
             f"{crossing.events[1]} and the cost {kind}; use profiles in place of standard errors"
         )
+    yield from _fault_notes(fit)
     for name, found in fit.diagnostics.items():
         size = float(np.std(fit.records[name][1]))
         if found.rms > LARGE * size and np.isfinite(found.white):
@@ -118,3 +123,26 @@ def _notes(fit: Fit) -> Iterator[str]:
         if abs(ratio - 1) > spread:
             word = "larger" if ratio > 1 else "smaller"
             yield f"the residuals are {np.sqrt(ratio):.3g} times as large as sigma says, {word} than chance explains"
+
+
+def _fault_notes(fit: Fit) -> Iterator[str]:
+    """Yield a sentence for each fault of a record."""
+    for name, shift in fit.faults.shifts.items():
+        yield (
+            f"the record of {name} seems shifted by about dt = {shift.dt:.3g} +- {shift.error:.1g} s against the run; "
+            "subtract dt from its times, leave out samples that are then before the start of the run, and fit again"
+        )
+    for name, indices in fit.faults.outliers.items():
+        shown = ", ".join(f"{k} (t = {fit.records[name][0][k]:.6g})" for k in indices[:SHOWN])
+        more = ", ..." if indices.size > SHOWN else ""
+        word = (
+            f"{indices.size} samples of {name} are outliers"
+            if indices.size > 1
+            else f"1 sample of {name} is an outlier"
+        )
+        cure = (
+            "leave them out, or fit with loss='cauchy'"
+            if fit.loss == "linear"
+            else f"loss={fit.loss!r} counts them less"
+        )
+        yield f"{word}: samples {shown}{more}; {cure}"
