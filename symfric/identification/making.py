@@ -89,8 +89,8 @@ def _notes(fit: Fit) -> Iterator[str]:
     for name in fit.active:
         yield (
             f"{name} is at its bound {fit.values[name]:.6g}; widen it, or take the value as unknown beyond it: "
-            f"intervals follow the cost with {name} free between its bounds, and standard errors of the others regard it "
-            "as free"
+            f"intervals follow the cost with {name} free between its bounds, and standard errors of the others "
+            "regard it as free"
         )
     for direction in fit.unidentifiable:
         yield str(direction)

@@ -18,6 +18,7 @@ CHANCE = 1e-3  # probability with which a clean record of normal noise is told t
 GLANCE = 0.02  # probability below which a first look at the shifts of clean records leads to a second one
 REACH, STEPS = 0.15, 121  # largest shift, over the length of the shortest record, and shifts tried between
 LAGS = 10  # over which residuals may be correlated
+ALIKE, CANDIDATES = 1.2, 4  # cost over the lowest one that counts as equal, and places that a search gives
 GAIN = 0.7  # cost with a shift, over that without, that counts although residuals are no white noise
 SIDES = 2  # neighbours on each side with which an outlier is compared if residuals are no white noise
 NEAR = 1e-3  # distance from the bounds of a shift, over the distance between them, at which it is not found
@@ -83,7 +84,7 @@ def faults_of(problem: Problem, best: Minimum, tries: Sequence[Minimum], y: np.n
     found = _shifted(robust, values, rest, tries)
     shifts: dict[str, Shift] = {}
     if found is not None:
-        shifts, rest = found
+        shifts, rest = found.shifts, found.rest
     return Faults(shifts, _outliers(robust, rest))
 
 
@@ -151,8 +152,8 @@ def _robust(problem: Problem, robust: Problem, values: np.ndarray, rest: np.ndar
     return robust, values, rest
 
 
-def _shifted(problem: Problem, values: np.ndarray, rest: np.ndarray, tries: Sequence[Minimum]):
-    """Return shifts by record, and residuals with them; None if no record seems shifted."""
+def _shifted(problem: Problem, values: np.ndarray, rest: np.ndarray, tries: Sequence[Minimum]) -> "_Refined | None":
+    """Return the fit with shifts, None if no record seems shifted."""
     predictor = problem.predictor
     assert isinstance(predictor, Predictor)
     n = len(predictor.channels)
@@ -165,12 +166,15 @@ def _shifted(problem: Problem, values: np.ndarray, rest: np.ndarray, tries: Sequ
     begins = [(values, np.clip(first, -reach, reach))]
     try:
         if not white:
-            begins.append(_searched(problem, delayed, [values, *(m.values for m in tries)]))
+            begins += _searched(problem, delayed, [values, *(m.values for m in tries)])
         refined = [_refined(problem, delayed, v, s, errors) for v, s in begins]
     except SceneError:  # the run cannot be longer than the records, as with a sampled input
         return None
     found = [r for r in refined if r is not None]
-    return min(found, key=lambda r: r[0])[1:] if found else None
+    if not found:
+        return None
+    least = min(r.cost for r in found)
+    return min((r for r in found if r.cost <= ALIKE * least), key=lambda r: r.largest)
 
 
 def _first_look(problem: Problem, values: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -210,27 +214,49 @@ def _errors(problem: Problem, rest: np.ndarray, jacobian: np.ndarray) -> np.ndar
     return errors
 
 
-def _searched(problem: Problem, delayed: Delayed, places: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the values and shifts of many that are nearest to the records in the median."""
+def _searched(problem: Problem, delayed: Delayed, places: Sequence[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return values and shifts that are near to the records in the median, small shifts first.
+
+    A periodic motion is as near after whole periods, of which the smallest shift is the likely one.
+    """
     predictor, fine = delayed.predictor, delayed.fine
     runs = fine.many(np.array(places))
     trials = np.linspace(-delayed.reach, delayed.reach, STEPS)
-    total, best = np.zeros(len(places)), np.zeros((len(places), len(predictor.channels)))
+    off = np.full((len(places), len(predictor.channels), STEPS), np.inf)
     for k, (channel, rows) in enumerate(zip(predictor.channels, predictor.rows, strict=True)):
         late = (channel.t >= delayed.reach) & (problem.weight[rows] > 0)
         for j in range(len(places)):
-            curve = runs[fine.rows[k], j]
-            seen = np.interp(channel.t[late, None] - trials, fine.channels[k].t, curve)
-            off = np.median(np.abs(problem.weight[rows][late, None] * (seen - channel.y[late, None])), axis=0)
-            least = int(np.argmin(np.where(np.isfinite(off), off, np.inf)))
-            total[j] += np.log(max(off[least], 1e-300)) if np.isfinite(off[least]) else np.inf
-            best[j, k] = trials[least]
-    j = int(np.argmin(total))
-    return np.array(places[j]), best[j]
+            seen = np.interp(channel.t[late, None] - trials, fine.channels[k].t, runs[fine.rows[k], j])
+            with np.errstate(invalid="ignore"):
+                own = np.median(np.abs(problem.weight[rows][late, None] * (seen - channel.y[late, None])), axis=0)
+            off[j, k] = np.where(np.isfinite(own), own, np.inf)
+    with np.errstate(divide="ignore"):
+        j = int(np.argmin(np.sum(np.log(np.min(off, axis=2)), axis=1)))
+    lists = [_small_first(trials, row) for row in off[j]]
+    return [(np.array(places[j]), np.array([own[min(r, len(own) - 1)] for own in lists])) for r in range(CANDIDATES)]
 
 
-def _refined(problem: Problem, delayed: Delayed, values: np.ndarray, shifts: np.ndarray, errors: np.ndarray):
-    """Return cost, shifts and residuals of a fit with shifts, None if they are not better than chance explains."""
+def _small_first(trials: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """Return the trials at which a misfit has its lowest minima, the smallest first."""
+    padded = np.concatenate([[np.inf], off, [np.inf]])
+    minima = np.flatnonzero((off <= padded[:-2]) & (off <= padded[2:]) & np.isfinite(off))
+    lowest = minima[np.argsort(off[minima], kind="stable")][: 2 * CANDIDATES]
+    return trials[lowest[np.argsort(np.abs(trials[lowest]), kind="stable")]] if lowest.size else np.zeros(1)
+
+
+class _Refined(NamedTuple):
+    """A fit with shifts that are not zero by chance: its cost per sample, largest shift, shifts and residuals."""
+
+    cost: float
+    largest: float
+    shifts: dict[str, Shift]
+    rest: np.ndarray
+
+
+def _refined(
+    problem: Problem, delayed: Delayed, values: np.ndarray, shifts: np.ndarray, errors: np.ndarray
+) -> _Refined | None:
+    """Return a fit with shifts, None if it is not better than chance explains."""
     predictor, n_p = problem.predictor, values.size
     room = np.clip(2 * np.abs(shifts) + 6 * np.where(np.isfinite(errors), errors, 0.0), None, delayed.reach)
     room = np.maximum(room, 1e-3 * delayed.reach)
@@ -261,4 +287,4 @@ def _refined(problem: Problem, delayed: Delayed, values: np.ndarray, shifts: np.
         return None
     names = [c.key for c in predictor.channels]
     known = {names[k]: Shift(float(last[k]), float(told[k])) for k in np.flatnonzero(sure)}
-    return found.cost, known, rest
+    return _Refined(found.cost / np.count_nonzero(kept), float(np.max(np.abs(last))), known, rest)

@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.identification.loss import LOSSES
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, nearest
 from symfric.scenefile.expressions import parse_expression, shorten
@@ -31,6 +32,7 @@ class IdentificationPlan:
         What columns measure that are no states.
     sigma : float, mapping of column to float, or None
     starts, seed : int
+    loss : str
     """
 
     record: Path
@@ -39,6 +41,7 @@ class IdentificationPlan:
     sigma: Any
     starts: int
     seed: int
+    loss: str
 
     def records(self, scene: Scene) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return the columns of the record that measure something; the others are left out.
@@ -69,7 +72,9 @@ class IdentificationPlan:
 
         records = self.records(scene)
         observed = {n: e for n, e in self.observed.items() if n in records}
-        return identify(scene, records, self.unknowns, observed, self.sigma, self.starts, seed=self.seed)
+        return identify(
+            scene, records, self.unknowns, observed, self.sigma, self.starts, seed=self.seed, loss=self.loss
+        )
 
 
 def read_identification(section: Identify, scene: Scene, folder: Path | None) -> IdentificationPlan:
@@ -95,5 +100,9 @@ def read_identification(section: Identify, scene: Scene, folder: Path | None) ->
         else sp.sympify(e)
         for name, e in section.observed.items()
     }
+    if section.loss not in LOSSES:
+        raise SceneError(f"identify.loss is {shorten(section.loss, 20)!r}{nearest(section.loss, LOSSES)}")
     unknowns = {n: (low, high) for n, (low, high) in section.unknowns.items()}
-    return IdentificationPlan(folder / section.record, unknowns, observed, section.sigma, section.starts, section.seed)
+    return IdentificationPlan(
+        folder / section.record, unknowns, observed, section.sigma, section.starts, section.seed, section.loss
+    )

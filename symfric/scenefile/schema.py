@@ -140,6 +140,8 @@ class Identify(Section):
         Starts of the search.
     seed
         Of the starts.
+    loss
+        How residuals count: ``linear`` by their squares; ``soft_l1``, ``huber`` or ``cauchy`` less, for outliers.
     """
 
     record: Text
@@ -148,6 +150,7 @@ class Identify(Section):
     sigma: Annotated[Positive | dict[str, Positive] | None, Field()] = None
     starts: Annotated[int, Field(ge=1, le=1000, strict=True)] = 8
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
+    loss: Text = "linear"
 
 
 class Document(Section):

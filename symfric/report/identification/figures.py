@@ -67,7 +67,13 @@ def _distribution(rest: np.ndarray, name: str) -> Picture:
 def profile_picture(profile) -> Picture:
     """Draw a profile."""
     ax = plot_profile(profile, new_axes())
-    low, high = profile.interval
-    words = f"{low:.5g} to {high:.5g} with probability {100 * profile.level:g} %"
+    words = f"{_range(*profile.interval)} with probability {100 * profile.level:g} %"
     caption = f"Lowest cost over {profile.name}; below the dashed line: {words}."
     return Picture(to_svg(tidy(ax)), f"Profile of {profile.name}: {words}", caption)
+
+
+def _range(low: float, high: float) -> str:
+    """Return an interval in words; the bounds of the fit cut off an end that is infinite."""
+    if np.isfinite(low) and np.isfinite(high):
+        return f"{low:.5g} to {high:.5g}"
+    return f"at least {low:.5g}" if np.isfinite(low) else f"at most {high:.5g}" if np.isfinite(high) else "any value"

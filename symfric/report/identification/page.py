@@ -47,7 +47,7 @@ def summary(result: IdentificationResult) -> list[str]:
 
 def _row(result: IdentificationResult, name: str) -> list:
     fit = result.fit
-    low, high = fit.interval(name)
+    low, high = result.intervals[name]
     profile = result.profiles.get(name)
     ends = profile.interval if profile else (math.nan, math.nan)
     values = (fit.values[name], fit.standard_errors[name], low, high, *ends)

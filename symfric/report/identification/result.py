@@ -25,7 +25,9 @@ class IdentificationResult:
     file : SceneFile
     fit : Fit
     profiles : dict of str to Profile
-        Of unknowns that the record fixes and that are not at a bound.
+        Of unknowns that the record fixes.
+    intervals : dict of str to (float, float)
+        Of 95 %; NaN where a profile finds that the fit is no minimum.
     missing : dict of str to str
         Why an unknown has no profile.
     seconds : float
@@ -35,6 +37,7 @@ class IdentificationResult:
     file: SceneFile
     fit: Fit
     profiles: dict[str, Profile]
+    intervals: dict[str, tuple[float, float]]
     missing: dict[str, str]
     seconds: float
     versions: dict[str, str]
@@ -61,9 +64,7 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
     profiles, missing = {}, {}
     for k, name in enumerate(fit.names):
         tell(f"profile of {name}", 0.5 + 0.4 * k / len(fit.names))
-        if name in fit.active:
-            missing[name] = "it is at its bound"
-        elif not np.isfinite(fit.standard_errors[name]):
+        if np.isinf(fit.standard_errors[name]):
             missing[name] = "the record does not depend on it"
         elif len(fit.names) > MOST_PROFILES:
             missing[name] = f"there are more than {MOST_PROFILES} unknowns; use fit.profile"
@@ -72,7 +73,15 @@ def identification(file: SceneFile, progress: Callable[[str, float], None] | Non
                 profiles[name] = fit.profile(name)
             except NotFound as reason:
                 missing[name] = str(reason)
-    return IdentificationResult(file, fit, profiles, missing, time.monotonic() - begin, versions())
+    intervals = {n: _interval(fit, n) for n in fit.names}
+    return IdentificationResult(file, fit, profiles, intervals, missing, time.monotonic() - begin, versions())
+
+
+def _interval(fit: Fit, name: str) -> tuple[float, float]:
+    try:
+        return fit.interval(name)
+    except NotFound:
+        return float("nan"), float("nan")
 
 
 def asked_fit(file: SceneFile) -> Callable:
@@ -91,7 +100,7 @@ def to_dict(result: IdentificationResult) -> dict:
         {
             "file": result.file.path,
             "fit": fit.to_dict(),
-            "intervals": {n: list(fit.interval(n)) for n in fit.names},
+            "intervals": {n: list(ends) for n, ends in result.intervals.items()},
             "profiles": {n: p.to_dict() for n, p in result.profiles.items()},
             "without_profile": result.missing,
             "predictions": {
