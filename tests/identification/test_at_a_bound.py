@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 import sympy as sp
 
 import symfric as sf
@@ -38,6 +39,77 @@ def fits(law, place, seeds):
 def holds(fit, name, true):
     low, high = fit.interval(name)
     return low <= true <= high
+
+
+@pytest.fixture(scope="module")
+def bound():
+    """A fit with the damping at its bound, whose truth is inside."""
+    scene = rig("stribeck", 0.02)
+    clean = sf.simulate(scene, 1e-10)(T)[0]
+    for seed in range(40):
+        y = clean + NOISE * np.random.default_rng([9, seed]).standard_normal(T.size)
+        fit = sf.identify(scene, {"x": (T, y)}, BOUNDS, starts=1)
+        if fit.active:
+            return fit
+    raise AssertionError("no fit ended at its bound")
+
+
+def test_intervals_at_a_bound_are_those_of_profiles(bound):
+    assert bound.active == ("c",)
+    for name, true in (("mu_k", 0.3), ("c", 0.02), ("k", 1.3)):
+        low, high = bound.interval(name)
+        assert low <= true <= high
+        profile = bound.profile(name, points=9).interval
+        assert high == pytest.approx(profile[1], rel=1e-3)
+        assert low == pytest.approx(0.0 if name == "c" else profile[0], rel=1e-3)
+    assert bound.interval("c")[0] == 0.0 == bound.values["c"] < bound.interval("c")[1] < 0.3
+    assert bound.profile("c", points=3).interval[0] == -np.inf
+    narrow, wide = bound.interval("mu_k", 0.5), bound.interval("mu_k", 0.99)
+    assert wide[0] < bound.interval("mu_k")[0] < narrow[0] < bound.values["mu_k"] < narrow[1] < wide[1]
+    with pytest.raises(sf.SceneError, match="level is 1"):
+        bound.interval("mu_k", 1.0)
+
+
+def test_the_ends_are_where_another_fit_has_the_threshold(bound):
+    """With an end held, the others are fitted anew and the unknown at the bound is free to leave it."""
+    low, high = bound.interval("mu_k")
+    others = {n: b for n, b in BOUNDS.items() if n != "mu_k"}
+    left = []
+    for end in (low, high):
+        held = sf.identify(bound.scene.where({"mu_k": end}), {"x": bound.records["x"]}, others, starts=3)
+        rise = bound.variance * 0.5 * scipy.stats.f.isf(0.05, 1, bound.freedom)
+        assert held.cost - bound.cost == pytest.approx(rise, rel=2e-3)
+        left.append(held.values["c"] > 0)
+    assert any(left)
+
+
+def test_errors_of_the_others_regard_it_as_free(bound):
+    """Their covariance is that of all unknowns, which is larger than with one held; its own row is empty."""
+    J = bound._jacobian
+    whole = bound.variance * np.linalg.inv(J.T @ J)
+    kept = [0, 2]
+    assert bound.names == ("mu_k", "c", "k")
+    assert bound.covariance[np.ix_(kept, kept)] == pytest.approx(whole[np.ix_(kept, kept)], rel=1e-6)
+    assert np.all(np.isnan(bound.covariance[1]))
+    assert np.all(np.isnan(bound.covariance[:, 1]))
+    assert np.isnan(bound.standard_errors["c"])
+    held = bound.variance * np.linalg.inv(J[:, kept].T @ J[:, kept])
+    assert bound.standard_errors["mu_k"] > 1.2 * np.sqrt(held[0, 0])
+    (note,) = [n for n in bound.notes if "at its bound" in n]
+    assert note.startswith("c is at its bound 0; widen it")
+    assert "follow the cost with c free" in note
+
+
+def test_what_is_not_fixed_is_named_at_a_bound_too():
+    """Friction that never acts: its coefficients end anywhere, one of them at a bound."""
+    scene = rig("coulomb", 0.1).starting({"x": 0.23})
+    scene = scene.where({"mu_k": 0.3, "mu_s": 0.9})
+    clean = sf.simulate(scene.until(8.0), 1e-10)
+    t = np.linspace(0.1, 1.2, 60)
+    y = clean(t)[0] + 1e-4 * np.random.default_rng(3).standard_normal(t.size)
+    fit = sf.identify(scene, {"x": (t, y)}, {"mu_s": (0.9, 2.0), "k": (0.8, 2.0)}, starts=1)
+    assert any("mu_s" in d for d in fit.unidentifiable)
+    assert any("do not fix mu_s" in n for n in fit.notes)
 
 
 @pytest.mark.long
