@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from symfric.errors import NotFound, SceneError
+from symfric.identification.bounded import bounded_interval
 from symfric.identification.crossings import Crossing
 from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
@@ -88,6 +89,7 @@ class Fit:
     _y: np.ndarray = field(repr=False)  # predictions
     _jacobian: np.ndarray = field(repr=False)  # of the weighted residuals
     faults: Faults = field(default_factory=lambda: Faults({}, {}), repr=False)
+    _step: np.ndarray | None = field(default=None, repr=False)  # left over at bounds, of records cut into pieces
     _inflation: float = field(default=1.0, repr=False)  # of the rise of the cost by a robust loss
 
     @property
@@ -240,9 +242,7 @@ class Fit:
             raise SceneError(f"level is {level}; give a probability between 0 and 1")
         if self.active:
             if (k, level) not in self._followed:
-                unknowns = self._problem.predictor.unknowns
-                low, high = self.profile(name, level, FEWEST).interval
-                self._followed[k, level] = max(low, float(unknowns.low[k])), min(high, float(unknowns.high[k]))
+                self._followed[k, level] = self._between_bounds(k, level)
             return self._followed[k, level]
         spread = ndtri(0.5 + level / 2) if self._known else stdtrit(max(1, self.freedom), 0.5 + level / 2)
         error = self.standard_errors[self.names[k]] * float(spread)
@@ -271,13 +271,26 @@ class Fit:
             If the cost goes below that of the fit, which therefore was no minimum.
         """
         k = self._index(name)
-        rise = rise_of(level, self.variance * self._inflation, None if self._known else max(1, self.freedom))
-        found = profile_of(self._problem, self.vector, self.cost, k, level, rise, self._jacobian, points)
+        found = profile_of(self._problem, self.vector, self.cost, k, level, self._rise(level), self._jacobian, points)
         if found.lowest.cost < self.cost * (1 - 1e-4) - 1e-300:
             better = dict(zip(self.names, found.lowest.values.tolist(), strict=True))
             shown = ", ".join(f"{n} = {v:.6g}" for n, v in better.items())
             raise NotFound(f"the fit is no minimum: the cost is lower at {shown}; fit again with more starts")
         return found.profile
+
+    def _between_bounds(self, k: int, level: float) -> tuple[float, float]:
+        """Return the interval of the profile, of its linearisation if no run follows the records."""
+        unknowns = self._problem.predictor.unknowns
+        if self._step is None:
+            low, high = self.profile(self.names[k], level, FEWEST).interval
+            return max(low, float(unknowns.low[k])), min(high, float(unknowns.high[k]))
+        room = unknowns.low - self.vector, unknowns.high - self.vector
+        ends = bounded_interval(self._jacobian, self._step, *room, k, self._rise(level))
+        return float(self.vector[k] + ends[0]), float(self.vector[k] + ends[1])
+
+    def _rise(self, level: float) -> float:
+        """Return by how much the cost rises to the ends of an interval."""
+        return rise_of(level, self.variance * self._inflation, None if self._known else max(1, self.freedom))
 
     @cached_property
     def _followed(self) -> dict[tuple[int, float], tuple[float, float]]:

@@ -1,5 +1,7 @@
 """Fits by multiple shooting: a run for the whole record where one exists, else the pieces."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from symfric.errors import NotFound
@@ -52,7 +54,7 @@ def joined_fit(problem: Problem, begins: list[tuple[np.ndarray, bool]], segments
     whole = minimise(problem, best.values)
     if whole.cost <= best.cost * (1 + SAME) + problem.rounding:
         return made_fit(problem, polished(problem, whole), tries, known)
-    fit = fit_of(problem, tries[0], tries, known, best.y, best.information)
+    fit = replace(fit_of(problem, tries[0], tries, known, best.y, best.information), _step=best.step)
     return with_notes(
         fit,
         f"one run cannot follow the records so long: predictions are those of {segments} pieces that join, and "

@@ -26,6 +26,8 @@ class Joined(NamedTuple):
         Predictions of the pieces.
     information : ndarray, shape (n_p, n_p)
         A matrix R with ``(R'R)^-1`` the covariance of the values for unit variance, the nodes eliminated.
+    step : ndarray, shape (n_p,)
+        Step of Gauss and Newton that is left without bounds, not zero where a value is at its bound.
     evaluations : int
     """
 
@@ -33,6 +35,7 @@ class Joined(NamedTuple):
     cost: float
     y: np.ndarray
     information: np.ndarray
+    step: np.ndarray
     evaluations: int
 
 
@@ -143,9 +146,10 @@ class _Shooting:
         values = unknowns.outer(state.point[: self.n_p])
         J, C = self.slopes(state)
         free = null_space(C) if C.size else np.eye(J.shape[1])
-        spread = (free @ np.linalg.pinv(free.T @ (J.T @ J) @ free) @ free.T)[: self.n_p, : self.n_p]
+        inverse = free @ np.linalg.pinv(free.T @ (J.T @ J) @ free) @ free.T
+        spread, step = inverse[: self.n_p, : self.n_p], -(inverse @ (J.T @ state.residuals))[: self.n_p]
         sizes, axes = np.linalg.eigh(np.linalg.pinv(spread))
         root = np.sqrt(np.maximum(sizes, 0.0))[:, None] * axes.T / unknowns.stretch(values)
         gap = np.max(np.abs(state.gaps), initial=0.0)
         cost = 0.5 * float(state.residuals @ state.residuals) if gap < JOINED else np.inf
-        return Joined(values, cost, state.found.y, root, self.evaluations)
+        return Joined(values, cost, state.found.y, root, step * unknowns.stretch(values), self.evaluations)

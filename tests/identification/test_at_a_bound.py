@@ -1,11 +1,16 @@
 """Uncertainty of a fit in which an unknown is at, near or far from its bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.stats
 import sympy as sp
 
 import symfric as sf
+from symfric.identification.bounded import bounded_interval
+from symfric.identification.pieces import Pieces
+from symfric.identification.shooting import join
 
 X, U = sp.symbols("x u", real=True)
 MU_S, MU_K, C, K = sp.symbols("mu_s mu_k c k", positive=True)
@@ -110,6 +115,40 @@ def test_what_is_not_fixed_is_named_at_a_bound_too():
     fit = sf.identify(scene, {"x": (t, y)}, {"mu_s": (0.9, 2.0), "k": (0.8, 2.0)}, starts=1)
     assert any("mu_s" in d for d in fit.unidentifiable)
     assert any("do not fix mu_s" in n for n in fit.notes)
+
+
+def test_records_in_pieces_have_the_interval_of_their_linearisation(bound):
+    problem = bound._problem
+    joined = join(problem, Pieces(problem.predictor, 3), bound.vector)
+    assert joined.values[1] == pytest.approx(0.0, abs=1e-4)
+    assert joined.step[1] < 0
+    cut = replace(bound, _jacobian=joined.information, _step=joined.step)
+    for name in bound.names:
+        low, high = cut.interval(name)
+        size = bound.interval(name)[1] - bound.interval(name)[0]
+        assert (low, high) == pytest.approx(bound.interval(name), abs=0.25 * size)
+
+
+def test_intervals_of_linear_least_squares_with_bounds():
+    """Two unknowns with correlation r and unit errors, the second one at zero where -2 would fit best."""
+    r = 0.8
+    root = np.linalg.cholesky(np.linalg.inv([[1.0, r], [r, 1.0]])).T
+    step, rise = np.array([-2.0 * r, -2.0]), 1.92
+    low, high = np.array([-9.0, 0.0]), np.array([9.0, 9.0])
+    least = 0.5 * 4.0
+    ends = bounded_interval(root, step, low, high, 0, rise)
+
+    def cost(d):  # the second unknown fitted between its bounds: above zero only if that is where it is drawn to
+        second = max(0.0, -2.0 + r * (d + 2.0 * r))
+        e = np.array([d + 2.0 * r, second + 2.0])
+        return 0.5 * e @ (root.T @ root) @ e
+
+    for end in ends:
+        assert cost(end) - least == pytest.approx(rise, rel=1e-6)
+    free = bounded_interval(root, step, np.full(2, -99.0), np.full(2, 99.0), 0, rise)
+    assert free == pytest.approx((-2.0 * r - np.sqrt(2 * rise), -2.0 * r + np.sqrt(2 * rise)))
+    assert bounded_interval(root, step, low, high, 1, rise)[0] == 0.0
+    assert bounded_interval(np.eye(1), np.ones(1), np.zeros(1), np.full(1, 9.0), 0, 0.125) == pytest.approx((0.5, 1.5))
 
 
 @pytest.mark.long
