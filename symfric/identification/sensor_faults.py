@@ -19,7 +19,7 @@ GLANCE = 0.02  # probability below which a first look at the shifts of clean rec
 REACH, STEPS = 0.15, 121  # largest shift, over the length of the shortest record, and shifts tried between
 LAGS = 10  # over which residuals may be correlated
 ALIKE, CANDIDATES = 1.2, 4  # cost over the lowest one that counts as equal, and places that a search gives
-GAIN = 0.7  # cost with a shift, over that without, that counts although residuals are no white noise
+GAIN = 0.25  # cost with a shift, over that without, that counts although residuals are no white noise
 SIDES = 2  # neighbours on each side with which an outlier is compared if residuals are no white noise
 NEAR = 1e-3  # distance from the bounds of a shift, over the distance between them, at which it is not found
 
@@ -233,15 +233,15 @@ def _searched(problem: Problem, delayed: Delayed, places: Sequence[np.ndarray]) 
     with np.errstate(divide="ignore"):
         j = int(np.argmin(np.sum(np.log(np.min(off, axis=2)), axis=1)))
     lists = [_small_first(trials, row) for row in off[j]]
-    return [(np.array(places[j]), np.array([own[min(r, len(own) - 1)] for own in lists])) for r in range(CANDIDATES)]
+    return [(np.array(places[j]), np.array([own[r] for own in lists])) for r in range(CANDIDATES)]
 
 
 def _small_first(trials: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Return the trials at which a misfit has its lowest minima, the smallest first."""
+    """Return `CANDIDATES` of the trials at which a misfit has its lowest minima, the smallest first."""
     padded = np.concatenate([[np.inf], off, [np.inf]])
     minima = np.flatnonzero((off <= padded[:-2]) & (off <= padded[2:]) & np.isfinite(off))
-    lowest = minima[np.argsort(off[minima], kind="stable")][: 2 * CANDIDATES]
-    return trials[lowest[np.argsort(np.abs(trials[lowest]), kind="stable")]] if lowest.size else np.zeros(1)
+    lowest = trials[minima[np.argsort(off[minima], kind="stable")][: 2 * CANDIDATES]]
+    return np.resize(lowest[np.argsort(np.abs(lowest), kind="stable")], CANDIDATES)
 
 
 class _Refined(NamedTuple):

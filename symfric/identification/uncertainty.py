@@ -108,7 +108,7 @@ def uncertainty(
     the units allow; see Golub and Van Loan, Matrix Computations, 4th edition, section 5.3.
     """
     ranges = np.where(values == 0, 1.0, np.abs(values)) if ranges is None else ranges
-    own = np.linalg.qr(jacobian, mode="r")  # the same J'J, few rows
+    own: np.ndarray = np.asarray(np.linalg.qr(jacobian, mode="r"))  # the same J'J, few rows
     reach = np.linalg.norm(own * ranges, axis=0)
     size = np.where(reach > SINGULAR * np.max(reach, initial=0.0), np.linalg.norm(own, axis=0), 0.0)
     own = np.where(size > 0, own, 0.0)

@@ -74,6 +74,7 @@ def copied(tmp_path, change=(), rows=None):
         (('record = "rig_record.csv"', ""), "identify.record is missing"),
         (('record = "rig_record.csv"', 'record = "rig_record.csv"\nsigma = -1'), "identify.sigma"),
         (('record = "rig_record.csv"', 'record = "rig_record.csv"\nstart = 3'), "has no key 'start'"),
+        (('record = "rig_record.csv"', 'record = "rig_record.csv"\nloss = "caucy"'), "did you mean cauchy"),
         (('gauge = "1000*x"', 'gauge = "x"'), "fit gauge.scale"),
         (("[identify.unknowns]", "[identify.unknown]"), "identify"),
     ],
@@ -118,3 +119,24 @@ def test_columns_that_measure_nothing_are_left_out(tmp_path):
     found = plan.records(read_scene_file(path).scene)
     assert list(found) == ["gauge"]
     assert np.all(np.diff(found["gauge"][0]) > 0)
+
+
+def test_a_robust_loss_and_an_unknown_at_its_bound(tmp_path):
+    """Three spoilt samples, and the static coefficient bounded below its value."""
+
+    def spoilt(lines):
+        return [f"{row.split(',')[0]},{9.0}" if k in (50, 200, 300) else row for k, row in enumerate(lines)]
+
+    path = copied(tmp_path, ("mu_s = [0.1, 1.0]", "mu_s = [0.1, 0.4]"), spoilt)
+    text = path.read_text()
+    path.write_text(text.replace('record = "rig_record.csv"', 'record = "rig_record.csv"\nloss = "cauchy"'))
+    result = call("identify", path, "-o", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.stdout)
+    assert data["fit"]["loss"] == "cauchy"
+    assert data["fit"]["active"] == ["mu_s"]
+    assert data["intervals"]["mu_s"][1] == data["fit"]["values"]["mu_s"] == 0.4
+    assert data["profiles"]["mu_s"]["interval"][1] is None
+    words = " ".join(Page((tmp_path / "out" / "identify.html").read_text(encoding="utf-8")).words)
+    assert "at least" in words
+    assert not re.search(r"\bnan\b|\binf\b", words)

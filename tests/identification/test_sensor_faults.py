@@ -6,7 +6,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.identification.loss import LOSSES, sandwich
-from symfric.identification.sensor_faults import limit, outliers_of
+from symfric.identification.sensor_faults import _small_first, limit, outliers_of
 
 X, U = sp.symbols("x u", real=True)
 MU_S, MU_K, V_S, V_B = sp.symbols("mu_s mu_k v_s v_b", positive=True)
@@ -89,6 +89,33 @@ def test_a_clean_record_has_no_fault(path):
     fit = sf.identify(rig(), {"x": (t, y)}, BOUNDS, starts=1)
     assert fit.faults.shifts == fit.faults.outliers == {}
     assert fit.notes == ()
+
+
+def test_shifts_to_try_are_the_small_ones_among_the_lowest():
+    trials = np.linspace(-2.0, 2.0, 401)
+    off = 2 + np.cos(2 * np.pi * (trials - 0.3))  # lowest at -0.2, 0.8, -1.2 and 1.8
+    assert _small_first(trials, off) == pytest.approx([-0.2, 0.8, -1.2, 1.8])
+    assert _small_first(trials, np.where(trials < 0, np.inf, off))[:3] == pytest.approx([0.0, 0.8, 1.8])
+    assert _small_first(trials, (trials - 0.5) ** 2) == pytest.approx([0.5] * 4)
+    assert np.all(_small_first(trials, np.full(401, np.inf)) == 0.0)
+
+
+def test_short_records_are_not_judged(path):
+    (t, y), _ = record(path, np.random.default_rng(4), -0.7)
+    short = sf.identify(rig(), {"x": (t, y), "y": (t[:12], 3 * y[:12])}, BOUNDS, {"y": 3 * X}, starts=1)
+    assert short.faults.shifts == short.faults.outliers == {}
+
+
+@pytest.mark.long
+def test_a_law_that_is_wrong_is_no_shifted_clock(path):
+    """Friction without a drop of its coefficient cannot stick and slip; the residuals are as large as the record."""
+    belt = sf.Contact("belt", U - V_B, 1, sf.laws.exponential(MU_S, V_S))
+    system = sf.System([X], [U], [[1]], [-X - U / 20])
+    scene = sf.Scene(system, [belt], {MU_S: 0.4, V_S: 0.5, V_B: 0.2}, {X: 0.0, U: 0.0}, 60.0)
+    for seed in range(5):
+        data, _ = record(path, np.random.default_rng([10, seed]))
+        fit = sf.identify(scene, {"x": data}, {"mu_s": (0.1, 0.8), "v_s": (0.05, 2.0)}, starts=2)
+        assert fit.faults.shifts == {}
 
 
 @pytest.mark.parametrize("name", LOSSES)
