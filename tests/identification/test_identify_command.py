@@ -134,7 +134,7 @@ def test_a_robust_loss_and_an_unknown_at_its_bound(tmp_path):
     assert result.exit_code == 0, result.output
     data = json.loads(result.stdout)
     assert data["fit"]["loss"] == "cauchy"
-    assert data["fit"]["active"] == ["mu_s"]
+    assert "mu_s" in data["fit"]["active"]
     assert data["intervals"]["mu_s"][1] == data["fit"]["values"]["mu_s"] == 0.4
     assert data["profiles"]["mu_s"]["interval"][1] is None
     words = " ".join(Page((tmp_path / "out" / "identify.html").read_text(encoding="utf-8")).words)
