@@ -1,7 +1,7 @@
 """Common parts of the compiled routes: the numbers of a run, and programs that run again with other numbers."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
 from symfric.solve.case_values import CaseValues, read_cases, refuse_lists, workers_of
+from symfric.solve.inertia import Inertia
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
@@ -44,6 +45,7 @@ class Numbers:
         self._start_of = numeric(scene.parameters, starts) if moving else None
         equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.contacts)))
         self._starters = {s.name for s in scene.parameters if s not in equations}
+        self._inertia = Inertia(scene)
 
     def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return initial state and parameters with the changes of a run, which are checked as in the scene."""
@@ -62,7 +64,22 @@ class Numbers:
             if name not in self._states:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
             y[self._states.index(name)] = finite(value, "the initial value of ", name)
+        if self._inertia.names:
+            self._check_mass(y, values, initial)
         return y, p
+
+    def _check_mass(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
+        """Raise unless the mass is positive definite at the start y (n_x,), if a change concerns it."""
+        given = {name_of(k): float(v) for k, v in values.items()}
+        if self._moved_inertia(given.keys() | {name_of(k) for k in initial}):
+            if not self._inertia.definite(given | dict(zip(self._states, y.tolist(), strict=True))):
+                told = ", ".join(f"{n} = {v:g}" for n, v in given.items() if n in self._inertia.names)
+                raise SceneError(f"the mass matrix is not positive definite at the start{told and f', with {told}'}")
+
+    def _moved_inertia(self, changed: Collection[str]) -> bool:
+        """Whether a change of these parameters and states concerns the mass at the start."""
+        names = self._inertia.names
+        return not names.isdisjoint(changed) or (self._start_of is not None and not names.isdisjoint(self._states))
 
     def _moved(self, start_of: Callable, values: dict[str, float]) -> np.ndarray:
         """Return the initial state for other parameter values."""
@@ -78,7 +95,9 @@ class Numbers:
         return [np.broadcast_to(v, (size,)) for v in numbers]
 
     def rows(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
-        """Return starts (n, states) and parameters (n, ...) of many cases; a start given by a formula may be NaN.
+        """Return starts (n, states) and parameters (n, ...) of many cases.
+
+        A start given by a formula may be NaN; so is that of a case whose mass is not positive definite.
 
         Raises
         ------
@@ -98,6 +117,8 @@ class Numbers:
             if name not in self._states:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
             y[:, self._states.index(name)] = row
+        if self._moved_inertia(cases.values.keys() | cases.initial.keys()):
+            y[~self._inertia.definite({**cases.values, **dict(zip(self._states, y.T, strict=True))})] = np.nan
         return y, p
 
 

@@ -123,6 +123,18 @@ def test_a_coordinate_and_a_contact_are_chosen(two):
     two("coordinate").value, two("contact").value = "x1", "first"
 
 
+@pytest.mark.parametrize(("changed", "words"), [({"m": -1.0}, "mass"), ({"m": 0.0}, "mass"), ({"N": -1.0}, "negative")])
+def test_an_impossible_number_is_refused_in_words(tmp_path, changed, words):
+    file = tmp_path / "own.toml"
+    file.write_text(starter("own"))
+    found = explorer(read_scene_file(file))
+    view = found.view(values_of(found, **changed))
+    assert words in view.status
+    assert view.x.size == 0
+    assert view.speed.size  # the law is drawn all the same
+    assert np.isnan(found.half_range(values_of(found, **changed), 0.1))
+
+
 def test_a_number_beyond_its_slider_is_taken_and_reset(two):
     slider, entry, before = two("m1"), two("number of m1"), two("history").data["y"]
     end = slider.end

@@ -118,11 +118,12 @@ class Explorer:
         speed, force, slow = self.friction[contact](values) if self.friction else (empty, empty, empty)
         try:
             run = self.motion.run(values=values, initial=initial)
+            excited = self.excited(values)
         except SceneError as error:
             return View(empty, empty, empty, unmoved, speed, force, slow, str(error))
         if not run.t_final > 0:
             return View(empty, empty, empty, unmoved, speed, force, slow, run.advice)
-        begin = (1 - SHOWN) * run.t_final if self.excited(values) else 0.0
+        begin = (1 - SHOWN) * run.t_final if excited else 0.0
         within = run.t[run.t >= begin]
         t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), within[:: max(1, within.size // SAMPLES)])
         states, n = run(t), len(self.file.scene.system.q)
