@@ -8,13 +8,22 @@ from symfric.cli.console import common_options, print_json, progress_on_stderr, 
 from symfric.errors import SceneError
 
 FILE = click.Path(path_type=Path)
+LIMIT = "Longest time for the runs of one part, ten times as long for designs and limit cycles."
 
 
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -study unless given.")
+@click.option(
+    "--limit",
+    default=30.0,
+    show_default=True,
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    help=LIMIT,
+)
 @common_options
-def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
+def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool):
     """Study a scene file (motion, stability, sweep, designs) and write one HTML page.
 
     Writes study.html, study.json, motion.csv and, if the file sweeps a value, amplitude.csv; of a structure also
@@ -32,7 +41,7 @@ def study(file: Path, out: Path | None, as_json: bool, quiet: bool):
         from symfric.report.study.data import data_files, json_text, to_dict
         from symfric.report.study.page import page
 
-        result = report.study(found, progress)
+        result = report.study(found, progress, limit)
         progress("pictures", 0.97)
         data = to_dict(result)
         files = {

@@ -12,6 +12,7 @@ from symfric.model.outputs import Trajectory
 from symfric.solve.input_segments import segments
 from symfric.solve.lowered import LoweredScene
 
+_AT_ONCE = 2**20  # numbers of all states at all nodes that are computed together: 8 MB
 _NODES = 16  # quadrature nodes in every step; a step spans a fraction of the radius of convergence
 
 
@@ -53,27 +54,41 @@ def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp
     path, scene = run.path, run.base
     if path.coefficients.shape[0] == 0:
         return 0.0
-    nodes, weights = gauss_legendre(_NODES)
-    inner = path.h[:, None] * nodes
-    times = path.t[:, None] + inner
-    states = path.coefficients[:, None, :, -1]
-    for k in range(path.coefficients.shape[2] - 2, -1, -1):
-        states = states * inner[:, :, None] + path.coefficients[:, None, :, k]
-    states = states.reshape(-1, path.coefficients.shape[1]).T
-    parameters = _parameters(scene, numbers, np.repeat(path.t, _NODES))
-    modes = np.repeat(path.mode, _NODES, axis=0).T
+    worst, largest, start, work, moved = 0.0, 1e-300, 0.0, 0.0, 0.0
+    steps = max(1, _AT_ONCE // (_NODES * path.coefficients.shape[1]))
+    for first in range(0, len(path.h), steps):
+        piece = slice(first, first + steps)
+        parameters, applied, contact = _powers(run, power, numbers, piece)
+        share = path.h[piece, None] * gauss_legendre(_NODES)[1]
+        worked = np.cumsum([work, *(share * (applied + contact)).sum(axis=1)])[1:]
+        shifted = np.cumsum([moved, *(share * applied).sum(axis=1)])[1:]
+        after = path.coefficients[first + 1 : first + 1 + len(worked), :, 0].T
+        ends = np.column_stack([path.coefficients[first, :, 0], after, *([run.final] * (len(worked) - after.shape[1]))])
+        energy = np.array(kinetic(ends, parameters[:, :1])).ravel()
+        start = energy[0] if first == 0 else start
+        worst = max(worst, np.max(np.abs(energy[1:] - start - worked)))
+        largest = max(largest, np.max(energy), np.max(np.abs(shifted)))
+        work, moved = worked[-1], shifted[-1]
+    return float(worst / largest)
+
+
+def _powers(run, power: ca.Function, numbers: Mapping[sp.Symbol, float], piece: slice) -> tuple[np.ndarray, ...]:
+    """Return parameters (n_p, n), and the powers of applied and contact forces (steps, nodes), over some steps."""
+    path = run.path
+    coefficients, begins, h = path.coefficients[piece], path.t[piece], path.h[piece]
+    inner = h[:, None] * gauss_legendre(_NODES)[0]
+    times = begins[:, None] + inner
+    states = coefficients[:, None, :, -1]
+    for k in range(coefficients.shape[2] - 2, -1, -1):
+        states = states * inner[:, :, None] + coefficients[:, None, :, k]
+    states = states.reshape(-1, coefficients.shape[1]).T
+    parameters = _parameters(run.base, numbers, np.repeat(begins, _NODES))
+    modes = np.repeat(path.mode[piece], _NODES, axis=0).T
     applied, contact = (
         np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes)
     )
     contact[np.isnan(contact)] = 0.0  # square root of a speed that rounding made negative: zero speed, zero power
-    share = path.h[:, None] * weights
-    work = np.cumsum((share * (applied + contact)).sum(axis=1))
-    moved = np.cumsum((share * applied).sum(axis=1))
-    ends = np.column_stack([path.coefficients[:, :, 0].T, run.final])
-    energy = np.array(kinetic(ends, parameters[:, :1])).ravel()
-    imbalance = energy[1:] - energy[0] - work
-    largest = max(np.max(energy), np.max(np.abs(moved)), 1e-300)
-    return float(np.max(np.abs(imbalance)) / largest)
+    return parameters, applied, contact
 
 
 def _parameters(scene, numbers: Mapping[sp.Symbol, float], times: np.ndarray) -> np.ndarray:

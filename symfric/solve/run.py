@@ -268,6 +268,8 @@ class Run:
         t = numbers_of(t, "t")
         if t.size and not (np.min(t) >= 0 and np.max(t) <= self.t_final * (1 + 1e-15)):
             raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
+        if not self.path.t.size:  # the run failed in its first step
+            return np.multiply.outer(self.final, np.ones(t.shape))
         return self.path(t)
 
     @cached_property

@@ -78,6 +78,8 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
     from symfric.solve.routes import simulate
 
     run = simulate(as_run(scene.wanting({**scene.outputs, **also})), tolerance=tolerance)
+    if not run.t_final > 0:
+        run.checked()
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
     x = run(t)

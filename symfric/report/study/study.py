@@ -12,7 +12,7 @@ from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Vibration, schedule, vibration
 from symfric.report.html.versions import versions
-from symfric.report.study.answers import StudyAnswer, answer
+from symfric.report.study.answers import StudyAnswer, answer, out_of_time, within
 from symfric.report.study.branches import BranchResult, followed
 from symfric.report.study.comparison import ComparisonRow, closed_forms_apply, compare
 from symfric.report.study.friction_curves import FrictionCurve, friction_curves
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 FINE = 201  # most points of a predicted curve
+LIMIT = 30.0  # longest time for one part, s
+LONGER = 10  # factor of that time for designs and limit cycles
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,13 +194,16 @@ def measuring(file: SceneFile) -> SweepPlan:
     return SweepPlan("", 0.0, 0.0, 0, file.coordinate)
 
 
-def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
+def study(file: SceneFile, progress: Progress | None = None, limit: float = LIMIT) -> StudyResult:
     """Compute the study of a scene file.
 
     Parameters
     ----------
     file : SceneFile
     progress : callable ``(stage, fraction) -> None``, optional
+    limit : float
+        Longest time for the runs of one part, s; designs and limit cycles may take ten times as long. What takes longer
+        is left out, with this reason; what builds on it is not tried.
 
     Returns
     -------
@@ -217,29 +222,30 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
     slow = answer(separate, scene) if is_excited(scene) else StudyAnswer(scene)
     base = slow.value or scene
     at_rest, stable = answer(equilibrium, base), answer(stability, base)
-    onset = _onset(file, base)
-    safe = _safe(file, onset)
+    onset = within(limit, _onset, file, base)
+    safe = within(LONGER * limit, _safe, file, onset)
     tell("motion", 0.1)
-    moved = answer(motion, scene, contact_outputs(scene))
+    moved = within(limit, answer, motion, scene, contact_outputs(scene))
+    long = limit if out_of_time(moved) else LONGER * limit
     if file.structure is not None:
         tell("modes and flutter", 0.12)
     structure = structure_result(file, moved.value, at_rest.value)
     tell("steady vibration", 0.15)
-    steady = answer(_steady, scene, plan)
-    swept = _swept(file, slow, onset, safe, lambda f: tell("sweep", 0.2 + 0.4 * f))
+    steady = _unless(moved, lambda: within(limit, answer, _steady, scene, plan))
+    swept = within(limit, _swept, file, slow, onset, safe, lambda f: tell("sweep", 0.2 + 0.4 * f))
     if file.sweep is not None and file.sweep.branch is not None:
         tell("limit cycles", 0.6)
-    branch = followed(file, onset)
-    designs = _designs(file, lambda f: tell("design", 0.6 + 0.1 * f))
-    quenched = _quench(file, designs)
+    branch = within(long, followed, file, onset)
+    designs = within(long, _designs, file, lambda f: tell("design", 0.6 + 0.1 * f))
+    quenched = within(limit, _quench, file, designs)
     if quenched.value is not None and swept.value is not None:
-        swept = _with_excitation(
-            scene, plan, quenched.value, swept.value, lambda f: tell("sweep with design", 0.7 + 0.2 * f)
-        )
+        told = lambda f: tell("sweep with design", 0.7 + 0.2 * f)  # noqa: E731
+        swept = within(limit, _with_excitation, scene, plan, quenched.value, swept.value, told)
     tell("comparison", 0.95)
     shaken = None if quenched.value is None else quenched.value.design
     curves = friction_curves(scene, moved.value, at_rest.value, shaken)
-    rows = compare(file, base, at_rest.value, onset.value, moved.value, steady.value, designs)
+    given = at_rest.value, onset.value, moved.value, steady.value, designs
+    rows = within(limit, answer, compare, file, base, *given).value or ()
     return StudyResult(
         file,
         structure,
@@ -260,6 +266,11 @@ def study(file: SceneFile, progress: Progress | None = None) -> StudyResult:
         versions(),
         time.monotonic() - started,
     )
+
+
+def _unless(moved: StudyAnswer, part: Callable[[], StudyAnswer]) -> StudyAnswer:
+    """Return the answer of a part, or why a motion that is shorter than the part's was stopped."""
+    return StudyAnswer(None, moved.note) if out_of_time(moved) else part()
 
 
 def _steady(scene: Scene, plan: SweepPlan) -> Vibration:

@@ -38,6 +38,7 @@ from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
+from symfric.solve.time_limit import check_time
 from symfric.solve.widened import widened
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ class IntegratorsProgram(OneByOne):
             if k == 0:
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
+                check_time()
                 self._integrate(flow, motion, p, end)
                 if progress is not None:
                     progress(motion.t / horizon)

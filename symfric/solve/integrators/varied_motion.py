@@ -18,6 +18,7 @@ from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.integrators.variational_flow import Scales, VariationalFlow
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.status import Status
+from symfric.solve.time_limit import check_time
 
 _SAFETY = 1e-3  # local tolerance relative to the tolerance, since errors at kinks are far above their estimate
 _FINEST, _LOGARITHMIC = 1e-12, 1e-11  # smallest local tolerances, the second of velocities integrated as logarithms
@@ -176,6 +177,7 @@ class VariedMotion:
             at = np.searchsorted(grid, times[inside])
             self._note(rows, by, inside, (found[0][:, at], found[1][at]), times[inside], given, m)
             t, state, V = end, found[0][:, -1], found[1][-1]
+            check_time()
             if progress is not None:
                 progress(t / horizon)
             if flow.steps > most:

@@ -13,6 +13,7 @@ from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Wanted
+from symfric.solve.time_limit import check_time
 
 _BLOCK = 512  # most cases that a thread takes at once
 _INTERVAL = 0.1  # time between two reports of the progress, s
@@ -93,6 +94,7 @@ def share_out(
     if threads == 1 or n <= 1:
         done = 0
         for more in work(share):
+            check_time()
             done += more
             if progress is not None:
                 progress(done / n)
@@ -116,6 +118,7 @@ def share_out(
         for thread in crew:
             while thread.is_alive():
                 thread.join(_INTERVAL)
+                check_time()
                 if progress is not None:
                     progress(sum(counts) / n)
     finally:

@@ -14,6 +14,7 @@ from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.observables import Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
+from symfric.solve.time_limit import check_time
 
 PATH_BYTES = 2**30  # largest trajectory; a run that needs more ends with a status
 _CHUNK_BYTES = 2**26  # largest piece of a trajectory or of a list of events; such pieces are returned to the system
@@ -149,8 +150,10 @@ class Workspace:
             w = self.arrays
             w.given_y[:], w.given_p[:] = y, p
             self._given_y, self._given_p = y, p
+        check_time()
         code, told = self._launch(self._table, True), 0
         while code < 0:
+            check_time()
             if code == PATH_FULL:
                 if not self._extend_path():
                     return Status.STEP_BUDGET

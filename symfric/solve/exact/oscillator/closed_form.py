@@ -14,6 +14,8 @@ from symfric.codegen.numba_types import compiled
 EPS = 2.0**-52
 NEVER = np.inf
 _APART = 0.5  # half difference of the characteristic roots times t, above which they are treated separately
+_LEAST = 1e-300  # first step of an approach over the whole interval: where a rate overflows, its inverse is zero
+_MANY = 1000  # half periods that are followed one by one
 _TERMS = 30  # terms of the series of G, for |root| t < 2
 
 
@@ -124,7 +126,7 @@ def reach(f, value, slope, level, t, end, tau_end):
         tau_end = value * (rate + f.C * g) + slope * g
     after = tau_end - level
     if not abs(after) < np.inf:  # overflow: approach in doubled steps
-        step = 1.0 / (abs(f.alpha) + f.r)
+        step = max(1.0 / (abs(f.alpha) + f.r), _LEAST * end)
         high = t
         while True:
             high = min(high + step, end)
@@ -209,4 +211,25 @@ def first_exit(f, value, slope, low, high, end):
         t, up = turn, not up
         turn = turn + np.pi / f.r if f.swings else NEVER
         there = -there * np.exp(-f.alpha * np.pi / f.r) if f.swings else np.nan
+        if k == _MANY:  # over most of the growth at once, a whole number of periods: the turns are as good as countless
+            periods = _periods_left(f, there, low, high, end - turn)
+            if not periods < NEVER:
+                return NEVER, 0
+            t, turn = t + periods * (2.0 * np.pi / f.r), turn + periods * (2.0 * np.pi / f.r)
+            there *= np.exp(-f.alpha * (2.0 * np.pi / f.r) * periods)
     return NEVER, 0
+
+
+@compiled(ieee_division=True)
+def _periods_left(f, there, low, high, left):
+    """Return how many periods a growing oscillation, now turning at `there`, surely stays in [low, high]; else NEVER.
+
+    NEVER if it does so for all of the time that is left.
+    """
+    level = min(high, -low)
+    if not level > abs(there):
+        return 0.0
+    time = np.log(level / abs(there)) / -f.alpha
+    if not time < left:
+        return NEVER
+    return max(0.0, np.floor(time * f.r / (2.0 * np.pi)) - 2.0)

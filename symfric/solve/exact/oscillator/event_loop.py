@@ -56,6 +56,8 @@ def drive(w):
             w.counts.phase = GO
         left = (w.clock.t_end - w.y[2]) - w.clock.t_low
         f = _flow(w)
+        if not f.r < np.inf:  # the rates of the equation overflow
+            return _NAN
         tau, side = _release(w, left) if w.m.still else _exit(w, f, left)
         if w.limits.keep_path:
             kept = w.counts.kept_steps
