@@ -18,13 +18,14 @@ BELOW = {
     "errors": set(),
     "files": set(),
     "locks": set(),
+    "time_limit": set(),
     "templates": set(),
     "model": {"axes", "errors", "locks", "templates"},
     "lower": {"errors", "locks", "model"},
     "theory": {"axes", "errors", "locks", "lower", "model"},
     "motions": {"axes", "errors", "locks", "model", "templates"},
-    "codegen": {"errors", "files", "locks"},
-    "solve": {"axes", "codegen", "errors", "files", "locks", "templates", "model", "lower"},
+    "codegen": {"errors", "files", "locks", "time_limit"},
+    "solve": {"axes", "codegen", "errors", "files", "locks", "time_limit", "templates", "model", "lower"},
 }
 BELOW["export"] = BELOW["solve"] | {"solve"}
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}

@@ -1,5 +1,6 @@
 """The commands ``study``, ``explain`` and ``scenes``."""
 
+import math
 from pathlib import Path
 
 import click
@@ -16,7 +17,7 @@ LIMIT = "Longest time for the runs of one part, ten times as long for designs an
 @click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -study unless given.")
 @click.option(
     "--limit",
-    default=30.0,
+    default=20.0,
     show_default=True,
     type=click.FloatRange(min=0, min_open=True),
     metavar="SECONDS",
@@ -34,6 +35,8 @@ def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool
     """
     from symfric.scenefile import read_scene_file
 
+    if not limit < math.inf:
+        raise SceneError(f"--limit is {limit}; give a number of seconds")
     found = read_scene_file(file)
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:

@@ -21,6 +21,7 @@ from symfric.codegen.object_cache import load, store
 from symfric.codegen.shipped_loops import shipped_object
 from symfric.codegen.target import link, target_key
 from symfric.locks import SYMBOLIC, alone
+from symfric.time_limit import untimed
 
 _IMPORT = re.compile(r"^ *from (symfric[\w.]*) import ", re.MULTILINE)
 _PACKAGE = Path(__file__).parents[1]
@@ -77,7 +78,8 @@ def load_loop(module: str, what: str) -> Loop:
                 store(key, kept)
         if kept is None:
             logging.getLogger("symfric").info("compiling %s, once for this machine", what)
-            kept = _compiled(module)
+            with untimed():
+                kept = _compiled(module)
             store(key, kept)
         name, _, code = kept.partition(b"\n")
         engine = link(code)

@@ -11,6 +11,7 @@ from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
 from symfric.solve.input_segments import segments
 from symfric.solve.lowered import LoweredScene
+from symfric.time_limit import check_time
 
 _AT_ONCE = 2**20  # numbers of all states at all nodes that are computed together: 8 MB
 _NODES = 16  # quadrature nodes in every step; a step spans a fraction of the radius of convergence
@@ -51,12 +52,13 @@ def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp
     numbers : mapping of Symbol to float
         Parameters of the run.
     """
-    path, scene = run.path, run.base
+    path = run.path
     if path.coefficients.shape[0] == 0:
         return 0.0
     worst, largest, start, work, moved = 0.0, 1e-300, 0.0, 0.0, 0.0
     steps = max(1, _AT_ONCE // (_NODES * path.coefficients.shape[1]))
     for first in range(0, len(path.h), steps):
+        check_time()
         piece = slice(first, first + steps)
         parameters, applied, contact = _powers(run, power, numbers, piece)
         share = path.h[piece, None] * gauss_legendre(_NODES)[1]

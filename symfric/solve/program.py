@@ -71,10 +71,11 @@ class Numbers:
     def _check_mass(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
         """Raise unless the mass is positive definite at the start y (n_x,), if a change concerns it."""
         given = {name_of(k): float(v) for k, v in values.items()}
-        if self._moved_inertia(given.keys() | {name_of(k) for k in initial}):
-            if not self._inertia.definite(given | dict(zip(self._states, y.tolist(), strict=True))):
-                told = ", ".join(f"{n} = {v:g}" for n, v in given.items() if n in self._inertia.names)
-                raise SceneError(f"the mass matrix is not positive definite at the start{told and f', with {told}'}")
+        if not self._moved_inertia(given.keys() | {name_of(k) for k in initial}):
+            return
+        if not self._inertia.definite(given | dict(zip(self._states, y.tolist(), strict=True))):
+            told = ", ".join(f"{n} = {v:g}" for n, v in given.items() if n in self._inertia.names)
+            raise SceneError(f"the mass matrix is not positive definite at the start{told and f', with {told}'}")
 
     def _moved_inertia(self, changed: Collection[str]) -> bool:
         """Whether a change of these parameters and states concerns the mass at the start."""

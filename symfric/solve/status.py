@@ -41,8 +41,8 @@ ADVICE = {
     "stiff beyond this route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
     "that static friction is not smaller than kinetic friction",
-    Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, at values that make the mass zero or "
-    "negative, and at divisions and roots in the forces",
+    Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, at values that make the mass "
+    "zero or negative, and at divisions and roots in the forces",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "

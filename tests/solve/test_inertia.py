@@ -14,7 +14,7 @@ RUB = sf.Contact("rub", U - sp.Rational(1, 10), 1, sf.laws.coulomb(0.1))
 def scene(mass, force, values, law=None, **starts):
     size = len(force)
     contact = RUB if law is None else sf.Contact("rub", U - sp.Rational(1, 10), 1, law)
-    initial = {s: 0.3 for s in (X, Y)[:size]} | {s: 0.0 for s in (U, W)[:size]} | starts
+    initial = dict.fromkeys((X, Y)[:size], 0.3) | dict.fromkeys((U, W)[:size], 0.0) | starts
     system = sf.System([X, Y][:size], [U, W][:size], mass, force)
     return sf.Scene(system, [contact], values, initial, 1.0, {"far": sf.Max(X)})
 
@@ -52,7 +52,7 @@ def test_a_start_where_the_mass_vanishes():
 
 
 def test_a_start_that_follows_a_value_to_where_the_mass_vanishes():
-    program = sf.prepare(scene([[2 + X]], [-X], {C: 0.3}, **{"x": C}))
+    program = sf.prepare(scene([[2 + X]], [-X], {C: 0.3}, x=C))
     assert program.run({"c": 0.5}).status == sf.Status.OK
     with pytest.raises(sf.SceneError, match="not positive definite at the start"):
         program.run({"c": -3.0})

@@ -7,7 +7,7 @@ from typing import Generic, ParamSpec, TypeVar
 import numpy as np
 
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.solve.time_limit import OutOfTime, time_limit
+from symfric.time_limit import OutOfTime, time_limit
 
 _Found = TypeVar("_Found", covariant=True)
 _Given = ParamSpec("_Given")

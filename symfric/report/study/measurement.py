@@ -26,6 +26,7 @@ from symfric.orbits.steady_state import (
 from symfric.scenefile import SweepPlan
 
 SAMPLES = 4000  # samples of a motion to draw
+MOST_STEPS = 40_000  # further samples, at the steps of a run; of more, at every second, third, ...
 PATH = "motion of the study"  # name of an additional output, unlikely to occur in a file
 
 
@@ -80,7 +81,8 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
     run = simulate(as_run(scene.wanting({**scene.outputs, **also})), tolerance=tolerance)
     if not run.t_final > 0:
         run.checked()
-    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t[run.t <= run.t_final])
+    steps = run.t[run.t <= run.t_final]
+    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), steps[:: 1 + steps.size // MOST_STEPS])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
     x = run(t)
     points = [s.name for s in scene.system.rows if s.name.isidentifier()]

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 FINE = 201  # most points of a predicted curve
-LIMIT = 30.0  # longest time for one part, s
+LIMIT = 20.0  # longest time for one part, s
 LONGER = 10  # factor of that time for designs and limit cycles
 
 

@@ -38,8 +38,8 @@ from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Path, Raw, Run
 from symfric.solve.status import Status
-from symfric.solve.time_limit import check_time
 from symfric.solve.widened import widened
+from symfric.time_limit import check_time
 
 if TYPE_CHECKING:
     from symfric.solve.integrators.route import Integrators

@@ -18,7 +18,7 @@ from symfric.solve.integrators.stretch import stretch_of
 from symfric.solve.integrators.variational_flow import Scales, VariationalFlow
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.status import Status
-from symfric.solve.time_limit import check_time
+from symfric.time_limit import check_time
 
 _SAFETY = 1e-3  # local tolerance relative to the tolerance, since errors at kinks are far above their estimate
 _FINEST, _LOGARITHMIC = 1e-12, 1e-11  # smallest local tolerances, the second of velocities integrated as logarithms

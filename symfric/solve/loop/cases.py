@@ -13,7 +13,7 @@ from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Wanted
-from symfric.solve.time_limit import check_time
+from symfric.time_limit import check_time
 
 _BLOCK = 512  # most cases that a thread takes at once
 _INTERVAL = 0.1  # time between two reports of the progress, s

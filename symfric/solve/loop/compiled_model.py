@@ -14,7 +14,7 @@ from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.observables import Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
-from symfric.solve.time_limit import check_time
+from symfric.time_limit import check_time
 
 PATH_BYTES = 2**30  # largest trajectory; a run that needs more ends with a status
 _CHUNK_BYTES = 2**26  # largest piece of a trajectory or of a list of events; such pieces are returned to the system
