@@ -85,7 +85,7 @@ def _on_threads(problem: Problem, threads: int, number: int) -> Callable:
 
 
 def _sweep(problem: Problem, number: int) -> Callable:
-    scene = problem.scene.until(problem.window[1]).wanting({"half": HalfRange(problem.scene.system.q[0])})
+    scene = problem.scene.until(problem.window[1], {"half": HalfRange(problem.scene.system.q[0])})
     grid = {"v_b": np.array(_some(problem, number).speeds)}
     return lambda: sweep(scene, grid, tolerance=_TOLERANCE)
 

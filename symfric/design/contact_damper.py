@@ -195,7 +195,7 @@ def _read(scene: Scene, bounds, residual, margin) -> Damper:
     start = {x: numbers["x0"], u: numbers["v0"]}  # as numbers: a start that depends on parameters is slow to change
     # not zero, so that no parameter is dropped
     scene = scene.where(dict(zip(given, high, strict=True))).starting(start)
-    program = prepare(scene.until(longest).wanting({"path": Trajectory()}), TOLERANCE)
+    program = prepare(scene.until(longest, {"path": Trajectory()}), TOLERANCE)
     return Damper(
         program, tuple(given), np.array(low), np.array(high), numbers, max(float(margin), SAFE), float(residual)
     )
@@ -324,8 +324,9 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
         active.append("residual at its limit")
     for name, place in zip(damper.names, p, strict=True):
         active += [f"{name} at its {word} bound" for word, end in (("lower", 0.0), ("upper", 1.0)) if place == end]
-    full = scene.where(values).until(damper.program.scene.horizon)
-    run = simulate(full.wanting({"stop_time": StopTime(), "path": Trajectory()}), 1e-13).checked()
+    wanted = {"stop_time": StopTime(), "path": Trajectory()}
+    full = scene.where(values).until(damper.program.scene.horizon, wanted)
+    run = simulate(full, 1e-13).checked()
     limit = damper.limit(p)
     rows = [
         Compared("decay time", decay.time, float(run["stop_time"]), 1e-9),

@@ -191,7 +191,7 @@ def basins(
     axes = _axes(scene, starts)
     period = forcing_period(scene)
     if period:
-        scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)))
+        scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)), {})
     moved, grid = _with_starts(scene, axes)
     found = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)
     ends = found["end"].values.reshape(-1, len(scene.system.states)).T

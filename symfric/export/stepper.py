@@ -160,7 +160,7 @@ class Stepper:
         True
         """
         n = self._steps(until)
-        run = simulate(self.scene.until(n * self.step).wanting({"path": Trajectory()}), _TOLERANCE).checked()
+        run = simulate(self.scene.until(n * self.step, {"path": Trajectory()}), _TOLERANCE).checked()
         t, x, _, _ = self._march(self.initial, self.values, n)
         exact = run(t)
         if not np.all(np.isfinite(x)):

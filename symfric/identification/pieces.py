@@ -119,7 +119,7 @@ class Pieces:
         times = self._times[label].tolist()
         outputs = {c.name: Samples(_shift(c.expr), times) for c in self._channels(label)}
         names = self.predictor.names(label, VALUE)
-        scene = scene.until(self.lengths[label]).wanting(outputs)
+        scene = scene.until(self.lengths[label], outputs)
         return prepare(scene, self.predictor.tolerance, sensitivities=[*names, *self.states[label]])
 
     def first_nodes(self, values: np.ndarray) -> np.ndarray:

@@ -111,7 +111,7 @@ class Predictor:
         """Return a scene until its last sample, with the outputs that its records measure and the values of a fit."""
         own = [c for c in self.channels if c.scene == label]
         outputs = {c.name: Samples(c.expr, c.t.tolist()) for c in own}
-        scene = self.scenes[label].until(max(float(c.t[-1]) for c in own)).wanting(outputs)
+        scene = self.scenes[label].until(max(float(c.t[-1]) for c in own), outputs)
         if values is not None:
             return self.filled(scene, label, values)
         if all(scene.values[scene.parameter(n)] is not None for n in self.names(label, VALUE)):

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.symbols import expression, finite
+from symfric.model.symbols import expression, finite, refuse_speed
 
 # kinds of observables: smallest and largest value, integral over time, values at given times; for derivatives also the
 # least local minimum, and the derivative of a RANGE or TURN
@@ -37,6 +37,11 @@ class Output:
     word: ClassVar[str] = ""  # its name in scene files
     keeps_path: ClassVar[bool] = False
     keeps_events: ClassVar[bool] = False
+
+    @property
+    def latest(self) -> float:
+        """The last time at which a run has to be for the output; 0 unless it is given times."""
+        return 0.0
 
     def size(self, n_x: int) -> int | None:
         """Return how many numbers the output has.
@@ -115,6 +120,7 @@ class OutputOfExpression(Output):
 
     def __post_init__(self):
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
+        refuse_speed(self.expr, f"the expression of {type(self).__name__}")
 
     def row(self, horizon: float) -> Row:
         """Return the observable to accumulate in a run.
@@ -300,14 +306,14 @@ class Integral(OutputOfExpression):
 
 @dataclass(frozen=True)
 class At(OutputOfExpression):
-    """Value of an expression at a time; at the end of the run if no time, or a later one, is given.
+    """Value of an expression at a time, or at the end of the run; NaN if the run fails before.
 
     Attributes
     ----------
     expr : Expr
         Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
     time : float or None
-        The end unless given.
+        Not after the horizon of the scene; its end unless given.
 
     Examples
     --------
@@ -328,6 +334,10 @@ class At(OutputOfExpression):
             if self.time < 0:
                 raise SceneError(f"the time of At is {self.time:g}; it must not be negative")
 
+    @property
+    def latest(self) -> float:
+        return self.time or 0.0
+
     def row(self, horizon: float) -> Row:
         return Row(VALUES, self.expr, (horizon if self.time is None else min(self.time, horizon),))
 
@@ -344,7 +354,8 @@ class Samples(OutputOfExpression):
     expr : Expr
         Of states, time and parameters.
     times : sequence of float
-        Seconds, increasing, not negative; NaN is what a run gives for those that it does not reach.
+        Increasing, not negative and not after the horizon of the scene; the values at those that a failed run does not
+        reach are NaN.
 
     Raises
     ------
@@ -376,8 +387,12 @@ class Samples(OutputOfExpression):
             raise SceneError("the times of Samples must increase and not be negative")
         object.__setattr__(self, "times", times)
 
+    @property
+    def latest(self) -> float:
+        return self.times[-1]
+
     def row(self, horizon: float) -> Row:
-        return Row(VALUES, self.expr, self.times)
+        return Row(VALUES, self.expr, (*self.times[:-1], min(self.times[-1], horizon)))
 
     def reduce(self, found: Any) -> Any:
         return found
@@ -388,7 +403,7 @@ class Samples(OutputOfExpression):
 
 @dataclass(frozen=True)
 class StopTime(Output):
-    """Time after which the system stays at rest until the horizon; NaN if it moves at the end.
+    """Time after which the system stays at rest until the horizon; NaN if it moves at the end, or the run fails.
 
     Examples
     --------

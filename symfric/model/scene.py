@@ -14,10 +14,10 @@ from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Traje
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.services import service
 from symfric.model.springs import spring_of, stop_rate
-from symfric.model.symbols import TIME, Key, counted, expression, finite, listed, name_of, nearest
+from symfric.model.symbols import SPEED, TIME, Key, counted, expression, finite, listed, name_of, nearest, refuse_speed
 from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
-from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols
+from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols, check_times
 
 _Value = TypeVar("_Value")
 _IN_A_LINE = 6  # values in a line below the equations
@@ -133,6 +133,7 @@ class Scene:
         self._set("horizon", length)
         self._set("outputs", _read_outputs(outputs))
         self._check_output_symbols()
+        check_times(self.outputs, length)
         self._read_values(values, initial, inputs)
         self._read_initial(initial)
         self._set("units", units if isinstance(units, Units) and len(texts) == len(units) else units_of(self, texts))
@@ -162,6 +163,7 @@ class Scene:
         reserved = self._contact_symbols() | {TIME.name: TIME}
         check_symbols(symbols, allowed | reserved, set(given))
         parameters = set(found) - set(allowed) - set(reserved)
+        self._check_reserved([*given, *signals], found)
         for name in [*given, *signals]:
             if name not in found:
                 where = "input" if name in signals else "value"
@@ -169,6 +171,17 @@ class Scene:
         numbers = {found[n]: None if v is None else finite(v, f"the value of {n}") for n, v in given.items()}
         self._set("values", numbers)
         self._set("inputs", {found[n]: s for n, s in signals.items()})
+
+    def _check_reserved(self, names: Sequence[str], found: Mapping[str, sp.Symbol]) -> None:
+        """Raise if time or the sliding speed is given a value."""
+        in_laws = any(SPEED in e.free_symbols for c in self.contacts for e in c.law.expressions)
+        for name in names:
+            if name == TIME.name:
+                raise SceneError("t is given a value, and is sf.TIME, which runs from 0; rename your symbol t")
+            if name == SPEED.name and name not in found and in_laws:
+                raise SceneError(
+                    "v is given a value, and in a law is sf.SPEED, the sliding speed; rename your symbol v"
+                )
 
     def _still_used(
         self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping[str, Output]
@@ -192,6 +205,7 @@ class Scene:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
             if isinstance(value, sp.Expr) and value.free_symbols:
                 value = expression(value, f"the initial value of {name}")
+                refuse_speed(value, f"the initial value of {name}")
                 if value.free_symbols - set(self.values):
                     raise SceneError(f"the initial value of {name} is {value}; it may depend on parameters only")
                 given[name] = value
@@ -327,20 +341,27 @@ class Scene:
         start = _by_name(self.initial, "initial") | _by_name(self._plain(initial), "initial")
         return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
 
-    def until(self, horizon: float) -> "Scene":
+    def until(self, horizon: float, outputs: Mapping[str, Output] | None = None) -> "Scene":
         """Return the scene with another horizon.
 
         Parameters
         ----------
         horizon : float
             Length of the run.
+        outputs : mapping of str to Output, optional
+            Replaces the present outputs, whose times may be later than the new horizon; see `wanting`.
 
         Returns
         -------
         Scene
+
+        Raises
+        ------
+        SceneError
+            If the horizon is not positive, or earlier than the time of an output.
         """
         (length,) = self._plain({TIME: horizon}).values()
-        return replace(self, horizon=length)
+        return self._with_outputs(self.outputs if outputs is None else _read_outputs(outputs), length)
 
     def _plain(self, given: Mapping) -> Mapping:
         """Return values as numbers in the units of the scene; raise if it does not say in which."""
@@ -363,9 +384,14 @@ class Scene:
         -------
         Scene
         """
-        other = _read_outputs(outputs)
-        check_outputs(self.units, other)
-        return replace(self, outputs=other, values=self._still_used(self.contacts, self.initial, other))
+        return self._with_outputs(_read_outputs(outputs), self.horizon)
+
+    def _with_outputs(self, outputs: Mapping[str, Output], horizon: float) -> "Scene":
+        if outputs is self.outputs:
+            return replace(self, horizon=horizon)
+        check_outputs(self.units, outputs)
+        used = self._still_used(self.contacts, self.initial, outputs)
+        return replace(self, outputs=outputs, horizon=horizon, values=used)
 
     @alone(SYMBOLIC)
     def written_out(self) -> "Scene":

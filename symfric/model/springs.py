@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.symbols import SPEED, expression
+from symfric.model.symbols import SPEED, expression, refuse_speed
 
 if TYPE_CHECKING:
     from symfric.model.laws import Law
@@ -63,8 +63,7 @@ def read_stiffness(stiffness, law: "Law", name: str) -> sp.Expr:
     """
     what = f"stiffness of contact {name!r}"
     found = expression(stiffness, what)
-    if SPEED in found.free_symbols:
-        raise SceneError(f"{what} contains sf.SPEED, which is reserved for laws")
+    refuse_speed(found, what)
     if found.is_number and not found > 0:
         raise SceneError(f"{what} is {found}; it must be positive, or None for a contact without a spring")
     if law.memory or SPEED in law.kinetic.free_symbols or (law.kinetic - law.stick).expand() != 0:

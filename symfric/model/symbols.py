@@ -18,7 +18,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: SymPy's own ``dynamicsymbols._t``, so that time derivatives of SymPy's mechanics are with respect to it.
 TIME = sp.Symbol("t")
 #: Sliding speed ``v`` = ``|slip|`` > 0, reserved for laws: ``sf.laws.custom(0.3 + 0.1 * sp.exp(-sf.SPEED), 0.4)``.
-#: Outside a law it is an error; a velocity of your own is another symbol.
+#: Outside a law it is an error; a symbol of your own that is called ``v`` and positive is this one: name it otherwise.
 SPEED = sp.Symbol("v", positive=True)
 
 Key: TypeAlias = sp.Symbol | str
@@ -108,6 +108,16 @@ def expression(value, what: str) -> sp.Expr:
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result
+
+
+def refuse_speed(value: object, what: str) -> None:
+    """Raise if an expression, or one in a sequence, contains the reserved symbol of the sliding speed."""
+    for e in value if isinstance(value, list | tuple) else (value,):
+        if isinstance(e, sp.Basic) and SPEED in e.free_symbols:
+            raise SceneError(
+                f"{what} contains v, a positive symbol, which is sf.SPEED, the sliding speed inside laws; rename your "
+                "symbol v"
+            )
 
 
 def superscript(number: int) -> str:

@@ -13,7 +13,7 @@ from symfric.model.blame import shortened
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
-from symfric.model.symbols import SPEED, TIME, counted, expression, finite, listed
+from symfric.model.symbols import TIME, counted, expression, finite, listed, refuse_speed
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -91,6 +91,7 @@ class System:
             for s in states:
                 if not isinstance(s, sp.Symbol):
                     raise SceneError(f"{s!r} in {name} is not a symbol; states are SymPy symbols")
+                refuse_speed(s, name)
             object.__setattr__(self, name, states)
         n = len(self.q)
         if not n:
@@ -106,6 +107,9 @@ class System:
             if len(entries) != length:
                 raise SceneError(f"{name} has {len(entries)} entries; it needs {length}")
             entries = tuple(expression(e, f"{name}[{i}]") for i, e in enumerate(entries))
+            own = entries[: len(entries) - self.made] if name == "z_rate" else entries
+            for i, e in enumerate(own):
+                refuse_speed(e, f"{name}[{i}]")
             object.__setattr__(self, name, entries)
         self._check_symbols()
 
@@ -136,9 +140,9 @@ class System:
         if self.mass is None:
             return
         for i, e in enumerate(mass):
-            expression(e, f"mass[{i // len(self.q)}][{i % len(self.q)}]")
+            refuse_speed(expression(e, entry := f"mass[{i // len(self.q)}][{i % len(self.q)}]"), entry)
             if e.free_symbols & ({*self.u, *self.z, TIME}):
-                raise SceneError(f"mass[{i // len(self.q)}][{i % len(self.q)}] is {e}; it may depend on q only")
+                raise SceneError(f"{entry} is {e}; it may depend on q only")
         if not (self.mass - self.mass.T).applyfunc(sp.expand).is_zero_matrix:
             raise SceneError("the mass matrix is not symmetric")
 
@@ -285,8 +289,7 @@ class Contact:
             where = f"{what} of contact {self.name!r}"
             value = expression(getattr(self, what), where)
             refuse_jumps(value, where)
-            if SPEED in value.free_symbols:
-                raise SceneError(f"{where} contains sf.SPEED, which is reserved for laws")
+            refuse_speed(value, where)
             object.__setattr__(self, what, value)
         if not isinstance(self.law, Law):
             name = getattr(self.law, "__name__", "")

@@ -1,11 +1,14 @@
 """Checks of a scene that need several of its parts or its numbers."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
-from symfric.model.symbols import SPEED, TIME, nearest
+from symfric.model.outputs import Output
+from symfric.model.symbols import TIME, nearest, refuse_speed
 from symfric.model.system import Contact, System
 
 _SEED = 19
@@ -65,10 +68,9 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
     seen: dict[str, sp.Symbol] = {}
     for symbol in sorted(symbols, key=str):
         name = symbol.name
-        if symbol == SPEED:
-            raise SceneError("sf.SPEED is used outside a law; name your own velocity with another symbol")
+        refuse_speed(symbol, "an expression outside a law")
         if name == TIME.name and symbol != TIME:
-            raise SceneError("t is reserved for time; use sf.TIME")
+            raise SceneError("the symbol t is reserved for time; use sf.TIME for time, or rename your symbol t")
         if name in allowed:
             if allowed[name] != symbol:
                 raise SceneError(
@@ -81,6 +83,16 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
         if seen.setdefault(name, symbol) != symbol:
             raise SceneError(
                 f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
+            )
+
+
+def check_times(outputs: Mapping[str, Output], horizon: float) -> None:
+    """Raise if an output is taken at a time after the horizon, by more than rounding."""
+    for name, output in outputs.items():
+        if output.latest > horizon * (1 + 1e-12):
+            raise SceneError(
+                f"output {name!r} takes a value at t = {output.latest:.12g}, and the run ends at the horizon "
+                f"{horizon:.12g}; choose a later horizon or an earlier time"
             )
 
 

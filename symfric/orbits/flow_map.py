@@ -107,7 +107,7 @@ class FlowMap:
             if horizon not in self._motions:
                 if len(self._motions) == _MOST_MOTIONS:
                     self._motions.pop(next(iter(self._motions)))
-                self._motions[horizon] = prepare(scene.until(horizon).wanting({"path": Trajectory()}), _ROUGH)
+                self._motions[horizon] = prepare(scene.until(horizon, {"path": Trajectory()}), _ROUGH)
             program = self._motions[horizon]
         numbers = scene.numbers()
         initial = {s.name: numbers[s] for s in scene.system.states}

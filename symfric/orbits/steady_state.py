@@ -76,7 +76,7 @@ def schedule(
 
 def settling(scene: Scene, times: Schedule, outputs: Mapping[str, Output] | None = None) -> Scene:
     """Return the scene of the settling run; its output `END` is the settled state."""
-    return scene.wanting({END: End(), **(outputs or {})}).until(times.settle)
+    return scene.until(times.settle, {END: End(), **(outputs or {})})
 
 
 def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], state: np.ndarray | None = None) -> Scene:

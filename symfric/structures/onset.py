@@ -157,7 +157,7 @@ def lift_offs(scene: Scene, name: str, branch: Branch) -> tuple[LiftOff, ...]:
     if not loads or not branch.orbits:
         return ()
     longest = max(orbit.period for orbit in branch.orbits)
-    program = prepare(scene.until(1.01 * longest).wanting({c: Min(e) for c, e in loads.items()}), _TOLERANCE)
+    program = prepare(scene.until(1.01 * longest, {c: Min(e) for c, e in loads.items()}), _TOLERANCE)
     sizes = [float(np.max(orbit.half_range)) for orbit in branch.orbits]
     order = range(len(sizes)) if sizes[0] <= sizes[-1] else range(len(sizes) - 1, -1, -1)
     found = []

@@ -15,6 +15,13 @@ from symfric.theory.sliding import Field, field_of
 from symfric.theory.stability import linearise
 
 DEGENERATE = 1e-9  # cubic coefficient relative to the sum of its terms' magnitudes that counts as zero
+NEUTRAL = 1e-12  # growth rate relative to the largest eigenvalue that counts as zero
+SIDES = (
+    1e-6,
+    1e-4,
+    1e-2,
+)  # distances from a zero of the growth rate, relative to the bracket, at which its sign is read
+_SURVEY = 32  # places at which a growth rate of one sign at both ends is looked at between them
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,7 +94,8 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     parameter : Symbol or str
         The value to vary; the one stored in the scene is ignored.
     bracket : (float, float)
-        Ends of the search interval; steady sliding is stable at one and unstable at the other.
+        Ends of the search interval; steady sliding is stable at one and unstable at the other. The point may be an end;
+        of several points in the bracket one is found.
 
     Returns
     -------
@@ -96,7 +104,8 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     Raises
     ------
     NotFound
-        If the growth rate keeps its sign on the bracket, jumps, or a real eigenvalue crosses instead of a pair.
+        If the growth rate keeps its sign on the bracket, is zero on a part of it (a neutral system), touches zero
+        without a change of sign, jumps, or a real eigenvalue crosses instead of a pair.
     SceneError
         As `equilibrium` does, or if the bracket is empty.
 
@@ -125,6 +134,7 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     step = 1e-9 * (high - low)
     (before, size_1, *_), (after, size_2, *_) = (leading(float(np.clip(value + d, low, high))) for d in (-step, step))
     eigenvalue, size, x, p = leading(value)
+    _check_sides(leading, symbol.name, value, (low, high))
     if abs(after.real - before.real) > 1e-3 * min(size_1, size_2):
         raise NotFound(
             f"the growth rate jumps at {symbol.name} = {value:.12g}, from {before.real:.3g} to {after.real:.3g}: "
@@ -167,14 +177,57 @@ def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
     def growth(value):
         return leading(value)[0].real
 
-    at_low, at_high = growth(low), growth(high)
+    at_low, at_high = (growth(end) * _sign(leading(end)) ** 2 for end in (low, high))
     if at_low * at_high > 0:
         word = "unstable" if at_low > 0 else "stable"
+        between = [v for v in np.linspace(low, high, _SURVEY + 2)[1:-1].tolist() if at_low * _sign(leading(v)) < 0]
+        cure = "widen or move the bracket"
+        if between:
+            cure = f"between them, at {between[0]:g}, it is not: end the bracket there"
         raise NotFound(
             f"steady sliding is {word} at both ends of the bracket of {name}: the growth rate is {at_low:.6g} at "
-            f"{low:g} and {at_high:.6g} at {high:g}; widen or move the bracket"
+            f"{low:g} and {at_high:.6g} at {high:g}; {cure}"
         )
+    if at_low == 0 or at_high == 0:
+        return low if at_low == 0 else high
     return float(optimize.brentq(growth, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=300))
+
+
+def _sign(found: tuple) -> int:
+    """Return the sign of the growth rate, 0 if it is zero to rounding."""
+    eigenvalue, size, *_ = found
+    return 0 if abs(eigenvalue.real) <= NEUTRAL * size else (1 if eigenvalue.real > 0 else -1)
+
+
+def _check_sides(leading: Callable, name: str, value: float, ends: tuple[float, float]) -> None:
+    """Raise unless the growth rate changes its sign at a zero; beside an end of the bracket, as far as it exists."""
+    low, high = ends
+    for share in SIDES:
+        before, after = (_side(leading, value + way * share * (high - low), ends) for way in (-1, 1))
+        if before is None or after is None:
+            if before or after:
+                return
+        elif before * after < 0:
+            return
+        elif before and after:
+            raise NotFound(
+                f"the growth rate touches zero at {name} = {value:.12g} and is "
+                f"{'positive' if after > 0 else 'negative'} on both sides; no oscillation starts there"
+            )
+    raise NotFound(
+        f"the growth rate is zero beside {name} = {value:.12g} too: steady sliding is neutral there, since an eigenvalue "
+        "stays on the imaginary axis, and no pair crosses it; add damping, or fix a coordinate that nothing holds"
+    )
+
+
+def _side(leading: Callable, value: float, ends: tuple[float, float]) -> int | None:
+    """Return the sign of the growth rate; None if there is no steady sliding at a value outside the bracket."""
+    try:
+        return _sign(leading(value))
+    except (SceneError, NotFound):
+        if ends[0] <= value <= ends[1]:
+            raise
+        return None
 
 
 def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from click.testing import CliRunner
 
 import symfric as sf
@@ -42,12 +43,13 @@ def test_c_code_computes_the_same_bits(library, n):
     s = sf.export.stepper(SCENES[KINDS[n]], H)
     expected = s.run()
     n_x, memory = len(s.states), s.advance.nnz_in(1)
-    state, p = np.zeros(1 + n_x + memory), s.values
+    state, p = np.zeros(3 + n_x + memory), s.values
     function = lambda what: getattr(library, f"scene{n}_{what}")  # noqa: E731
     function("reset")(pointer(state), pointer(p), pointer(np.array([0.0])))
     rows, modes = np.zeros(max(1, len(s.outputs))), np.zeros(max(1, len(s.contacts)))
     for j in range(expected.t.size):
-        t = state[0] = expected.t.values[j]  # a sum of steps would round
+        t = expected.t.values[j]
+        assert state[0] == t
         v = np.array([WAVE(t)])
         dv = (WAVE(t + H) - v) / H
         function("look")(pointer(state), pointer(p), pointer(v), pointer(rows), pointer(modes))
@@ -57,6 +59,71 @@ def test_c_code_computes_the_same_bits(library, n):
         assert function("step")(pointer(state), pointer(p), pointer(v), pointer(dv)) == 0
     assert expected.t.size > 500
     assert len(np.unique(expected["mode"])) > 1 or KINDS[n] == "kink"
+
+
+FORCED = sf.Scene(
+    sf.System([x], [u], [[1]], [-2 * x + 0.7 * sp.sin(2 * sf.TIME)]),
+    [sf.Contact("belt", u - 0.2, 1, sf.laws.coulomb(0.4, 0.3))],
+    {},
+    {x: 0.3, u: 0.1},
+    20.0,
+)
+STEPS = 20_000
+
+
+@pytest.fixture(scope="module")
+def forced(tmp_path_factory):
+    """A forced scene in steps that have no finite binary fraction, as a library."""
+    folder = tmp_path_factory.mktemp("forced")
+    sf.export.write_c(FORCED, folder / "forced.c", 1e-3)
+    return ctypes.CDLL(str(build(folder, "forced", ["forced.c"])))
+
+
+def marched(library, state, steps):
+    """Take steps without inputs; return the state after the last."""
+    for _ in range(steps):
+        assert library.forced_step(pointer(state), None, None, None) == 0
+    return state
+
+
+@compiled
+def test_bits_and_clock_are_those_of_python_after_many_steps(forced):
+    s = sf.export.stepper(FORCED, 1e-3)
+    run = s.run(until=1e-3 * STEPS)
+    state = np.zeros(3 + 2 + s.advance.nnz_in(1))
+    forced.forced_reset(pointer(state), None, None)
+    marched(forced, state, STEPS)
+    assert run.t.size == STEPS + 1
+    assert state[0] == run.t.values[-1] == 1e-3 * STEPS
+    assert np.cumsum(np.full(STEPS, 1e-3))[-1] != 1e-3 * STEPS  # the clock of a sum of steps
+    assert state[1:3].tobytes() == run.x.values[:, -1].tobytes()
+
+
+@compiled
+def test_a_time_that_is_set_goes_on_from_there(forced):
+    states = []
+    for begun in (True, False):
+        state = np.zeros(3 + 2 + sf.export.stepper(FORCED, 1e-3).advance.nnz_in(1))
+        forced.forced_reset(pointer(state), None, None)
+        marched(forced, state, 7)
+        state[0], state[1:3] = 1.2345, (0.25, -0.1)
+        if begun:
+            forced.forced_begin(pointer(state), None, None)
+        states.append(marched(forced, state, 3000))
+        assert state[0] == 1.2345 + 3000 * 1e-3
+    assert states[0][:3].tobytes() == states[1][:3].tobytes()
+
+
+@compiled
+def test_a_step_of_another_length_between_does_not_stop_the_clock(forced):
+    state = np.zeros(3 + 2 + sf.export.stepper(FORCED, 1e-3).advance.nnz_in(1))
+    forced.forced_reset(pointer(state), None, None)
+    marched(forced, state, 10)
+    forced.forced_advance(pointer(state), None, None, None, ctypes.c_double(0.3e-3))
+    origin = 10 * 1e-3 + 0.3e-3
+    assert state[0] == origin
+    marched(forced, state, 1000)
+    assert state[0] == origin + 1000 * 1e-3
 
 
 @compiled

@@ -97,8 +97,8 @@ def parts_of_sweep(problem: Problem, tolerance: float, route):
     """Return both parts of a sweep, the second for the half range alone, and the state between them."""
     begin, end = problem.window
     (x,), (u,) = problem.scene.system.q, problem.scene.system.u
-    first = prepare(problem.scene.until(begin).wanting({"end": End()}), tolerance, route)
-    return first, prepare(problem.scene.until(end - begin).wanting({"half": HalfRange(x)}), tolerance, route), x, u
+    first = prepare(problem.scene.until(begin, {"end": End()}), tolerance, route)
+    return first, prepare(problem.scene.until(end - begin, {"half": HalfRange(x)}), tolerance, route), x, u
 
 
 def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:

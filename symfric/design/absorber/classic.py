@@ -142,7 +142,7 @@ def _least_variance(mass_ratio: float) -> Design:
     tuned = theory.least_variance(mass_ratio)
     scene = _scene(mass_ratio, tuned, F=0.0)
     (x1, *_), rate = scene.system.q, theory.decay_rate(mass_ratio, *tuned[:2])
-    struck = scene.starting({"u1": 1.0}).until(0.5 * log(1 / GONE) / rate).wanting({"J": Integral(x1**2)})
+    struck = scene.starting({"u1": 1.0}).until(0.5 * log(1 / GONE) / rate, {"J": Integral(x1**2)})
     computed = prepare(struck, TOLERANCE).run().checked()["J"]
     rows = [
         Compared("mean square, from the response to an impulse", tuned.value, computed, 1e-8),
@@ -214,7 +214,7 @@ def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.
 
 def rate_of_runs(scene: Scene, duration: float) -> float:
     """Return the decay rate of the event-driven model, from the largest multiplier over a time."""
-    program = prepare(scene.until(duration).wanting({"end": End()}), TOLERANCE)
+    program = prepare(scene.until(duration, {"end": End()}), TOLERANCE)
     names = [s.name for s in scene.system.states]
     starts = (dict(zip(names, row, strict=True)) for row in np.eye(4).tolist())
     columns = [program.run(initial=start).checked().final for start in starts]

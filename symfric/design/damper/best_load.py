@@ -102,8 +102,8 @@ def _settled(scene: Scene, coordinate: str, peak: Peak) -> Compared:
     periods = int(np.clip(np.ceil(np.log(_SETTLED) / np.log(largest)), 20, _LONGEST))
     state = next(s for s in scene.system.states if s.name == coordinate)
     begin = {s.name: 0.9 * v for s, v in zip(scene.system.states, orbit.start.tolist(), strict=True)}
-    run = simulate(scene.starting(begin).until(periods * orbit.period), _TOLERANCE, route="taylor")
-    late = scene.starting(dict(zip(run.names, run.final.tolist(), strict=True))).until(orbit.period)
-    size = simulate(late.wanting({"size": HalfRange(state)}), _TOLERANCE)["size"]
+    run = simulate(scene.starting(begin).until(periods * orbit.period, {}), _TOLERANCE, route="taylor")
+    late = scene.starting(dict(zip(run.names, run.final.tolist(), strict=True)))
+    size = simulate(late.until(orbit.period, {"size": HalfRange(state)}), _TOLERANCE)["size"]
     quantity = f"half range of {coordinate} after {periods} periods of a disturbed motion"
     return Compared(quantity, peak.half_range, float(size), _AGREES)

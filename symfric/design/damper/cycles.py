@@ -139,7 +139,7 @@ class Disturbed:
 
     def __init__(self, scene: Scene, r: Requirement):
         self._scene, self._r, self._duration = scene, r, 2 * np.pi / _fastest(scene)
-        self._program = prepare(scene.until(self._duration).wanting({"end": End()}), _TOLERANCE)
+        self._program = prepare(scene.until(self._duration, {"end": End()}), _TOLERANCE)
 
     def rate(self, speed: float, damping: float) -> float:
         """Return the growth rate, 1/time, from differences of runs; negative if all disturbances shrink."""

@@ -89,8 +89,9 @@ class Transient:
     @cached_property
     def until_rest(self) -> Program:
         """Program that runs until rest."""
-        until = self._numeric.until(max(self.scene.horizon, 2 * self.settle))
-        return prepare(until.wanting({"rest": StopTime(), "events": Events()}), self.tolerance, self.route)
+        wanted = {"rest": StopTime(), "events": Events()}
+        until = self._numeric.until(max(self.scene.horizon, 2 * self.settle), wanted)
+        return prepare(until, self.tolerance, self.route)
 
     @cached_property
     def beyond(self) -> Settling:

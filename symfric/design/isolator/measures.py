@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.outputs import OutputOfExpression
+from symfric.model.outputs import At, Output, OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, name_of, nearest
 from symfric.model.system import Signal
@@ -160,5 +160,11 @@ def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
         if not isinstance(signal, Signal):
             raise SceneError(f"{motion!r} is not a motion; give a sf.motions.Motion or a sf.Signal")
         horizon = signal.t_end + (scene.horizon - before.t_end)
-        found.append(replace(wanted, inputs={symbol: signal}, horizon=horizon))
+        ends = {name: _moved(output, before.t_end, signal.t_end) for name, output in wanted.outputs.items()}
+        found.append(replace(wanted, outputs=ends, inputs={symbol: signal}, horizon=horizon))
     return found
+
+
+def _moved(output: Output, before: float, end: float) -> Output:
+    """Return an output that is taken at the end of the record `before`, taken at the end of another one."""
+    return replace(output, time=end) if isinstance(output, At) and output.time == before else output

@@ -228,4 +228,4 @@ def prepare_map(
     scene = belt.scene.where({SPEED_NAME: v_b, AMPLITUDE: a, FREQUENCY: Omega})
     if forcing := forcing_period(scene):
         half = forcing * min(max(1, round(half / forcing)), PERIODS)
-    return prepare(scene.wanting({"path": Trajectory(), **(meters or {})}).until(half), TOLERANCE), half
+    return prepare(scene.until(half, {"path": Trajectory(), **(meters or {})}), TOLERANCE), half

@@ -189,16 +189,18 @@ FMI2_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real now, fmi2Real length
   instance *it = (instance *)c;
   run_data *d = &it->data;
   int k, i, status, n = (int)ceil(length / SCENE__STEP - 1e-6);
+  double first[SCENE__ARRAY(SCENE__INPUTS)];
   (void)final;
   if (!(length > 0)) return said(it, fmi2Error, "the length of a step must be positive");
   if (n < 1) n = 1;
   update(d);
   d->status = 0;
+  for (i = 0; i < SCENE__INPUTS; i++) first[i] = d->v[i];
   for (k = 0; k < n; k++) {
     d->state.t = now + length / n * k;
     status = scene__advance(&d->state, d->p, d->v, d->dv, length / n);
     if (status > d->status) d->status = status;
-    for (i = 0; i < SCENE__INPUTS; i++) d->v[i] += d->dv[i] * (length / n);
+    for (i = 0; i < SCENE__INPUTS; i++) d->v[i] = first[i] + d->dv[i] * (length / n * (k + 1));
   }
   d->state.t = now + length;
   d->stale = 1;

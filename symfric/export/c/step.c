@@ -10,6 +10,8 @@ void scene__begin(scene__state *s, const double *p, const double *v) {
   double *res[@START_RES@] = {s->x, s->memory};
   casadi_int iw[@START_IW@];
   double w[@START_W@];
+  s->origin = s->t;
+  s->steps = 0;
   scene__graph_start(arg, res, iw, w, 0);
 }
 
@@ -35,7 +37,15 @@ int scene__advance(scene__state *s, const double *p, const double *v, const doub
 }
 
 int scene__step(scene__state *s, const double *p, const double *v, const double *dv) {
-  return scene__advance(s, p, v, dv, SCENE__STEP);
+  int status;
+  if (s->t != s->origin + s->steps * SCENE__STEP) {
+    s->origin = s->t;
+    s->steps = 0;
+  }
+  status = scene__advance(s, p, v, dv, SCENE__STEP);
+  s->steps += 1;
+  s->t = s->origin + s->steps * SCENE__STEP;
+  return status;
 }
 
 void scene__look(const scene__state *s, const double *p, const double *v, double *outputs, double *modes) {

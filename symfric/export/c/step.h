@@ -7,12 +7,13 @@ extern "C" {
 #endif
 
 @LAYOUT@
-/* State of a run. It may be set from outside between steps; then scene__begin is to be called again, unless only x
-   changed by a little. */
+/* State of a run. t, x and memory may be set from outside between steps; then scene__begin is to be called again, unless
+   only x changed by a little. A t that was set becomes the new origin. */
 typedef struct {
   double t;
   double x[SCENE__ARRAY(SCENE__STATES)];
   double memory[SCENE__ARRAY(SCENE__MEMORY)];
+  double origin, steps; /* scene__step counts: t = origin + steps * SCENE__STEP, which a sum of steps would drift from */
 } scene__state;
 
 extern const double scene__parameters[SCENE__ARRAY(SCENE__PARAMETERS)]; /* values of the scene */

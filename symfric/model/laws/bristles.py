@@ -4,6 +4,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.arguments import without_speed
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
 from symfric.model.symbols import SPEED, expression
@@ -29,6 +30,7 @@ def whole(exponent: sp.Expr) -> sp.Expr:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def dahl(mu_c, sigma, exponent=1) -> Law:
     r"""Dahl's law: the friction of a spring that yields, and remembers where it turned.
 
@@ -81,6 +83,7 @@ def dahl(mu_c, sigma, exponent=1) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def lugre(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0) -> Law:
     r"""LuGre law: bristles that bend like springs and slip at the Stribeck curve.
 
@@ -130,6 +133,7 @@ def lugre(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def elasto_plastic(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0, *, z_ba) -> Law:
     r"""Elasto-plastic law: LuGre bristles that are purely elastic up to a deflection, and do not drift below it.
 

@@ -4,6 +4,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.arguments import without_speed
 from symfric.model.laws.law import Law
 from symfric.model.symbols import SPEED, expression
 
@@ -17,6 +18,7 @@ def _scale(speed, name: str):
 
 
 @alone(SYMBOLIC)
+@without_speed
 def coulomb(mu_s, mu_k=None) -> Law:
     """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given).
 
@@ -42,6 +44,7 @@ def coulomb(mu_s, mu_k=None) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
 
@@ -71,6 +74,7 @@ def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
 
@@ -100,6 +104,7 @@ def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
     r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0.
 
@@ -129,6 +134,7 @@ def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
     r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s.
 
@@ -159,6 +165,7 @@ def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def cubic(mu_s, mu_m, v_m) -> Law:
     r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m.
 
@@ -190,6 +197,7 @@ def cubic(mu_s, mu_m, v_m) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
     r"""Cubic law without a jump at rest: straight up to mu_s at the speed v_s, smallest coefficient mu_m at v_m.
 
@@ -233,6 +241,7 @@ def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def exponential(mu_m, v_c=1.0) -> Law:
     r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source.
 
@@ -257,6 +266,7 @@ def exponential(mu_m, v_c=1.0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
     """Straight lines through (speeds, values), continued beyond the last one.
 

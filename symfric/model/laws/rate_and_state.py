@@ -4,6 +4,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.arguments import without_speed
 from symfric.model.laws.bristles import parameters_of
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
@@ -13,6 +14,7 @@ _LEAST = sp.Float("1e-20")  # of V0: speed below which the logarithm of the slip
 
 
 @alone(SYMBOLIC)
+@without_speed
 def rate_and_state(mu0, a, b, D_c, V0, law="aging", smooth=True) -> Law:
     r"""Rate-and-state law of Dieterich and Ruina.
 

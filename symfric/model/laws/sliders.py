@@ -11,6 +11,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws.arguments import without_speed
 from symfric.model.laws.bristles import parameters_of, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SLIP, Memory, state_symbols
@@ -20,6 +21,7 @@ _NEAR = sp.Float("1e-9")  # of the limit: where powers of |z| that are not whole
 
 
 @alone(SYMBOLIC)
+@without_speed
 def maxwell_slip(stiffness: Sequence, limits: Sequence, b=0) -> Law:
     r"""Generalised Maxwell slip: springs with sliders in series, several such elements in parallel.
 
@@ -67,6 +69,7 @@ def maxwell_slip(stiffness: Sequence, limits: Sequence, b=0) -> Law:
 
 
 @alone(SYMBOLIC)
+@without_speed
 def iwan(R, chi, phi_max, elements: int = 40) -> Law:
     r"""Iwan's law with a power-law density of sliders, as an assembly of elements.
 
@@ -128,6 +131,7 @@ def _elements(k: list[sp.Expr], most: list[sp.Expr], b: sp.Expr, source: str) ->
 
 
 @alone(SYMBOLIC)
+@without_speed
 def bouc_wen(alpha, beta, gamma, n) -> Law:
     r"""Bouc-Wen law: a smooth hysteresis between a spring and a slider.
 

@@ -86,7 +86,7 @@ def _half_ranges(scene: Scene, plan: SweepPlan, branch: "Branch") -> np.ndarray:
         return np.array([float(o.half_range[o.names.index(plan.coordinate)]) for o in branch.orbits])
     longest = max(orbit.period for orbit in branch.orbits)
     wanted = {"size": HalfRange(state_symbol(scene, plan.coordinate))}
-    program = prepare(scene.until(1.01 * longest).wanting(wanted))
+    program = prepare(scene.until(1.01 * longest, wanted))
     found = []
     for value, orbit in zip(branch.values, branch.orbits, strict=True):
         start = dict(zip(orbit.names, orbit.start.tolist(), strict=True))

@@ -165,7 +165,7 @@ def _work(scene, q: float, Omega: float = 50.0) -> float:
     a, frequency = shaken.parameter("a"), shaken.parameter("Omega")
     power = a * frequency**2 * sp.sin(frequency * TIME) * scene.system.u[0]
     runs = [
-        simulate(shaken.until(k * period).wanting({"work": Integral(power)}), tolerance=1e-11).checked()["work"]
+        simulate(shaken.until(k * period, {"work": Integral(power)}), tolerance=1e-11).checked()["work"]
         for k in (1200, 1201)
     ]
     return float(runs[1] - runs[0])
