@@ -21,6 +21,7 @@ from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.routes import Program, prepare, simulate
+from symfric.solve.run import finished
 from symfric.theory.decay import damper_numbers, decisions
 
 VARIED = ("f_n", "mu_m", "zeta", "r", "v_c")
@@ -90,7 +91,7 @@ class Damper:
         """Simulate the motion at a point of the unit cube."""
         key = tuple(np.clip(p, 0.0, 1.0).tolist())
         if key not in self.seen:
-            run = self.program.run(values=self.values(np.array(key))).checked()
+            run = finished(self.program.run(values=self.values(np.array(key))))
             times = [e.t for e in run.events if e.before]
             if self.numbers["v0"] == 0 and self.numbers["x0"] != 0:
                 times = [0.0, *times]
@@ -326,7 +327,7 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
         active += [f"{name} at its {word} bound" for word, end in (("lower", 0.0), ("upper", 1.0)) if place == end]
     wanted = {"stop_time": StopTime(), "path": Trajectory()}
     full = scene.where(values).until(damper.program.scene.horizon, wanted)
-    run = simulate(full, 1e-13).checked()
+    run = finished(simulate(full, 1e-13))
     limit = damper.limit(p)
     rows = [
         Compared("decay time", decay.time, float(run["stop_time"]), 1e-9),

@@ -14,6 +14,7 @@ from symfric.model import scenes
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of
 from symfric.solve.routes import simulate
+from symfric.solve.run import finished
 
 VARIED = ("sigma", "mu1", "mu2", "epsilon")
 RAMP = "ramp"  # time of the stop, which is no value of the drawn slide
@@ -312,7 +313,7 @@ def _sticking(scene: Scene, problem: PositioningProblem, bounds: tuple[float, fl
         changes, within = {name: float(np.clip(other, *bounds))}, f", {name} = {other:.6g}"
     rows = []
     for V in np.unique([*np.geomspace(*problem.speeds, CHECKED), problem.nearest(value)[0]]):
-        run = simulate(scene.where({**changes, "p_star": 1 / V - 1}), 1e-11).checked()
+        run = finished(simulate(scene.where({**changes, "p_star": 1 / V - 1}), 1e-11))
         again = float(any(e.kind == "stick" for e in run.events))
         rows.append(Compared(f"sticks again at V = {V:.6g}{within}", 0.0, again, 0.0))
     return rows

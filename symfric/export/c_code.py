@@ -101,9 +101,9 @@ def write_c(
     -----
     The code is C99 without libraries but the mathematical one, allocates no memory, and does a bounded amount of work
     in a step. It computes the bits of ``stepper(...).run()``, times included and after any number of steps, if the
-    compiler keeps to the rules of the language (no ``-ffast-math``, ``-ffp-contract=off``). The functions are those of the header: ``NAME_reset``, ``NAME_step`` and
-    ``NAME_look``; a step returns 0, 1 after more events than it resolves, 2 if a normal load became negative, 3 if the
-    state is not finite.
+    compiler keeps to the rules of the language (no ``-ffast-math``, ``-ffp-contract=off``). The functions are those of
+    the header: ``NAME_reset``, ``NAME_step`` and ``NAME_look``; a step returns 0, 1 after more events than it resolves,
+    2 if a normal load became negative, 3 if the state is not finite.
 
     Examples
     --------

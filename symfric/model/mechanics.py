@@ -9,7 +9,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
 from symfric.model.offering import offer
-from symfric.model.symbols import TIME, expression, listed
+from symfric.model.symbols import TIME, listed, scalar
 from symfric.model.system import System, refuse_jumps
 
 __all__ = ["lagrange"]
@@ -66,7 +66,7 @@ def lagrange(
     given = {"kinetic": kinetic, "potential": potential, "dissipation": dissipation}
     given.update({f"the load on {c}": loads.get(c, 0) for c in q})
     for name, e in given.items():
-        given[name] = to_states(expression(e, name), name)
+        given[name] = to_states(scalar(e, name), name)
         refuse_jumps(given[name], name)
     kinetic, potential, dissipation, *applied = given.values()
     real = [s if s.is_real else sp.Symbol(s.name, real=True) for s in (*still, *u)]

@@ -17,9 +17,17 @@ from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import SPEED, TIME, Key, counted, expression, finite, listed, name_of, nearest, refuse_speed
 from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
-from symfric.model.validation import check_contacts, check_continuous, check_start, check_symbols, check_times
+from symfric.model.validation import (
+    check_contacts,
+    check_continuous,
+    check_start,
+    check_symbols,
+    check_times,
+    refuse_observables,
+)
 
 _Value = TypeVar("_Value")
+_OBSERVED = tuple(f"{kind}(" for kind in OF_CONTACTS)  # how the names of their symbols begin
 _IN_A_LINE = 6  # values in a line below the equations
 _NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})
 _NO_INITIAL: Mapping[Key, float | sp.Expr] = MappingProxyType({})
@@ -152,6 +160,8 @@ class Scene:
             if not isinstance(signal, Signal):
                 raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
         symbols = _symbols(self.system, self.contacts, initial, self.outputs)
+        if any(s.name.startswith(_OBSERVED) for s in symbols):
+            refuse_observables(self.system, self.contacts, _by_name(initial, "initial"))
         found: dict[str, sp.Symbol] = {}
         for symbol in sorted(symbols, key=str):
             found.setdefault(symbol.name, symbol)

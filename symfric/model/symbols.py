@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
@@ -94,7 +95,15 @@ def listed(value, what: str) -> tuple:
 
 @alone(SYMBOLIC)
 def expression(value, what: str) -> sp.Expr:
-    """Return `value` as a SymPy expression; a string is an error, since only scene files are parsed."""
+    """Return `value` as a SymPy expression of symbols; a string is an error, since only scene files are parsed."""
+    result = scalar(value, what)
+    if result.has(AppliedUndef, sp.Derivative):
+        _refuse_functions(result, what)
+    return result
+
+
+def scalar(value, what: str) -> sp.Expr:
+    """Return `value` as a SymPy expression, which may contain functions of time and their derivatives."""
     if isinstance(value, str):
         raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
     try:
@@ -108,6 +117,20 @@ def expression(value, what: str) -> sp.Expr:
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result
+
+
+def _refuse_functions(e: sp.Expr, what: str) -> None:
+    """Raise on a derivative and on an unknown function, with what stands for them."""
+    for d in sorted(e.atoms(sp.Derivative), key=str):
+        raise SceneError(
+            f"{what} contains {d}; write derivatives with states: a velocity is a symbol of System.u, and an "
+            "acceleration is what the forces give divided by the mass"
+        )
+    for f in sorted(e.atoms(AppliedUndef), key=str):
+        raise SceneError(
+            f"{what} contains {f}, a function without a formula; states, parameters and inputs are plain symbols, "
+            f"sympy.Symbol({f.func.__name__!r})"
+        )
 
 
 def refuse_speed(value: object, what: str) -> None:

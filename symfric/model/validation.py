@@ -7,8 +7,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
-from symfric.model.outputs import Output
-from symfric.model.symbols import TIME, nearest, refuse_speed
+from symfric.model.outputs import OF_CONTACTS, Output
+from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
 from symfric.model.system import Contact, System
 
 _SEED = 19
@@ -84,6 +84,35 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
             raise SceneError(
                 f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
             )
+
+
+def refuse_observables(system: System, contacts: tuple[Contact, ...], initial: Mapping[str, object]) -> None:
+    """Raise if forces and slips of contacts, which only outputs have, stand in an equation."""
+    beginnings = tuple(f"{kind}(" for kind in OF_CONTACTS)
+    places = [(f"force[{i}]", e) for i, e in enumerate(system.force)]
+    places += [(f"z_rate[{i}]", e) for i, e in enumerate(system.z_rate[: len(system.z) - system.made])]
+    places += [("an entry of the mass matrix", e) for e in system.mass or ()]
+    places += [("a load of the structure", e) for e in (system.linear.expressions if system.linear else ())]
+    for c in contacts:
+        own = (("slip", c.slip), ("normal", c.normal), ("profile", c.profile), ("stiffness", c.stiffness))
+        places += [(f"{part} of contact {c.name!r}", e) for part, e in own if e is not None]
+        places += [(f"law of contact {c.name!r}", e) for e in c.law.expressions]
+    places += [(f"the initial value of {name}", e) for name, e in initial.items() if isinstance(e, sp.Expr)]
+    for what, e in places:
+        for s in sorted(e.free_symbols, key=str):
+            if s.name.startswith(beginnings):
+                kind, contact = s.name[:-1].split("(", 1)
+                raise SceneError(
+                    f"{what} contains {s.name}, which only outputs know; {_instead(kind, contact, contacts)}"
+                )
+
+
+def _instead(kind: str, contact: str, contacts: tuple[Contact, ...]) -> str:
+    """Return what stands in an equation for an observable of a contact."""
+    of = next((c for c in contacts if c.name == contact), None)
+    if kind == "slip":
+        return "write the slip itself" + (f", {shorten(of.slip)}" if of else "")
+    return "friction follows from loads; to feel it, put a spring there, whose elongation is a state"
 
 
 def check_times(outputs: Mapping[str, Output], horizon: float) -> None:

@@ -175,7 +175,8 @@ def limit_cycle(
     ----------
     scene : Scene
         Autonomous, or excited by sines and cosines of time with a common period. Its start and horizon matter only
-        without a guess: then its motion is followed until it repeats itself.
+        without a guess: then its motion is followed until it repeats itself, and leads to a stable cycle. Where it
+        settles to no cycle, as on a torus or in chaos, the result is one near the motion, with ``stable`` False.
     guess : Orbit, or (state, period), optional
         An approximation of the cycle, which may be unstable. If forced, the state is that at t = 0, and the period is
         rounded to a multiple of that of the excitation.
@@ -189,7 +190,7 @@ def limit_cycle(
     Raises
     ------
     NotFound
-        If the motion settles to rest or steady sliding, or no cycle is found near the guess.
+        If the motion settles to rest or steady sliding, ends early, or no cycle is found near the guess.
     SceneError
         If the excitation has no period, or an input is sampled.
 
@@ -210,17 +211,23 @@ def limit_cycle(
     forcing = flow.period(values) if flow.period else None
     if guess is not None:
         return _near(scene, flow, values, read_guess(guess, flow, forcing))
-    reason, settling = "", False
+    reason, settling, unstable = "", False, None
     for patience in _PATIENCE:
         settling = False
         try:
             found = settled(scene, flow, forcing, patience)
             settling = found.shrinking
-            return _near(scene, flow, values, found)
+            orbit = _near(scene, flow, values, found)
         except Fades:
             raise
         except NotFound as failure:
             reason = str(failure)
+            continue
+        if orbit.stable:
+            return orbit
+        unstable = orbit  # the motion is still near it, or goes around it
+    if unstable is not None:
+        return unstable
     if settling:
         raise Fades("the motion still shrinks after the longest wait and settles to no cycle")
     raise NotFound(reason)

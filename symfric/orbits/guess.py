@@ -9,7 +9,7 @@ from symfric.model.scene import Scene
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.recurrence import nearest_return, passages
 from symfric.solve.run import Run
-from symfric.solve.status import Status
+from symfric.solve.status import Status, early_end
 
 _MOST = 16  # most periods of the excitation, or oscillations of the motion, in one period of the cycle
 # ranges relative to the largest one: below _QUIET a motion that still shrinks counts as settling to rest, below _STILL
@@ -101,7 +101,7 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
 def _motion(scene: Scene, flow: FlowMap, horizon: float) -> Run:
     run = flow.motion(scene, horizon)
     if run.status != Status.OK:
-        raise NotFound(f"the motion of the scene ends early, {run.status.name}: {run.advice}")
+        raise NotFound(f"{early_end('the motion of the scene', run.status)}; a guess replaces this motion")
     return run
 
 

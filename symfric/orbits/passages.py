@@ -6,12 +6,14 @@ times, each time with the derivatives by some of the states.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import NoRoute, NotFound
+from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.lower.channels import channels_of
 from symfric.lower.mode_layout import slip_gap
@@ -24,7 +26,7 @@ from symfric.orbits.variations import Variations
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.observables import Wanted
-from symfric.solve.status import Status
+from symfric.solve.status import Status, early_end
 from symfric.solve.taylor.expansion import is_branching
 from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
 from symfric.solve.taylor.sensitive_route import sensitive_model
@@ -154,7 +156,7 @@ class DirectedRuns:
                 found.append((self._passage(w, log), w.p.copy(), w.m.copy()))
             self._model.give_back(workspace)
             if status != Status.OK:
-                raise NotFound(f"the motion from this start ends early: {status.name}")
+                raise NotFound(early_end("the motion from this start", Status(status)))
         return self._together([passage for passage, _, _ in found]), *found[0][1:]
 
     def _columns(self, k: int) -> np.ndarray:
@@ -194,6 +196,7 @@ class RecordedRun:
         n_rows = slip_gap(len(automaton.contacts))
         channels = channels_of(scene, frozenset(parameters))
         self._automaton = automaton
+        self._other = scene, automaton, parameters, tolerance
         self._variations = Variations(automaton, channels, parameters, n_rows)
         order = order_for(tolerance, len(automaton.states), is_branching(automaton.field))
         budgets, fine = (BUDGETS.max_steps, BUDGETS.max_events), MARGIN * tolerance
@@ -201,17 +204,23 @@ class RecordedRun:
         self._model = series_model(scene, automaton, variants, wanted, budgets, (fine, fine)).pausing()
         self._n_rows = n_rows
 
+    @cached_property
+    def _directed(self) -> DirectedRuns:
+        """Runs without the eigenvectors of the free structure."""
+        with SYMBOLIC:
+            return DirectedRuns(*self._other)
+
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
         """See `Runs`."""
         recorder = Recorder(self._model, self._n_rows)
         status = recorder.drive(y, p, time)
         if status != Status.OK:
-            raise NotFound(f"the motion from this start ends early: {status.name}")
+            raise NotFound(early_end("the motion from this start", Status(status)))
         w, n_x = recorder.arrays, len(y)
         try:
             found = self._variations.along(recorder.steps(), p)
-        except NoRoute as reason:
-            raise NotFound(f"no derivatives along this motion: {reason}") from None
+        except NoRoute:  # eigenvectors that are nearly dependent, as those of a structure that is free to move
+            return self._directed.follow(y, p, time)
         by = tuple(np.split(found.end, [n_x], axis=1))
         gaps = tuple(np.split(found.rows, [n_x], axis=1))
         return _passage_of(self._automaton, w, recorder.log(), by, gaps, found.doubtful), w.p.copy(), w.m.copy()

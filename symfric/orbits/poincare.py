@@ -18,7 +18,7 @@ from symfric.model.units import attributes_of
 from symfric.orbits.crossings import crossings
 from symfric.orbits.sizes import over_time
 from symfric.solve.routes import prepare
-from symfric.solve.run import Run
+from symfric.solve.run import Run, finished
 
 _LATE = 1e-12  # fraction of a period by which a run may end before the last section and still include it
 
@@ -263,7 +263,7 @@ def poincare(
     if isinstance(motion, Run):
         run = motion
     else:
-        run = prepare(motion.wanting({"path": Trajectory()}), tolerance).run().checked()
+        run = finished(prepare(motion.wanting({"path": Trajectory()}), tolerance).run())
     if not 0 <= after < run.t_final:
         raise SceneError(f"after is {after:g}; the run covers 0 to {run.t_final:g}")
     system = run.base.system

@@ -13,7 +13,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
 from symfric.solve.routes import Settings, prepare
-from symfric.solve.run import Run
+from symfric.solve.run import Run, finished
 from symfric.solve.status import Status
 
 END, PATH = "end of the window", "path of the window"  # names of additional outputs, unlikely to occur in a scene
@@ -160,7 +160,7 @@ class Settling:
         RunFailed
             If it ends early, or settling does.
         """
-        return next(self.windows(values, initial)).checked()
+        return finished(next(self.windows(values, initial)))
 
     def start(self, state: np.ndarray) -> dict[Key, float]:
         """Return a state (n_x,) as a dict by name."""
@@ -211,11 +211,11 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
     times = schedule(scene) if times is None else times
     x = state_symbol(scene, coordinate)
     extremes = {"high": Max(x), "low": Min(x)}
-    before = prepare(settling(scene, times, extremes), tolerance).run().checked()
+    before = finished(prepare(settling(scene, times, extremes), tolerance).run())
     wanted = {**extremes, "sum": Integral(x), PATH: Trajectory()}
     for longer in (1, LONGER):
         window = measuring(scene, replace(times, window=longer * times.window), wanted, before.final)
-        run = prepare(window, tolerance).run().checked()
+        run = finished(prepare(window, tolerance).run())
         high, low = float(run["high"]), float(run["low"])
         t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
         reach = max(high, float(before["high"])) - min(low, float(before["low"]))

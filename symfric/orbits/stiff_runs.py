@@ -19,7 +19,7 @@ from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.varied_motion import VariedMotion
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.status import Status
+from symfric.solve.status import Status, early_end
 
 _FINEST = 1e-10  # tolerance below which the integrator does not become better
 _EXTREMES = 1e-8  # tolerance of the extremes, which need many nodes
@@ -57,13 +57,13 @@ class StiffRuns:
         plain = self._plain.follow(values, dict(zip(self._lifted.states, y.tolist(), strict=True)), horizon=time)
         low, high = plain.low, plain.high
         if plain.status != Status.OK or low is None or high is None:
-            raise NotFound(f"the motion from this start ends early: {plain.status.name}")
+            raise NotFound(early_end("the motion from this start", plain.status))
         ranges = filled(high - low, self._automaton.n_q)
         unit = np.concatenate([np.maximum(np.abs(y), ranges), np.where(moving == 0, 1.0, np.abs(moving))])
         V = np.eye(n_x, n_x + len(self._parameters))
         found = self._motion.follow(y, V, unit, own, np.zeros(0), time, Integrators().max_steps)
         if found.status != Status.OK:
-            raise NotFound(f"the motion from this start ends early: {found.status.name}")
+            raise NotFound(early_end("the motion from this start", found.status))
         m = np.ones(self._lifted.layout.n_mode)
         m[self._lifted.layout.sticking] = 0.0
         slips = np.array(self._automaton.gauge(found.final, time, own)[0]).ravel()

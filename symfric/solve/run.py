@@ -14,7 +14,7 @@ from symfric.model.springs import in_order
 from symfric.model.symbols import nearest, numbers_of
 from symfric.model.units import attributes_of, output_unit, with_unit
 from symfric.solve.sensitivities import Derivatives
-from symfric.solve.status import ADVICE, Status
+from symfric.solve.status import ADVICE, Status, early_end
 
 if TYPE_CHECKING:
     from symfric.solve.protocol import Route
@@ -402,3 +402,15 @@ class Run:
     def __repr__(self) -> str:
         events = int(self.stats.get("events", 0))
         return f"Run({self.status.name}, {self.route}, t_final={self.t_final:g}, {events} events)"
+
+
+def finished(run: Run) -> Run:
+    """Return a run inside another function; raise `RunFailed` with what the caller of that function can do.
+
+    Parameters
+    ----------
+    run : Run
+    """
+    if run.status != Status.OK:
+        raise RunFailed(f"{early_end('a run', run.status)} (at t = {run.t_final:.9g})")
+    return run

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symfric.model.outputs import INTEGRAL, RANGE, VALUES, OutputOfExpression, Row, StopTime
+from symfric.model.outputs import INTEGRAL, RANGE, VALUES, End, OutputOfExpression, Row, StopTime
 from symfric.solve.observables import Wanted
 
 
@@ -95,7 +95,7 @@ class Derivatives:
         """Derivatives of the outputs that have any, by name: numbers, or arrays of the shape of the output."""
         names, found = self.columns.directions, {}
         for name, output in self.columns.outputs.items():
-            if isinstance(output, OutputOfExpression | StopTime):
+            if isinstance(output, OutputOfExpression | StopTime | End):
                 slopes = output.slopes(self, name)
                 columns = slopes.tolist() if slopes.ndim == 1 else np.moveaxis(slopes, -1 - len(self._cases), 0)
                 found[name] = dict(zip(names, columns, strict=True))

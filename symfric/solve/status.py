@@ -34,9 +34,10 @@ class Status(IntEnum):
 
 ADVICE = {
     Status.OK: "",
-    Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route",
+    Status.EVENT_BUDGET: "more events than the budget; shorten the horizon or raise max_events of the route, "
+    "route=sf.Taylor(max_events=...)",
     Status.STEP_BUDGET: "more steps than the budget, or than a trajectory can store; shorten the horizon, use "
-    "scalar outputs instead of a trajectory, or raise max_steps",
+    "scalar outputs instead of a trajectory, or raise max_steps of the route, route=sf.Taylor(max_steps=...)",
     Status.STEP_COLLAPSE: "the steps became too short to reach the horizon: the motion is singular here, or "
     "stiff beyond this route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
@@ -52,3 +53,30 @@ ADVICE = {
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "
     "time, or it starts on the edge of sticking; move the parameter or the start, or compare runs on both sides",
 }
+
+# what helps the caller of a function that simulates by itself and takes no route
+_ELSEWHERE = {
+    **ADVICE,
+    Status.EVENT_BUDGET: "more events than the budget: the contacts chatter, or the run is very long; shorten the "
+    "horizon of the scene, or start nearer to the motion that is looked for",
+    Status.STEP_BUDGET: "more steps than the budget: the run is very long; shorten the horizon of the scene, start "
+    "nearer to the motion that is looked for, or loosen the tolerance",
+    Status.STEP_COLLAPSE: "the steps became too short to go on: the motion is singular here, or stiff; simulate the "
+    "scene from this start and look at its end, then change the start or smooth the forces",
+    Status.CHATTER: "events pile up without time advancing: the contacts chatter; simulate the scene and look at "
+    "run.events[-20:], and check that static friction is not smaller than kinetic friction",
+    Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
+    "one sticks; loosen the tolerance, or change the start",
+}
+
+
+def early_end(what: str, status: Status) -> str:
+    """Return the message that a run inside another function ended early, with what the caller of that function can do.
+
+    Parameters
+    ----------
+    what : str
+        The motion.
+    status : Status
+    """
+    return f"{what} ends early, {status.name}: {_ELSEWHERE[status]}"

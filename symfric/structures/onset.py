@@ -13,6 +13,7 @@ from symfric.model.symbols import Key
 from symfric.orbits.continuation.branch import Branch, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.solve.routes import Program, prepare
+from symfric.solve.run import finished
 from symfric.theory.hopf import HopfPoint, hopf
 
 _CLOSE = 1e-9  # relative error of the value at which a contact lifts off
@@ -194,7 +195,7 @@ def _located(program: Program, scene: Scene, name: str, contact: str, before, af
 
 def _least(program: Program, scene: Scene, name: str, value: float, orbit: Orbit, contact: str) -> float:
     start = dict(zip(orbit.names, orbit.start.tolist(), strict=True))
-    return float(program.run({name: value}, start).checked()[contact])
+    return float(finished(program.run({name: value}, start))[contact])
 
 
 def _inside(normal: sp.Expr) -> sp.Expr | None:

@@ -215,8 +215,9 @@ def _check_sides(leading: Callable, name: str, value: float, ends: tuple[float, 
                 f"{'positive' if after > 0 else 'negative'} on both sides; no oscillation starts there"
             )
     raise NotFound(
-        f"the growth rate is zero beside {name} = {value:.12g} too: steady sliding is neutral there, since an eigenvalue "
-        "stays on the imaginary axis, and no pair crosses it; add damping, or fix a coordinate that nothing holds"
+        f"the growth rate is zero beside {name} = {value:.12g} too: steady sliding is neutral there, since an "
+        "eigenvalue stays on the imaginary axis, and no pair crosses it; add damping, or fix a coordinate that nothing "
+        "holds"
     )
 
 

@@ -27,14 +27,57 @@ def test_they_are_those_of_the_dense_motion():
 
 
 @pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
-def test_ends_events_and_what_lies_beyond(route):
+def test_the_ends_and_an_event_are_among_the_times(route):
     scene = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=5.0)
     (x,) = scene.system.q
-    times = [0.0, np.pi, 5.0, 6.0]
-    run = sf.simulate(scene.wanting({"x": sf.Samples(x, times)}), 1e-9 if route == "integrators" else 1e-12, route)
+    beside = 5.0 * (1 + 4e-16)  # of a sum of steps
+    run = sf.simulate(
+        scene.wanting({"x": sf.Samples(x, [0.0, np.pi, beside]), "end": sf.At(x, beside)}),
+        1e-9 if route == "integrators" else 1e-12,
+        route,
+    )
     assert run["x"][:2] == pytest.approx([1.0, -0.8], abs=1e-7 if route == "integrators" else 1e-12)
-    assert run["x"][2] == pytest.approx(run.final[0], abs=1e-7)
-    assert np.isnan(run["x"][3])
+    assert run["x"][2] == run["end"] == pytest.approx(run.final[0], abs=1e-7)
+
+
+@pytest.mark.parametrize("late", [sf.At(X, 50.0), sf.Samples(X, [1.0, 50.0]), sf.At(X, 10.0001)], ids=str)
+def test_a_time_after_the_horizon_is_refused_wherever_it_enters(late):
+    plain = sf.Scene(sf.System([X], [U], [[1]], [-X]), [], {}, {X: 1.0, U: 0.0}, 10.0)
+    told = rf"output 'late' takes a value at t = {late.latest:g}, and the run ends at the horizon 10"
+    with pytest.raises(sf.SceneError, match=told):
+        sf.Scene(plain.system, [], {}, plain.initial, 10.0, {"late": late})
+    with pytest.raises(sf.SceneError, match=told):
+        plain.wanting({"late": late})
+    longer = plain.until(60.0, {"late": late})
+    with pytest.raises(sf.SceneError, match=told):
+        longer.until(10.0)
+    assert longer.until(10.0, {"end": sf.End()}).horizon == 10.0
+    assert np.all(np.isfinite(sf.simulate(longer)["late"]))
+
+
+def test_a_file_with_a_time_after_its_horizon_is_refused():
+    text = '[scene]\nmodel = "mass_on_belt"\nhorizon = 10\n[values]\nv_b = 0.2\n[outputs]\nlate = "at(x, 50)"\n'
+    with pytest.raises(sf.SceneError, match=r"late.* t = 50.* horizon 10"):
+        read(text)
+
+
+@pytest.mark.parametrize("route", ["taylor", "integrators"])
+def test_times_that_a_failed_run_does_not_reach_are_nan(route):
+    blows = sf.Scene(sf.System([X], [U], [[1]], [X**3]), [], {}, {X: 3.0, U: 0.0}, 10.0)
+    run = sf.simulate(
+        blows.wanting({"x": sf.Samples(X, [0.1, 5.0]), "at": sf.At(X, 5.0), "end": sf.At(X)}), route=route
+    )
+    assert run.status != sf.Status.OK
+    assert np.isfinite(run["x"][0])
+    assert np.isnan([run["x"][1], run["at"], run["end"]]).all()
+
+
+def test_a_record_shorter_than_the_scene_ends_where_it_ends():
+    """The residual at the end of a record is left out of a run that ends before it."""
+    motion = sf.motions.sine_burst(1.0, 2.0, cycles=5, dt=0.01)
+    kept = {"C": 0.05, "m": 1.0, "motion": motion, "profile": 0.02}
+    assert "residual_end_of_record" in sf.scenes.rolling_isolator(**kept).outputs
+    assert "residual_end_of_record" not in sf.scenes.rolling_isolator(**kept, horizon=2.0).outputs
 
 
 def test_under_a_record():

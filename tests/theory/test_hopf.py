@@ -186,3 +186,62 @@ def test_real_eigenvalue_is_no_hopf_point():
     scene = sf.Scene(system=system, values={k: 1.0}, initial={x: 0.0, u: 0.0}, horizon=1.0)
     with pytest.raises(sf.NotFound, match="real eigenvalue"):
         hopf(scene, "k", (-1.0, 1.3))
+
+
+def damped(damping, p=0.2, stiffness=1.0, slip=None):
+    """A mass that slides with constant friction: eigenvalues -damping/2 +- i sqrt(stiffness - damping^2/4)."""
+    x, u = sp.symbols("x u", real=True)
+    contact = sf.Contact("belt", u - 1 if slip is None else slip(u), 1, sf.laws.coulomb(0.3))
+    system = sf.System([x], [u], [[1]], [-stiffness * x - damping * u])
+    return sf.Scene(system, [contact], {"p": p}, {x: 0.0, u: 0.0}, 10.0)
+
+
+P = sp.Symbol("p", real=True)
+C = sp.Rational(3, 10)
+
+
+@pytest.mark.parametrize(
+    ("damping", "bracket", "value"),
+    [
+        (P - C, (0.1, 0.5), 0.3),
+        (C - P, (0.1, 0.5), 0.3),
+        (P - sp.Float(0.1), (0.1, 0.5), 0.1),  # at an end
+        (P - sp.Float(0.5), (0.1, 0.5), 0.5),
+        (P, (0.0, 0.5), 0.0),
+        (P, (-0.5, 0.0), 0.0),
+        ((P - C) ** 3, (0.1, 0.45), 0.3),
+        (sp.Float(1e-9) * (P - C), (0.1, 0.5), 0.3),
+        ((P - sp.Float(0.1)) * (P - C), (0.1, 0.2), 0.1),
+        ((P - 0.2) * (P - C) * (P - 0.4), (0.25, 0.35), 0.3),
+    ],
+    ids=str,
+)
+def test_points_inside_and_at_the_ends_of_a_bracket(damping, bracket, value):
+    point = hopf(damped(damping), "p", bracket)
+    assert point.value == pytest.approx(value, abs=1e-5 if damping.has(sp.Pow) else 1e-9)  # the cube root of rounding
+    assert point.omega == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-10, 1.0, 1e10])
+def test_points_of_slow_and_fast_systems(scale):
+    point = hopf(damped((P - C) * np.sqrt(scale), stiffness=scale), "p", (0.1, 0.5))
+    assert (point.value, point.omega) == pytest.approx((0.3, np.sqrt(scale)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("damping", "bracket", "words"),
+    [
+        (0 * P, (0.1, 0.5), "neutral"),
+        (sp.Max(0, P - C), (0.1, 0.5), "neutral"),
+        (-sp.Max(0, P - C), (0.1, 0.5), "neutral"),
+        (sp.Max(0, P - C) + sp.Min(0, P - 0.2), (0.1, 0.5), "neutral"),
+        ((P - sp.Float(0.1)) ** 2, (0.1, 0.5), "touches zero at p = 0.1 and is negative on both sides"),
+        (-((P - sp.Float(0.5)) ** 2), (0.1, 0.5), "touches zero at p = 0.5 and is positive on both sides"),
+        ((P - C) ** 2, (0.1, 0.5), "stable at both ends .* widen or move"),
+        ((P - 0.2) * (P - 0.4), (0.1, 0.5), r"stable at both ends .* between them, at 0\.2\d*, it is not: end"),
+    ],
+    ids=str,
+)
+def test_growth_that_does_not_cross_zero_is_no_hopf_point(damping, bracket, words):
+    with pytest.raises(sf.NotFound, match=words):
+        hopf(damped(damping, slip=lambda u: u - 1 - P), "p", bracket)

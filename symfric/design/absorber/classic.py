@@ -22,6 +22,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.routes import prepare
+from symfric.solve.run import finished
 from symfric.theory import absorber as theory
 
 CRITERIA = ("hinf", "h2", "decay", "self-excited")
@@ -143,7 +144,7 @@ def _least_variance(mass_ratio: float) -> Design:
     scene = _scene(mass_ratio, tuned, F=0.0)
     (x1, *_), rate = scene.system.q, theory.decay_rate(mass_ratio, *tuned[:2])
     struck = scene.starting({"u1": 1.0}).until(0.5 * log(1 / GONE) / rate, {"J": Integral(x1**2)})
-    computed = prepare(struck, TOLERANCE).run().checked()["J"]
+    computed = finished(prepare(struck, TOLERANCE).run())["J"]
     rows = [
         Compared("mean square, from the response to an impulse", tuned.value, computed, 1e-8),
         Compared("squared H2 norm", tuned.value, theory.variance(mass_ratio, *tuned[:2]), 1e-9),
@@ -217,7 +218,7 @@ def rate_of_runs(scene: Scene, duration: float) -> float:
     program = prepare(scene.until(duration, {"end": End()}), TOLERANCE)
     names = [s.name for s in scene.system.states]
     starts = (dict(zip(names, row, strict=True)) for row in np.eye(4).tolist())
-    columns = [program.run(initial=start).checked().final for start in starts]
+    columns = [finished(program.run(initial=start)).final for start in starts]
     return -float(np.log(np.max(np.abs(np.linalg.eigvals(np.column_stack(columns)))))) / duration
 
 

@@ -25,6 +25,7 @@ from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, finite
 from symfric.orbits.steady_state import Schedule, Settling
+from symfric.solve.run import finished
 from symfric.theory import absorber as theory
 
 TOLERANCE = 1e-10  # tolerance of the runs
@@ -81,7 +82,7 @@ class Forced:
             if self.left <= 0:
                 raise Spent
             self.left -= 1
-            found.append(next(windows).checked()["amplitude"])
+            found.append(finished(next(windows))["amplitude"])
             if len(found) > 1 and abs(found[-1] - found[-2]) <= REPEATS * max(found[-1], 1e-6):
                 return found[-1]
         return max(found[blocks // 2 :])

@@ -12,6 +12,7 @@ from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.orbits.guess import Fades
 from symfric.orbits.steady_state import Schedule, Settling, stick_fraction
 from symfric.solve.routes import prepare
+from symfric.solve.run import finished
 from symfric.theory.equilibrium import Equilibrium, equilibrium
 from symfric.theory.stability import stability
 
@@ -153,7 +154,7 @@ class Disturbed:
                 x = rest.x.copy()
                 x[k] += side * size
                 run = self._program.run(values=values, initial=dict(zip(names, x.tolist(), strict=True)))
-                ends.append(run.checked().final)
+                ends.append(finished(run).final)
             columns.append((ends[0] - ends[1]) / (2 * size))
         largest = np.max(np.abs(np.linalg.eigvals(np.column_stack(columns))))
         return float(np.log(max(largest, 1e-300)) / self._duration)

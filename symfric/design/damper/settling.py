@@ -23,6 +23,7 @@ from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.solve.routes import Program, prepare
+from symfric.solve.run import finished
 
 TOLERANCE, FINER = 1e-12, 1e-13  # tolerances of the search and of the verification
 SURVEY, DECADES, SPEEDS = 65, 16, 17  # survey points over the bounds, per decade, and over the speeds
@@ -110,7 +111,7 @@ class Transient:
         values = {self.name: float(damping)} | ({} if speed is None else {self.speed: float(speed)})
         if self.half_range:
             return Seen(float(self.beyond.measured(values)["x"]), 0, speed)
-        run = self.until_rest.run(values=values).checked()
+        run = finished(self.until_rest.run(values=values))
         rest = float(run["rest"])
         return Seen(rest if np.isfinite(rest) else np.inf, len(run.events))
 
