@@ -17,21 +17,32 @@ def rod(**changes):
     return sf.scenes.contact_damper(**{"f_n": 3.5, "mu_m": 0.1, **changes})
 
 
-@pytest.mark.parametrize(("low", "turns"), [(2.0, 1), (4.0, 3)])
-def test_constant_friction_has_a_closed_form(low, turns):
-    # N half cycles of pi/omega end within delta = mu g/omega^2 if x0 <= (2 N + 1) delta: the stiffest such spring
-    found = contact_damper(rod(v_c=1e9), {"f_n": (low, 12.0)})
-    omega = sqrt(0.1 * G * (2 * turns + 1) / X0)
+@pytest.mark.parametrize(("low", "turns", "load"), [(2.0, 1, 1.0), (4.0, 3, 1.0), (3.0, 1, 2.0), (1.5, 1, 0.5)])
+def test_constant_friction_has_a_closed_form(low, turns, load):
+    # N half cycles of pi/omega end within delta = mu r g/omega^2 if x0 <= (2 N + 1) delta: the stiffest such spring
+    found = contact_damper(rod(v_c=1e9, r=load), {"f_n": (low, 12.0)})
+    omega = sqrt(0.1 * load * G * (2 * turns + 1) / X0)
     assert low < omega / (2 * pi)
     assert found.values["f_n"] == pytest.approx(omega / (2 * pi), rel=1e-8)
     assert found.objective == pytest.approx(turns * pi / omega, rel=1e-8)
     assert found.check.agrees, str(found.check)
     assert f"turning point {turns} just sticks" in found.active[0]
     # a hair stiffer and it takes half a cycle more
-    beyond = sf.simulate(rod(v_c=1e9, f_n=found.values["f_n"] * (1 + 1e-7)))
+    beyond = sf.simulate(rod(v_c=1e9, r=load, f_n=found.values["f_n"] * (1 + 1e-7)))
     assert beyond["stop_time"] == pytest.approx((turns + 1) * pi / omega, rel=1e-5)
     json.dumps(found.to_dict())
     assert found.plot() is not None
+
+
+@pytest.mark.parametrize("most", [0.7, 1.9])
+def test_the_largest_load_takes_the_fewest_half_cycles(most):
+    """With constant friction the time is that of whole half cycles, and the load decides their number alone."""
+    omega = 2 * pi * 5
+    turns = np.ceil((X0 * omega**2 / (0.1 * most * G) - 1) / 2)
+    found = contact_damper(rod(v_c=1e9, f_n=5.0), {"r": (0.3, most)})
+    assert found.objective == pytest.approx(turns * pi / omega, rel=1e-9)
+    assert X0 <= (2 * turns + 1) * 0.1 * found.values["r"] * G / omega**2 * (1 + 1e-9)
+    assert found.check.agrees, str(found.check)
 
 
 def test_rod_that_never_moves():

@@ -62,6 +62,34 @@ def test_forces_of_dependent_contacts_balance_and_stay_within_their_bounds(order
     assert run.stats["events"] == 0
 
 
+@pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
+@pytest.mark.parametrize("factors", [(1, -2, 3), (-2, 1, 0.5), (3, -0.5, -1)])
+def test_parallel_contacts_share_in_proportion_to_their_bounds_whatever_their_directions(factors, route):
+    """Contact i, of slip f_i u and bound b_i, carries b_i sign(f_i) of the sum of b_k |f_k|; it yields when all do."""
+    bounds = np.array([0.3, 0.5, 0.2])
+    names = ("one", "two", "three")
+    total = float(bounds @ np.abs(factors))
+    for way in (-1, 1):
+        scene = sf.Scene(
+            sf.System([X], [U], [[1]], [way * T]),
+            [
+                sf.Contact(n, f * U, b, sf.laws.coulomb(1.0, 0.5))
+                for n, f, b in zip(names, factors, bounds.tolist(), strict=True)
+            ],
+            {},
+            {X: 0.0, U: 0.0},
+            total + 0.5,
+            {n: sf.At(sf.friction_force(n), 0.9 * total) for n in names} | {"events": sf.Events()},
+        )
+        run = sf.simulate(scene, 1e-9 if route == "integrators" else 1e-11, route).checked()
+        held = -way * 0.9 * bounds * np.sign(factors)
+        assert [run[n] for n in names] == pytest.approx(held.tolist(), rel=1e-9)
+        assert {(e.contact, e.after) for e in run.events} == {
+            (n, way * np.sign(f)) for n, f in zip(names, factors, strict=True)
+        }
+        assert [e.t for e in run.events] == pytest.approx([total] * 3, rel=1e-8)
+
+
 def test_derivatives_pass_the_exchange_of_contacts():
     """The ground reaches its bound at t = 1, the neighbour at 1.5 its own; only then the motion depends on both."""
     a, b = sp.symbols("a b", positive=True)

@@ -1,0 +1,79 @@
+"""Friction shared by parallel sticking contacts: rooms and forces against the sums written out."""
+
+from itertools import product
+from types import SimpleNamespace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from symfric.lower.constraint_forces import HOLDS, SHARES
+from symfric.lower.load_sharing import rooms_left
+
+LOADS, STICK = np.array([2.0, 3.0, 0.5, 1.5]), np.array([0.5, 0.2, 0.8, 0.4])
+MORE = np.array([0.1, 0.2, 0.3, 0.4])  # share by which the load is larger where the contact slips forwards
+
+
+class Edges:
+    """Loads that differ with the direction of the slip, as on the edge of two cells."""
+
+    def __init__(self, jumps):
+        self.switches = (0,) if jumps else ()
+
+    def towards(self, i, way, load):
+        return load * (1 + way * MORE[i]) if self.switches else load
+
+
+def shared(factors, modes, forces, jumps, loads=LOADS):
+    """Return friction and rooms of three parallel contacts and a fourth of its own."""
+    groups = [(0, 1.0), (0, factors[0]), (0, factors[1]), (3, 1.0)]
+    model = SimpleNamespace(
+        parallels=groups,
+        edges=Edges(jumps),
+        load=[ca.SX(v) for v in loads],
+        static=ca.SX(STICK),
+        read=float,
+        s=[ca.SX(m) for m in modes],
+        y=ca.SX.sym("y"),
+        t=ca.SX.sym("t"),
+    )
+    found, rooms = rooms_left(model, ca.SX(forces))
+    number = lambda e: float(ca.evalf(ca.SX(e)))  # noqa: E731
+    return [number(found[i]) for i in range(4)], [tuple(map(number, pair)) for pair in rooms]
+
+
+def by_hand(factors, modes, forces, jumps):
+    """The same: what sticks carries the force of its group in proportion to the bounds where all are about to slip."""
+    f = np.array([1.0, *factors, 1.0])
+    s, sticks = np.sign(f), np.isin(modes, (HOLDS, SHARES))
+    friction, rooms = [], []
+    for i in range(4):
+        group = [k for k in ((0, 1, 2) if i < 3 else (3,)) if sticks[k]]
+        carried = {}
+        for way in (-1, 1):  # of the slip of contact i
+            bound = LOADS * (1 + (way * s[i] * s * MORE if jumps else 0)) * STICK
+            whole, reach = (sum(v[k] for k in group) for v in (f * forces, np.abs(f) * bound))
+            carried[way] = s[i] * bound[i] * whole / reach if i in group and i < 3 else forces[i], bound[i]
+        rooms.append((carried[-1][1] - carried[-1][0], carried[1][1] + carried[1][0]))
+        friction.append(carried[-1][0] if carried[-1][0] >= 0 else carried[1][0])
+    return friction, rooms
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+@pytest.mark.parametrize("factors", [(1.0, 1.0), (-2.0, 0.5), (3.0, -0.25), (-1.0, -4.0)])
+def test_rooms_and_forces_are_those_written_out(factors, jumps):
+    for modes in product((HOLDS, -1), (SHARES, 1), (SHARES, 1), (HOLDS,)):
+        for pull in (-0.7, 0.0, 0.4):
+            forces = np.array([pull, 0.0, 0.0, -pull / 2])
+            if modes[0] != HOLDS:
+                forces[1:3] = 0.3 * pull, -0.2 * pull  # of slip
+            found, expected = shared(factors, modes, forces, jumps), by_hand(factors, modes, forces, jumps)
+            assert found[0] == pytest.approx(expected[0], abs=1e-14)
+            assert np.array(found[1]) == pytest.approx(np.array(expected[1]), abs=1e-14)
+
+
+def test_contacts_without_load_share_nothing():
+    modes, forces = (HOLDS, SHARES, SHARES, HOLDS), np.array([0.4, 0.0, 0.0, 0.1])
+    found, rooms = shared((1.0, -1.0), modes, forces, False, loads=np.array([0.0, 0.0, 0.0, 1.0]))
+    assert found == [0.4, 0.0, 0.0, 0.1]
+    assert rooms[0] == (-0.4, 0.4)
