@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.solve.status import early_end
 
 X, U = sp.symbols("x u", real=True)
 B, F = sp.symbols("b f", positive=True)
@@ -189,3 +190,41 @@ def test_manners():
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+def ring(start, horizon=25.0):
+    """Cycles of radius 1, stable, and 2, unstable, from whose inside motions come slowly to the other."""
+    square = X**2 + U**2
+    force = -X - sp.Float(0.005) * U * (square - 1) * (4 - square)
+    return sf.Scene(sf.System([X], [U], [[1]], [force]), [], {}, {X: start, U: 0.0}, horizon)
+
+
+@pytest.mark.parametrize("start", [1.999, 0.5])
+def test_a_motion_is_followed_to_a_stable_cycle(start):
+    """From 1.999 the motion stays near the unstable one for a horizon."""
+    orbit = sf.limit_cycle(ring(start))
+    assert orbit.stable
+    assert orbit.half_range[0] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_guess_finds_an_unstable_cycle():
+    orbit = sf.limit_cycle(ring(1.999), guess=((2.0, 0.0), 2 * np.pi))
+    assert not orbit.stable
+    assert orbit.half_range[0] == pytest.approx(2.0, abs=1e-9)
+
+
+def test_the_advice_of_a_motion_that_ends_early_can_be_followed():
+    """`limit_cycle` takes no route, and a guess replaces the motion."""
+    blows = sf.Scene(sf.System([X], [U], [[1]], [X**3]), [], {}, {X: 1.0, U: 0.0}, 25.0)
+    with pytest.raises(sf.NotFound, match=r"STEP_COLLAPSE: .*start.*; a guess replaces this motion$"):
+        sf.limit_cycle(blows)
+    with pytest.raises(sf.NotFound, match=r"from this start ends early, STEP_COLLAPSE: .* change the start"):
+        sf.limit_cycle(blows, guess=((1.0, 0.0), 25.0))
+
+
+@pytest.mark.parametrize("status", [s for s in sf.Status if s != sf.Status.OK], ids=lambda s: s.name)
+def test_advice_above_a_run_names_nothing_that_only_a_run_takes(status):
+    said = early_end("a run", status)
+    assert said.startswith(f"a run ends early, {status.name}: ")
+    assert len(said) > 80
+    assert not any(word in said for word in ("route", "max_", "trajectory", "\n"))

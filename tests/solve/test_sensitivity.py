@@ -314,3 +314,29 @@ def test_peaks_of_a_shaken_building_have_derivatives():
             assert run.output_sensitivities[name][p] == pytest.approx(
                 slope, rel=1e-4, abs=1e-6 * abs(run[name] / values[p])
             )
+
+
+@pytest.mark.parametrize("route", [None, "integrators"])
+def test_the_end_has_derivatives_among_the_outputs(route):
+    scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=10.0)
+    scene = scene.regularised(1e-2, "tanh") if route == "integrators" else scene
+    scene = scene.wanting({"end": sf.End()})
+    program = sf.prepare(scene, 1e-11, route, sensitivities=["v_b", "x"])
+    run, step = program.run(), 1e-6
+    found = run.output_sensitivities["end"]
+    assert list(found) == ["v_b", "x"]
+    for name in found:
+        assert np.array_equal(found[name], run.sensitivities[name])
+    sides = [sf.simulate(scene.where({"v_b": 0.2 + e * step}), 1e-11, route)["end"] for e in (1, -1)]
+    assert found["v_b"] == pytest.approx((sides[0] - sides[1]) / (2 * step), abs=1e-3 if route else 1e-5)
+
+
+def test_the_end_has_derivatives_in_a_map():
+    scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=10.0).wanting({"end": sf.End(), "x": sf.At(X)})
+    program, speeds = sf.prepare(scene, sensitivities=["v_b"]), np.array([0.2, 0.25, 0.3])
+    batch = program.map(values={"v_b": speeds})
+    found = batch.output_sensitivities["end"]["v_b"]
+    assert found.shape == batch.outputs["end"].shape == (2, 3)
+    assert found[0] == pytest.approx(batch.output_sensitivities["x"]["v_b"], abs=1e-12)
+    for k, v_b in enumerate(speeds.tolist()):
+        assert found[:, k] == pytest.approx(program.run({"v_b": v_b}).output_sensitivities["end"]["v_b"], abs=1e-12)

@@ -101,3 +101,20 @@ def test_a_cycle_of_two_hundred_states_costs_little_more_than_its_motion():
     program.run()
     alone = time.process_time() - begin
     assert whole < 200 * alone
+
+
+@pytest.mark.one_in(2)
+def test_a_structure_that_is_free_to_move_has_derivatives_too():
+    """Its eigenvectors are dependent: the motion at constant speed has two equal eigenvalues and one eigenvector."""
+    s = st.chain(13, damping=0.2, ends="free")
+    scene = s.scene([st.RowContact("c", {"x13": 1.0}, 1.0, sf.laws.coulomb(0.4), speed=V)], {}, {V: 0.05}, horizon=5.0)
+    flow, values = flow_of(scene, ("v_b",)), {"v_b": 0.05}
+    assert isinstance(flow._runs, RecordedRun)
+    start = 0.1 * np.random.default_rng(0).standard_normal(26)
+    found = flow.run(start, values, 3.0)
+    way, step = np.random.default_rng(1).standard_normal(26), 1e-5
+    for derivative, sides in (
+        (found.by_start @ way, [flow.run(start + e * step * way, values, 3.0).end for e in (1, -1)]),
+        (found.by_value[:, 0], [flow.run(start, {"v_b": 0.05 + e * step}, 3.0).end for e in (1, -1)]),
+    ):
+        assert derivative == pytest.approx((sides[0] - sides[1]) / (2 * step), abs=1e-6)
