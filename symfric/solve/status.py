@@ -65,6 +65,8 @@ _ELSEWHERE = {
     "scene from this start and look at its end, then change the start or smooth the forces",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter; simulate the scene and look at "
     "run.events[-20:], and check that static friction is not smaller than kinetic friction",
+    Status.NOT_FINITE: "the motion or a force is not finite: it leaves every bound, or a division or a root in a force "
+    "fails; simulate the scene from this start to see where",
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
     "one sticks; loosen the tolerance, or change the start",
 }

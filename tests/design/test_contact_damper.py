@@ -1,6 +1,7 @@
 """Shortest decay: Coulomb's closed form, random searches, the jumps, and what cannot be met."""
 
 import json
+import re
 from math import pi, sqrt
 
 import numpy as np
@@ -85,8 +86,10 @@ def test_start_with_a_velocity():
 
 
 def test_what_cannot_be_met_is_named():
-    with pytest.raises(sf.NotFound, match=r"comes closest: it stays at .* m beyond the residual allowed"):
+    with pytest.raises(sf.NotFound, match=r"comes closest: it stays at .* m beyond the residual allowed") as told:
         contact_damper(rod(), {"mu_m": (0.055, 0.06)}, residual=1e-6)
+    stays, beyond = re.search(r"stays at (\S+) m, (\S+) m beyond", str(told.value)).groups()
+    assert abs(float(stays)) - float(beyond) == pytest.approx(1e-6, abs=1e-8)
     with pytest.raises(sf.NotFound, match="no values within the bounds bring the rod to rest"):
         contact_damper(rod(mu_m=0.0), {"f_n": (3.0, 4.0)})
 
