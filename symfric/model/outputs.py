@@ -336,6 +336,7 @@ class At(OutputOfExpression):
 
     @property
     def latest(self) -> float:
+        """Its time, 0 if that is the end of the run."""
         return self.time or 0.0
 
     def row(self, horizon: float) -> Row:
@@ -389,6 +390,7 @@ class Samples(OutputOfExpression):
 
     @property
     def latest(self) -> float:
+        """The last of its times."""
         return self.times[-1]
 
     def row(self, horizon: float) -> Row:
