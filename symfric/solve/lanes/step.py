@@ -4,6 +4,7 @@ What it computes is what `symfric.solve.loop` does, operation by operation. A la
 is left as it was, and said so in the masks: the event loop makes that step.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -245,6 +246,19 @@ class Step(WantedRows):
         new["steps"] = v["steps"] + 1.0
         new |= {f"fresh{i}": v[f"fresh{i}"] - v[f"fresh{i}"] for i in self.starting}
         v.update(new)
+        if "rest" in v and plan.automaton.n_q > 1:  # a contact may leave some of them free
+            v["rest"] = g.select(self.drifts(), math.nan, v["rest"])
+
+    def drifts(self):
+        """Where something moves by more than rounding."""
+        g, v, n_q = self.g, self.v, self.plan.automaton.n_q
+        size = 0.0
+        for i in range(n_q):
+            size = g.max(g.max(v[f"scale{i}"] / self.plan.horizon, v[f"scale{n_q + i}"]), size)
+        fastest = 0.0
+        for i in range(n_q, 2 * n_q):
+            fastest = g.max(fastest, g.abs(v[f"y{i}"]))
+        return fastest > self.plan.tolerance * size
 
 
 def _logarithm(x: float) -> int:

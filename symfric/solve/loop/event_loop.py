@@ -123,6 +123,8 @@ def drive(w):
         for i in range(n_x):
             if not abs(w.y[i]) < np.inf:
                 return _NAN
+        if w.clock.rest >= 0.0 and _drifts(w):
+            w.clock.rest = np.nan
         if last:
             w.y[n_x], w.clock.t_low = limit, 0.0
             if limit < w.clock.t_end:
@@ -131,6 +133,18 @@ def drive(w):
         w.counts.phase = SETTLE if w.counts.flagged else EXPAND
         if w.counts.flagged == LOADED:
             return _LOST
+
+
+@compiled(fused=True)
+def _drifts(w):
+    """Whether something moves that no contact holds, by more than rounding; its velocity may have begun with zero."""
+    n_q, size = w.limits.n_q, 0.0
+    for i in range(n_q):
+        size = max(size, w.scale[i] / w.clock.t_end, w.scale[n_q + i])
+    fastest = 0.0
+    for i in range(n_q, 2 * n_q):
+        fastest = max(fastest, abs(w.y[i]))
+    return fastest > w.clock.tolerance * size
 
 
 @compiled(fused=True)
