@@ -16,6 +16,7 @@ ROOT = Path(symfric.__file__).parent
 BELOW = {
     "axes": {"errors"},
     "errors": set(),
+    "array_files": {"errors"},
     "files": set(),
     "locks": set(),
     "time_limit": set(),
@@ -23,16 +24,16 @@ BELOW = {
     "model": {"axes", "errors", "locks", "templates"},
     "lower": {"errors", "locks", "model"},
     "theory": {"axes", "errors", "locks", "lower", "model"},
-    "motions": {"axes", "errors", "locks", "model", "templates"},
+    "motions": {"axes", "errors", "files", "locks", "model", "templates"},
     "codegen": {"errors", "files", "locks", "time_limit"},
     "solve": {"axes", "codegen", "errors", "files", "locks", "time_limit", "templates", "model", "lower"},
 }
 BELOW["export"] = BELOW["solve"] | {"solve"}
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits", "motions"}
-BELOW["structures"] = BELOW["orbits"] | {"orbits"}
+BELOW["structures"] = BELOW["orbits"] | {"array_files", "orbits"}
 BELOW["design"] = BELOW["ensemble"] | {"ensemble", "structures"}
-BELOW["identification"] = BELOW["ensemble"] | {"ensemble"}
+BELOW["identification"] = BELOW["ensemble"] | {"array_files", "ensemble"}
 BELOW["scenefile"] = BELOW["design"] | {"design", "identification"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}
 BELOW["bench"] = BELOW["report"] | {"report"}

@@ -1,23 +1,21 @@
 """Structures in files: .npz of NumPy or SciPy, or Matrix Market files in a folder or a zip."""
 
-import inspect
-import io
-import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
-import scipy.sparse as sps
 
 from symfric.errors import SceneError
+from symfric.files import open_regular, read_regular
+from symfric.structures.archives import MAX_FILE, content, entry_called, opened, reported
+from symfric.structures.matrix_market import market
+from symfric.structures.stored_arrays import read_arrays
 from symfric.structures.structure import Structure
 
 _NAMES = ("M", "K", "C", "friction")
-_PARTS = ("data", "indices", "indptr", "row", "col", "shape", "format")
 _ENDINGS = (".mtx", ".mtx.gz")
-# newer SciPy asks which kind of sparse matrix is wanted, older does not know the argument
-_KIND = {"spmatrix": False} if "spmatrix" in inspect.signature(scipy.io.mmread).parameters else {}
+_LABELS = "names.txt"
 
 
 def read(path) -> Structure:
@@ -29,7 +27,8 @@ def read(path) -> Structure:
         A .npz with the arrays ``M``, ``K`` and, if there are any, ``C``, ``friction`` and ``names``, dense or sparse:
         entries ``M_data``, ``M_indices``, ``M_indptr``, ``M_shape`` (compressed rows), or ``M_data``, ``M_row``,
         ``M_col``, ``M_shape``. Or a folder or zip with ``M.mtx``, ``K.mtx``, ``C.mtx``, ``friction.mtx`` (Matrix
-        Market, also gzipped) and ``names.txt``, one name a line.
+        Market, also gzipped) and ``names.txt``, one name a line. Nothing else in it is read. At most 2 million degrees
+        of freedom, 50 million stored entries a matrix and 1 GiB a file.
 
     Returns
     -------
@@ -38,7 +37,8 @@ def read(path) -> Structure:
     Raises
     ------
     SceneError
-        If it cannot be read, M or K is missing, or a matrix is at fault; see `Structure`.
+        If it cannot be read, M or K is missing, what it states disagrees with its data, it is larger than that, or a
+        matrix is at fault; see `Structure`.
 
     Examples
     --------
@@ -51,11 +51,11 @@ def read(path) -> Structure:
     place = Path(path)
     if place.is_dir():
         found = _folder(place)
-    elif not place.is_file():
+    elif not place.exists():
         raise SceneError(f"there is no file or folder {place}")
     elif place.suffix == ".npz":
-        found = _numpy(place)
-    elif zipfile.is_zipfile(place):
+        found = read_arrays(place, _NAMES)
+    elif _is_zip(place):
         found = _zip(place)
     else:
         raise SceneError(f"{place.name} is neither .npz nor a folder or zip of Matrix Market files")
@@ -91,63 +91,41 @@ def write(structure: Structure, path) -> None:
     np.savez_compressed(path, **entries)
 
 
-def _numpy(place: Path) -> dict[str, Any]:
-    try:
-        with np.load(place, allow_pickle=False) as file:
-            entries = {name: file[name] for name in file.files}
-    except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise SceneError(f"{place.name} cannot be read: {error}") from None
-    found: dict[str, Any] = {name: entries[name] for name in _NAMES if name in entries}
-    for name in _NAMES:
-        parts = {what: entries[f"{name}_{what}"] for what in _PARTS if f"{name}_{what}" in entries}
-        if parts and name not in found:
-            found[name] = _assembled(parts, f"{name} in {place.name}")
-    if "names" in entries:
-        found["names"] = [str(e) for e in np.atleast_1d(entries["names"])]
-    return found
-
-
-def _assembled(parts: dict[str, np.ndarray], what: str) -> sps.csr_array:
-    try:
-        shape = tuple(int(e) for e in parts["shape"])
-        if "indptr" in parts:
-            kind = sps.csc_array if "format" in parts and parts["format"].item() in ("csc", b"csc") else sps.csr_array
-            return sps.csr_array(kind((parts["data"], parts["indices"], parts["indptr"]), shape=shape))
-        return sps.csr_array(sps.coo_array((parts["data"], (parts["row"], parts["col"])), shape=shape))
-    except (KeyError, ValueError, IndexError) as error:
-        raise SceneError(f"{what} is no sparse matrix: {error}") from None
+def _is_zip(place: Path) -> bool:
+    with reported(place.name), open_regular(place) as file:
+        return file.read(2) == b"PK"
 
 
 def _folder(place: Path) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name in _NAMES:
-        for ending in _ENDINGS:
-            if (place / (name + ending)).is_file():
-                found[name] = _market(str(place / (name + ending)), name + ending)
-    if (place / "names.txt").is_file():
-        found["names"] = _lines((place / "names.txt").read_text(encoding="utf-8"))
-    return found
+    def load(names: tuple[str, ...]) -> tuple[str, bytes] | None:
+        present = [name for name in names if (place / name).exists()]
+        if len(present) > 1:
+            raise SceneError(f"{place.name} holds {present[0]} and {present[1]}; keep one of them")
+        return (present[0], read_regular(place / present[0], MAX_FILE)) if present else None
+
+    return _parts(place.name, load)
 
 
 def _zip(place: Path) -> dict[str, Any]:
+    with opened(place) as file:
+
+        def load(names: tuple[str, ...]) -> tuple[str, bytes] | None:
+            entry = entry_called(file, names, place.name, flat=False)
+            return None if entry is None else (entry.filename, content(file, entry))
+
+        return _parts(place.name, load)
+
+
+def _parts(source: str, load: Callable[[tuple[str, ...]], tuple[str, bytes] | None]) -> dict[str, Any]:
+    """Return the matrices and names of a folder or archive; `load` returns the content of one of some files."""
     found: dict[str, Any] = {}
-    with zipfile.ZipFile(place) as file:
-        for entry in file.namelist():
-            base = entry.rsplit("/", 1)[-1]
-            name = base.split(".", 1)[0]
-            if name in _NAMES and base == f"{name}.mtx":
-                found[name] = _market(io.BytesIO(file.read(entry)), base)
-            elif base == "names.txt":
-                found["names"] = _lines(file.read(entry).decode("utf-8"))
+    for name in _NAMES:
+        with reported(f"{name}.mtx in {source}"):
+            loaded = load(tuple(name + ending for ending in _ENDINGS))
+            if loaded is not None:
+                found[name] = market(loaded[1], loaded[0])
+    with reported(f"{_LABELS} in {source}"):
+        loaded = load((_LABELS,))
+        if loaded is not None:
+            found["names"] = [e.strip() for e in loaded[1].decode("utf-8-sig").splitlines() if e.strip()]
     return found
-
-
-def _market(source, name: str):
-    try:
-        return scipy.io.mmread(source, **_KIND)
-    except (ValueError, OverflowError, OSError, EOFError) as error:
-        raise SceneError(f"{name} is no Matrix Market file: {error}") from None
-
-
-def _lines(text: str) -> list[str]:
-    return [line.strip() for line in text.splitlines() if line.strip()]
