@@ -52,7 +52,9 @@ def array_of(data: bytes, what: str) -> np.ndarray:
             f"{what} has {len(data) - begin} bytes, and its header says {str(shape)[:60]} of {kind.itemsize} bytes "
             "each; write it anew"
         )
-    return np.frombuffer(data, kind, math.prod(shape), begin).reshape(shape, order="F" if said["fortran_order"] else "C")
+    return np.frombuffer(data, kind, math.prod(shape), begin).reshape(
+        shape, order="F" if said["fortran_order"] else "C"
+    )
 
 
 def _is_shape(shape: object) -> bool:

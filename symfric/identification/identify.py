@@ -46,7 +46,7 @@ def identify(
     ----------
     scene : Scene or mapping of str to Scene
         Several scenes by label are fitted at once; their records are then given by label.
-    records : mapping of name to (t, y), xarray.Dataset, or path of a CSV file
+    records : mapping of name to (t, y), xarray.Dataset, or path of a .csv, .txt or .npy file
         Times in the scene's unit of time, from its start on, and values, each shape (n,); or an xarray.DataArray over
         time. For several scenes a mapping of label to such records.
     parameters : mapping of name to (low, high)

@@ -1,6 +1,5 @@
-"""Measured records: read from arrays, xarray or CSV, and checked; a bad record is one clear line."""
+"""Measured records: from arrays, xarray or files, and checked; a bad record is one clear line."""
 
-import csv
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
@@ -13,13 +12,13 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.identification.tables import read_table
 from symfric.model.scene import Scene
 from symfric.model.symbols import expression, name_of, nearest
 
 GAP = 10.0  # an interval this many times as long as the usual one is a gap
 SECONDS = ("", "s", "sec", "second", "seconds")
 LONG = 100.0  # a record that lasts this many times the scene's horizon is in another unit of time
-MAX_ROWS = 5_000_000  # of a CSV file
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,60 +61,6 @@ def places(channels: Sequence[Channel]) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in pairwise(ends))
 
 
-def read_csv(path: str | Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Read records from a CSV file: a line of names, then numbers; the first column is time.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    dict of str to (t, y)
-        One record for each further column; fields that are empty are left out of it.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read, has no line of names, or holds something that is no number.
-    """
-    shown = Path(path).name
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as stream:
-            head = stream.readline()
-            split = ";" if head.count(";") > head.count(",") else "\t" if head.count("\t") > head.count(",") else ","
-            names = [n.strip() for n in next(csv.reader([head], delimiter=split), [])]
-            rows = [row for _, row in zip(range(MAX_ROWS), csv.reader(stream, delimiter=split), strict=False) if row]
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        raise SceneError(f"{shown}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    if len(names) < 2 or any(_is_number(n) for n in names):
-        raise SceneError(f"{shown}: the first line must hold names, such as 't, x'; time is the first column")
-    if len(set(names)) < len(names):
-        raise SceneError(f"{shown}: two columns have the same name; rename one")
-    columns: list[list[float]] = [[] for _ in names]
-    for k, row in enumerate(rows, 2):
-        if len(row) != len(names):
-            raise SceneError(f"{shown}: line {k} has {len(row)} fields where the first has {len(names)}")
-        for name, column, field in zip(names, columns, row, strict=True):
-            if field.strip() and not _is_number(field):
-                raise SceneError(f"{shown}: {field.strip()[:30]!r} in line {k}, column {name!r}, is not a number")
-            column.append(float(field) if field.strip() else np.nan)
-    t, found = np.array(columns[0]), {}
-    for name, column in zip(names[1:], columns[1:], strict=True):
-        y = np.array(column)
-        there = ~np.isnan(y)
-        found[name] = t[there], y[there]
-    return found
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def read_channels(
     scenes: Mapping[str, Scene], records: Any, observed: Mapping | None, sigma: Any
 ) -> tuple[Channel, ...]:
@@ -143,7 +88,12 @@ def read_channels(
         groups = {label: records[label] for label in scenes if label in records}
     found: list[Channel] = []
     for label, group in groups.items():
-        for name, record in _named(group, label).items():
+        for number, (name, record) in enumerate(_named(group, label).items(), 2):
+            if isinstance(group, str | Path) and not _measures(scenes[label], name, label, observed):
+                raise SceneError(
+                    f"column {number} of {Path(group).name} is no state; say what it measures with observed={{...}}, or "
+                    "leave it out"
+                )
             found.append(_channel(scenes[label], label, name, record, observed, sigma))
     if not found:
         raise SceneError("there are no records; give at least one, such as {'x': (t, y)}")
@@ -158,14 +108,14 @@ def read_channels(
 def _named(group: Any, label: str) -> dict[str, Any]:
     """Return the records of one scene by name."""
     if isinstance(group, str | Path):
-        return read_csv(group)
+        return read_table(group)
     if _is_xarray(group, "Dataset"):
         return {str(n): group[n] for n in group.data_vars}
     if not isinstance(group, Mapping):
         of = f" of {label}" if label else ""
         raise SceneError(
             f"the records{of} are {type(group).__name__}; give a mapping such as {{'x': (t, y)}}, an xarray.Dataset or "
-            "the path of a CSV file"
+            "the path of a .csv, .txt or .npy file"
         )
     return {name_of(n): v for n, v in group.items()}
 
@@ -190,6 +140,12 @@ def _channel(scene: Scene, label: str, name: str, record: Any, observed: Mapping
         )
     own = _sigma(sigma, channel)
     return Channel(label, name, channel.expr, channel.t, channel.y, own)
+
+
+def _measures(scene: Scene, name: str, label: str, observed: Mapping | None) -> bool:
+    """Whether it is known what a record measures."""
+    given = {name_of(k) for k in observed or ()}
+    return bool(given & {f"{label}.{name}", name}) or name in {s.name for s in scene.system.states}
 
 
 def _sensor(scene: Scene, name: str, label: str, observed: Mapping | None) -> sp.Expr:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.files import read_regular
 from symfric.model.symbols import finite, nearest
 from symfric.motions.fortran_numbers import parse_numbers
 from symfric.motions.motion import Motion
@@ -49,8 +50,7 @@ def read_lines(path: str | Path) -> Lines:
             raise SceneError(f"{name}: no such file" + (hint if "did you" in hint else "; check the path"))
         if not path.is_file():
             raise SceneError(f"{name} is not a regular file; name a record")
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+        data = read_regular(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         if isinstance(error, SceneError):
             raise

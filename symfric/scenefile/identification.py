@@ -26,7 +26,7 @@ class IdentificationPlan:
     Attributes
     ----------
     record : Path
-        CSV file; the first column is time.
+        A .csv, .txt or .npy file; the first column is time.
     unknowns : mapping of name to (low, high)
     observed : mapping of column to Expr
         What columns measure that are no states.
@@ -51,16 +51,16 @@ class IdentificationPlan:
         SceneError
             If the file cannot be read, or none of its columns is a state or observed.
         """
-        from symfric.identification.records import read_csv  # loads SciPy
+        from symfric.identification.tables import read_table
 
-        columns = read_csv(self.record)
+        columns = read_table(self.record)
         known = {s.name for s in scene.system.states} | set(self.observed)
         missing = next((n for n in self.observed if n not in columns), None)
         if missing is not None:
-            raise SceneError(f"identify.observed names {missing}, which is no column{nearest(missing, columns)}")
+            raise SceneError(f"identify.observed names {missing}, which is no column of {self.record.name}")
         found = {n: r for n, r in columns.items() if n in known}
         if not found:
-            shown = ", ".join(shorten(n, 20) for n in list(columns)[:6])
+            shown = ", ".join(s.name for s in scene.system.states[:6])
             raise SceneError(
                 f"no column of {self.record.name} is a state ({shown}); say what they are in [identify.observed]"
             )

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.files import read_regular
 from symfric.model.symbols import nearest
 from symfric.scenefile.expressions import shorten
 
@@ -65,12 +66,13 @@ def read_places(path: Path, names: Sequence[str], what: str) -> Places:
         If it cannot be read, names what is no degree of freedom, or holds no number where one belongs.
     """
     try:
-        with path.open("rb") as stream:
-            data = stream.read(_MOST + 1)
+        data = read_regular(path, _MOST)
         if len(data) > _MOST:
             raise SceneError(f"{what}: {path.name} is larger than {_MOST // 1_000_000} MB")
         rows = [row for row in csv.reader(data.decode("utf-8-sig").splitlines()) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError:
+        raise SceneError(f"{what}: {shorten(path.name, 60)} is not text; save it as UTF-8") from None
+    except (OSError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{what}: {shorten(path.name, 60)} cannot be read ({shorten(reason, 60)})") from None
     head = [cell.strip().lower() for cell in rows[0]] if rows else []

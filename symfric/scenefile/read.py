@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.files import read_regular
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
@@ -191,8 +192,7 @@ def _text_of(path: Path) -> str:
             raise SceneError("no such file" + (hint if "did you" in hint else "; check the path"))
         if not path.is_file():
             raise SceneError("is not a regular file; name a scene file")
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+        data = read_regular(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         if isinstance(error, SceneError):

@@ -100,7 +100,9 @@ def entry_called(file: zipfile.ZipFile, names: tuple[str, ...], archive: str, fl
         If several entries are called so, or it is a link or lies outside the archive.
     """
     found = [
-        e for e in file.infolist() if (e.filename if flat else e.filename.replace("\\", "/").rsplit("/", 1)[-1]) in names
+        e
+        for e in file.infolist()
+        if (e.filename if flat else e.filename.replace("\\", "/").rsplit("/", 1)[-1]) in names
     ]
     if len(found) > 1:
         raise SceneError(f"{archive} holds {found[0].filename[:60]!r} and another of its name; keep one of them")

@@ -47,7 +47,9 @@ def _check_claims(data: bytes, name: str) -> None:
     lines = io.BytesIO(data[:_HEAD])
     banner = lines.readline(1000).decode("latin-1").lower().split()
     if len(banner) < 4 or banner[:2] != ["%%matrixmarket", "matrix"] or banner[2] not in ("coordinate", "array"):
-        raise SceneError(f"{name} is no Matrix Market file: it must begin with %%MatrixMarket matrix coordinate or array")
+        raise SceneError(
+            f"{name} is no Matrix Market file: it must begin with %%MatrixMarket matrix coordinate or array"
+        )
     line = next((e for e in lines if e.strip() and not e.lstrip().startswith(b"%")), b"")
     sizes = line.split()
     scattered = banner[2] == "coordinate"

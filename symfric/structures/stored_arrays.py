@@ -117,7 +117,9 @@ def check_size(rows: int, columns: int, entries: int, what: str) -> None:
     if max(rows, columns) > MAX_ROWS:
         raise SceneError(f"{what} has the shape ({rows}, {columns}); at most {MAX_ROWS} degrees of freedom are read")
     if entries > MAX_ENTRIES:
-        raise SceneError(f"{what} has {entries} entries; at most {MAX_ENTRIES} are read, so reduce the structure before")
+        raise SceneError(
+            f"{what} has {entries} entries; at most {MAX_ENTRIES} are read, so reduce the structure before"
+        )
 
 
 def _kind(data: np.ndarray) -> type:

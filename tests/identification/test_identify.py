@@ -11,7 +11,8 @@ import xarray as xr
 
 import symfric as sf
 from symfric.identification.prediction import Predictor
-from symfric.identification.records import read_channels, read_csv
+from symfric.identification.records import read_channels
+from symfric.identification.tables import read_table
 from symfric.identification.unknowns import read_unknowns
 
 X, U = sp.symbols("x u", real=True)
@@ -270,7 +271,7 @@ def test_records_in_other_forms(tmp_path):
     assert found == [found[0]] * 5
     spread = xr.DataArray(y, {"t": (T * 1e9).astype("timedelta64[ns]")}, ["t"])
     assert sf.identify(rig(), {"x": spread}, unknowns, starts=1).values["mu_k"] == pytest.approx(found[0], abs=1e-7)
-    assert read_csv(place)["x"][1] == pytest.approx(y)
+    assert read_table(place)["x"][1] == pytest.approx(y)
 
 
 Y = np.sin(T)
@@ -368,7 +369,7 @@ def test_no_run_at_all():
     [
         ("", "names"),
         ("1,2\n3,4\n", "names"),
-        ("t,x\n1,a\n", "'a' in line 2"),
+        ("t,x\n1,a\n", "line 2 holds in column 2 is not a number"),
         ("t,x\n1\n", "line 2 has 1 fields"),
         ("t,x,x\n1,2,3\n", "same name"),
     ],
@@ -377,13 +378,13 @@ def test_bad_files(tmp_path, text, message):
     place = tmp_path / "record.csv"
     place.write_text(text)
     with pytest.raises(sf.SceneError, match=message):
-        read_csv(place)
+        read_table(place)
 
 
 def test_other_separators_and_empty_fields(tmp_path):
     place = tmp_path / "record.csv"
     place.write_text("t;x;y\n1;2;3\n2;;4\n3;4;5\n")
-    found = read_csv(place)
+    found = read_table(place)
     assert found["x"][0].tolist() == [1.0, 3.0]
     assert found["y"][1].tolist() == [3.0, 4.0, 5.0]
 
