@@ -4,6 +4,7 @@ import ast
 import math
 import re
 import struct
+from typing import Literal
 
 import numpy as np
 

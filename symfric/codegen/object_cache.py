@@ -23,9 +23,9 @@ _stored: dict[Path, float] = {}  # bytes stored by this process since its last c
 def load(key: str) -> bytes | None:
     """Return an object, None if it is missing, damaged or not trusted.
 
-    Its last 32 bytes are the hash of the rest, which detects damage only. Therefore the folder and the
-    file must belong to the user of this process and be writable by no other; where the system has no such owners,
-    the folder below the user's profile is trusted.
+    Its last 32 bytes are the hash of its key and the rest, which detects damage and the object of another key, not
+    forgery. Therefore the folder and the file must belong to the user of this process and be writable by no other;
+    where the system has no such owners, the folder below the user's profile is trusted.
     """
     with _trusted(_folder()) as folder:
         if folder is None:
@@ -35,7 +35,7 @@ def load(key: str) -> bytes | None:
         except OSError:
             return None
     body, seal = data[:-32], data[-32:]
-    return body if hashlib.sha256(body).digest() == seal else None
+    return body if _seal(key, body) == seal else None
 
 
 def store(key: str, code: bytes) -> None:
@@ -48,13 +48,17 @@ def store(key: str, code: bytes) -> None:
         with _trusted(place) as folder:
             if folder is None:
                 return
-        write_whole(place / (key + CODE), code + hashlib.sha256(code).digest(), mode=0o600, durable=False)
+        write_whole(place / (key + CODE), code + _seal(key, code), mode=0o600, durable=False)
         _stored[place] = _stored.get(place, limit) + len(code)
         if _stored[place] > _LOOK * limit:
             _stored[place] = 0.0
             _make_room(place, limit)
     except OSError:
         return
+
+
+def _seal(key: str, code: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + b"\n" + code).digest()
 
 
 def _folder() -> Path | None:

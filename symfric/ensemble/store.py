@@ -2,21 +2,30 @@
 
 ``sweep.json`` identifies the sweep. Every run of the sweep appends its finished cases to a file of its own,
 ``cases-<n>.bin``, one record each; an incomplete record fails its checksum and is ignored. When all are there,
-``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming.
+``result.nc`` (netCDF 3) replaces these files. Whole files appear by renaming. The checksums of the records and of the
+result cover the identity of the sweep too, so that files of another sweep are not taken for its own.
 """
 
 import contextlib
+import hashlib
+import io
 import json
 import os
+import re
 import zlib
 from pathlib import Path
 
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
-from symfric.files import PART, write_whole
+from symfric.files import PART, read_regular, remove_abandoned, write_new, write_whole
 
-_FORMAT = 1
+_FORMAT = 2
+_MAX_ABOUT = 10_000_000  # bytes of the description
+_MAX_DATA = 1 << 33  # bytes of the cases of one run, and of the result
+_SEAL = "sha256:"  # begin of the attribute with the checksum of the result, which counts as zeros in it
+_OPEN_SEAL = _SEAL.encode() + b"0" * 64
+_FOUND_SEAL = re.compile(_SEAL.encode() + rb"([0-9a-f]{64})")
 ABOUT, RESULT = "sweep.json", "result.nc"
 
 
@@ -42,6 +51,8 @@ class Store:
         self.path = Path(path)
         self._record = np.dtype([("case", "<i8"), ("status", "<i8"), ("values", "<f8", (width,)), ("sum", "<u8")])
         self._file: int | None = None
+        self._identity = f"{about['sweep']} {about['code']} {width}".encode()
+        self._seed = zlib.crc32(self._identity)
         try:
             self._claim({"format": _FORMAT, "numbers": width, **about})
         except (OSError, ValueError) as error:
@@ -57,10 +68,11 @@ class Store:
         self.path.mkdir(parents=True, exist_ok=True)
         place = self.path / ABOUT
         if not place.exists():
-            if any(not p.name.endswith(PART) for p in self.path.iterdir()):
+            others = [p.name for p in self.path.iterdir() if not p.name.endswith(PART)]
+            if set(others) - {ABOUT}:  # which another process may have written meanwhile
                 raise SceneError(f"{self.path} holds other files but no sweep; name another folder as the store")
-            write_whole(place, json.dumps(about, indent=2).encode())
-            return
+            if write_new(place, json.dumps(about, indent=2).encode()):
+                return
         present = read_about(self.path)
         if present.get("format") != _FORMAT or present.get("code") != about["code"]:
             raise SceneError(
@@ -69,7 +81,8 @@ class Store:
             )
         if present.get("sweep") != about["sweep"]:
             raise SceneError(
-                f"{self.path} holds another sweep, over {present.get('axes', '?')}; name another store, or remove it"
+                f"{self.path} holds another sweep, over {str(present.get('axes', '?'))[:200]}; name another store, or "
+                "remove it"
             )
 
     @property
@@ -83,16 +96,28 @@ class Store:
         status = np.zeros(size, dtype=np.int32)
         values = np.full((size, self._record["values"].shape[0]), np.nan)
         for place in sorted(self.path.glob("cases-*.bin")):
-            data = place.read_bytes()
+            data = self._content(place)
             rows = np.frombuffer(data, self._record, len(data) // self._record.itemsize)
             step = self._record.itemsize - 8
             for k, row in enumerate(rows):
                 begin = k * self._record.itemsize
-                whole = zlib.crc32(data[begin : begin + step]) == row["sum"]
+                whole = zlib.crc32(data[begin : begin + step], self._seed) == row["sum"]
                 if whole and 0 <= row["case"] < size:
                     case = row["case"]
                     done[case], status[case], values[case] = True, row["status"], row["values"]
         return done, status, values
+
+    def _content(self, place: Path) -> bytes:
+        """Return a file of the store; empty if another process that finished the sweep has removed it."""
+        try:
+            data = read_regular(place, _MAX_DATA)
+        except FileNotFoundError:
+            return b""
+        except OSError as error:
+            raise SceneError(f"{place} cannot be read ({error.strerror}); remove it, or name another store") from None
+        if len(data) > _MAX_DATA:
+            raise SceneError(f"{place} is larger than {_MAX_DATA >> 30} GiB; remove it, or name another store")
+        return data
 
     def append(self, cases: np.ndarray, status: np.ndarray, values: np.ndarray) -> None:
         """Write finished cases (n,), with numbers (n, width), to the file that `open` made."""
@@ -100,7 +125,7 @@ class Store:
         records = np.zeros(cases.size, self._record)
         records["case"], records["status"], records["values"] = cases, status, values
         data, size = records.tobytes(), self._record.itemsize
-        records["sum"] = [zlib.crc32(data[k : k + size - 8]) for k in range(0, len(data), size)]
+        records["sum"] = [zlib.crc32(data[k : k + size - 8], self._seed) for k in range(0, len(data), size)]
         data = records.tobytes()
         try:
             written = os.write(self._file, data)
@@ -127,31 +152,47 @@ class Store:
     def finish(self, result) -> None:
         """Write the result, an xarray.Dataset, and remove the files of single cases."""
         self.close()
+        data = bytes(result.assign_attrs(checksum=_OPEN_SEAL.decode()).to_netcdf(engine="scipy"))
+        seal = _SEAL.encode() + self._seal(data).encode()
         try:
-            write_whole(self.path / RESULT, bytes(result.to_netcdf(engine="scipy")))
-            for place in (*self.path.glob("cases-*.bin"), *self.path.glob(f"*{PART}")):
+            write_whole(self.path / RESULT, data.replace(_OPEN_SEAL, seal))
+            for place in self.path.glob("cases-*.bin"):
                 place.unlink(missing_ok=True)
+            remove_abandoned(self.path)
         except OSError as error:
             raise RunFailed(f"cannot write to {self.path} ({error.strerror}); make room and run it again") from None
 
+    def _seal(self, data: bytes) -> str:
+        return hashlib.sha256(self._identity + b"\n" + data).hexdigest()
+
     def result(self):
-        """Return the stored result, an xarray.Dataset."""
+        """Return the stored result, an xarray.Dataset.
+
+        Raises
+        ------
+        SceneError
+            If it is damaged, or that of another sweep.
+        """
         import xarray as xr
 
         place = self.path / RESULT
-        try:
-            with xr.open_dataset(place, engine="scipy") as found:
-                return found.load()
-        except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
-            raise SceneError(f"{place} cannot be read ({error}); remove it to compute the sweep again") from None
+        data = self._content(place)
+        found = _FOUND_SEAL.findall(data)
+        if not found or found[-1].decode() != self._seal(_FOUND_SEAL.sub(_OPEN_SEAL, data)):
+            raise SceneError(
+                f"{place} is damaged or of another sweep: its checksum does not agree; remove it to compute the sweep "
+                "again"
+            )
+        with xr.open_dataset(io.BytesIO(data), engine="scipy") as opened:
+            return opened.load()
 
 
 def read_about(path: Path) -> dict:
     """Return the contents of ``sweep.json``."""
     place = Path(path) / ABOUT
     try:
-        found = json.loads(place.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        found = json.loads(read_regular(place, _MAX_ABOUT)[:_MAX_ABOUT].decode("utf-8"))
+    except (OSError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise SceneError(f"{place} cannot be read; remove the folder, or name another store")
@@ -164,7 +205,10 @@ def records_in(path: Path) -> int | None:
     if not (path / ABOUT).exists() or (path / RESULT).exists():
         return None
     numbers = read_about(path).get("numbers")
-    size = sum(p.stat().st_size for p in path.glob("cases-*.bin"))
+    size = 0
+    for place in path.glob("cases-*.bin"):
+        with contextlib.suppress(FileNotFoundError):  # removed by a process that finishes the sweep
+            size += place.stat().st_size
     return size // (8 * (3 + numbers)) if isinstance(numbers, int) and numbers > 0 else None
 
 

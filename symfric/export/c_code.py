@@ -173,7 +173,8 @@ def _numbers(values: Iterable[float]) -> str:
 
 def _layout(made: Stepper, name: str) -> str:
     """Return the macros and enumerations of a header."""
-    lines = ["#define SCENE__ARRAY(n) ((n) > 0 ? (n) : 1)", f"#define SCENE__STEP {made.step!r}"]
+    own = name.upper()
+    lines = [f"#define {own}_ARRAY(n) ((n) > 0 ? (n) : 1)", f"#define {own}_STEP {made.step!r}"]
     groups = {
         "X": ("STATES", made.states),
         "P": ("PARAMETERS", made.parameters),
@@ -182,10 +183,10 @@ def _layout(made: Stepper, name: str) -> str:
         "C": ("CONTACTS", made.contacts),
     }
     for letter, (word, names) in groups.items():
-        entries = [f"SCENE__{letter}_{plain}" for plain in plain_names(names)]
-        lines.append(f"enum {{ {', '.join([*entries, f'SCENE__{word}'])} }};")
-    lines.append(f"enum {{ SCENE__MEMORY = {made.advance.nnz_in(1)} }};")
-    return _with_name("\n".join(lines) + "\n", name)
+        entries = [f"{own}_{letter}_{plain}" for plain in plain_names(names)]
+        lines.append(f"enum {{ {', '.join([*entries, f'{own}_{word}'])} }};")
+    lines.append(f"enum {{ {own}_MEMORY = {made.advance.nnz_in(1)} }};")
+    return "\n".join(lines) + "\n"
 
 
 def plain_names(names: Iterable[str]) -> list[str]:
@@ -200,10 +201,8 @@ def plain_names(names: Iterable[str]) -> list[str]:
 
 
 def _filled(template: str, name: str, values: Mapping[str, str]) -> str:
-    text = source_text(template)
-    for key, value in values.items():
-        text = text.replace(f"@{key}@", value)
-    return _with_name(text, name)
+    text = with_name(source_text(template), name)
+    return re.sub(r"@(\w+)@", lambda found: values[found[1]], text)
 
 
 def source_text(template: str) -> str:
@@ -211,5 +210,7 @@ def source_text(template: str) -> str:
     return (files("symfric.export") / "c" / template).read_text(encoding="utf-8")
 
 
-def _with_name(text: str, name: str) -> str:
-    return text.replace("SCENE_", name.upper()).replace("scene_", name)
+def with_name(text: str, name: str) -> str:
+    """Return C code of the folder of sources with the name of a scene in place of ``scene_`` and ``SCENE_``."""
+    own = {"scene_": name, "SCENE_": name.upper()}
+    return re.sub("scene_|SCENE_", lambda found: own[found[0]], text)

@@ -17,7 +17,7 @@ from xml.etree.ElementTree import Element, SubElement
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.export.c_code import Exported, c_sources, exported, identifier, source_text
+from symfric.export.c_code import Exported, c_sources, exported, identifier, source_text, with_name
 from symfric.export.stepper import MEANING, Stepper, stepper
 from symfric.files import write_whole
 from symfric.model.scene import Scene
@@ -80,8 +80,7 @@ def write_fmu(
     made = stepper(scene, step, outputs, events)
     sources = c_sources(made, name)
     guid = hashlib.sha256("".join([source_text("fmi2.c"), *sources.values()]).encode()).hexdigest()[:32]
-    interface = source_text("fmi2.c").replace("@GUID@", guid)
-    sources[f"{name}_fmi2.c"] = interface.replace("SCENE_", name.upper()).replace("scene_", name)
+    sources[f"{name}_fmi2.c"] = with_name(source_text("fmi2.c"), name).replace("@GUID@", guid)
     packed: dict[str, str | bytes] = {"modelDescription.xml": description(made, name, guid)}
     packed |= {f"sources/{file}": text for file, text in sources.items()}
     compiled = _compiled(sources, name)
@@ -188,9 +187,14 @@ def _variables(place: Element, made: Stepper, units: Mapping[str, str]) -> dict[
     """Add the variables; return the indices of the outputs, and of those that are computed at the start."""
     reals, found = 0, {"all": [], "computed": []}  # type: tuple[int, dict[str, list[int]]]
 
+    names: set[str] = set()
+
     def add(
         kind: str, name: str, reference: int, said: str, attributes: dict[str, str], start: float | None = None
     ) -> None:
+        if name in names:
+            raise SceneError(f"two variables of the unit would be called {name!r}; rename the {said.split()[0]}")
+        names.add(name)
         variable = SubElement(place, "ScalarVariable", name=name, valueReference=str(reference), description=said)
         variable.attrib.update(attributes)
         value = SubElement(variable, kind)

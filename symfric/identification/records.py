@@ -91,8 +91,8 @@ def read_channels(
         for number, (name, record) in enumerate(_named(group, label).items(), 2):
             if isinstance(group, str | Path) and not _measures(scenes[label], name, label, observed):
                 raise SceneError(
-                    f"column {number} of {Path(group).name} is no state; say what it measures with observed={{...}}, or "
-                    "leave it out"
+                    f"column {number} of {Path(group).name} is no state; say what it measures with observed={{...}}, "
+                    "or leave it out"
                 )
             found.append(_channel(scenes[label], label, name, record, observed, sigma))
     if not found:

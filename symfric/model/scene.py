@@ -14,7 +14,19 @@ from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Traje
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.services import service
 from symfric.model.springs import spring_of, stop_rate
-from symfric.model.symbols import SPEED, TIME, Key, counted, expression, finite, listed, name_of, nearest, refuse_speed
+from symfric.model.symbols import (
+    SPEED,
+    TIME,
+    Key,
+    counted,
+    expression,
+    finite,
+    legible,
+    listed,
+    name_of,
+    nearest,
+    refuse_speed,
+)
 from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
 from symfric.model.validation import (
@@ -175,8 +187,9 @@ class Scene:
         parameters = set(found) - set(allowed) - set(reserved)
         self._check_reserved([*given, *signals], found)
         for name in [*given, *signals]:
+            where = "input" if name in signals else "value"
+            legible(name, f"an {where}" if name in signals else f"a {where}")
             if name not in found:
-                where = "input" if name in signals else "value"
                 raise SceneError(f"{where} {name} is used by no expression{nearest(name, parameters)}")
         numbers = {found[n]: None if v is None else finite(v, f"the value of {n}") for n, v in given.items()}
         self._set("values", numbers)
@@ -564,6 +577,7 @@ def _read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
     for name, output in outputs.items():
         if not isinstance(name, str):
             raise SceneError(f"{name!r} is not the name of an output; use a string")
+        legible(name, "an output")
         if not isinstance(output, Output):
             raise SceneError(f"output {name!r} is {output!r}; use sf.End(), sf.Max(x), ... with its brackets")
     return dict(outputs)

@@ -48,6 +48,15 @@ def name_of(key: Key) -> str:
     raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
 
 
+def legible(name: str, what: str) -> str:
+    """Return a name that can stand in a line of text and in XML; raise on control characters and the like."""
+    odd = next((c for c in name if not c.isprintable()), None)
+    if odd is not None or not name.strip():
+        found = "is empty" if odd is None else f"holds the character U+{ord(odd):04X}, which cannot be shown"
+        raise SceneError(f"the name {shorten(name, 40)!r} of {what} {found}; use letters, digits and signs")
+    return name
+
+
 def finite(value, what: str, name: str = "") -> float:
     """Return `value` as a finite float; the error message begins with `what` and `name`."""
     if isinstance(value, float) and math.isfinite(value):

@@ -13,7 +13,7 @@ from symfric.model.blame import shortened
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
-from symfric.model.symbols import TIME, counted, expression, finite, listed, refuse_speed
+from symfric.model.symbols import TIME, counted, expression, finite, legible, listed, refuse_speed
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -125,7 +125,7 @@ class System:
         object.__setattr__(self, "mass", mass)
 
     def _check_symbols(self):
-        names = [s.name for s in self.states]
+        names = [legible(s.name, "a state") for s in self.states]
         double = next((name for i, name in enumerate(names) if name in names[:i]), None)
         if double:
             raise SceneError(f"two states are called {double}; give each its own symbol")
@@ -285,6 +285,7 @@ class Contact:
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
+        legible(self.name, "a contact")
         for what in ("slip", "normal", "profile"):
             where = f"{what} of contact {self.name!r}"
             value = expression(getattr(self, what), where)

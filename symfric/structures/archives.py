@@ -12,6 +12,7 @@ from typing import BinaryIO
 
 from symfric.errors import SceneError
 from symfric.files import open_regular, read_at_most
+from symfric.model.symbols import shorten
 
 MAX_FILE = 1 << 30  # bytes of a file, and of what is unpacked from one entry
 _MAX_DIRECTORY = 1 << 20  # bytes of the list of entries, which is read as a whole
@@ -105,7 +106,7 @@ def entry_called(file: zipfile.ZipFile, names: tuple[str, ...], archive: str, fl
         if (e.filename if flat else e.filename.replace("\\", "/").rsplit("/", 1)[-1]) in names
     ]
     if len(found) > 1:
-        raise SceneError(f"{archive} holds {found[0].filename[:60]!r} and another of its name; keep one of them")
+        raise SceneError(f"{archive} holds {shorten(found[0].filename)} and another of its name; keep one of them")
     for entry in found:
         parts = entry.filename.replace("\\", "/").split("/")
         if ".." in parts or parts[0] == "" or len(parts) > _MAX_DEPTH:
@@ -124,8 +125,8 @@ def content(file: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int = MAX_FILE)
         If it is too large; errors of damaged data are those of `BROKEN`.
     """
     if entry.file_size > most:
-        raise SceneError(f"{entry.filename[:60]} is larger than {most >> 20} MiB; reduce the structure before")
+        raise SceneError(f"{shorten(entry.filename)} is larger than {most >> 20} MiB; reduce the structure before")
     if entry.flag_bits & 1:
-        raise SceneError(f"{entry.filename[:60]} is encrypted; pack it without a password")
+        raise SceneError(f"{shorten(entry.filename)} is encrypted; pack it without a password")
     with file.open(entry) as stream:
         return read_at_most(stream, most)  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sps
 
 from symfric.errors import SceneError
-from symfric.model.symbols import nearest
+from symfric.model.symbols import legible, nearest
 from symfric.structures.factors import indefinite_at
 
 _SYMMETRIC = 1e-8  # of the largest entry: what a file with few digits leaves of symmetry
@@ -96,6 +96,7 @@ def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     for name in found:
         if not isinstance(name, str) or not name:
             raise SceneError(f"the name {name!r} of a degree of freedom is no string")
+        legible(name, "a degree of freedom")
     if len(set(found)) < n:
         double = next(name for i, name in enumerate(found) if name in found[:i])
         raise SceneError(f"two degrees of freedom are called {double!r}; give each its own name")

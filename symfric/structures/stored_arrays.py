@@ -99,7 +99,9 @@ def assembled(parts: dict[str, np.ndarray], what: str) -> sps.csr_array:
     if stored not in _FORMATS:
         raise SceneError(f"{what} is stored in the format {stored[:20]!r}; store it as {', '.join(_FORMATS)}")
     if stored == "coo":
-        row, column = (_index(parts, name, count, data.size, what) for name, count in zip(("row", "col"), size))
+        row, column = (
+            _index(parts, name, count, data.size, what) for name, count in zip(("row", "col"), size, strict=True)
+        )
         return sps.csr_array(sps.coo_array((data.astype(_kind(data)), (row, column)), shape=size))
     along, across = size if stored == "csr" else size[::-1]
     inside = _index(parts, "indices", across, data.size, what)
@@ -117,9 +119,7 @@ def check_size(rows: int, columns: int, entries: int, what: str) -> None:
     if max(rows, columns) > MAX_ROWS:
         raise SceneError(f"{what} has the shape ({rows}, {columns}); at most {MAX_ROWS} degrees of freedom are read")
     if entries > MAX_ENTRIES:
-        raise SceneError(
-            f"{what} has {entries} entries; at most {MAX_ENTRIES} are read, so reduce the structure before"
-        )
+        raise SceneError(f"{what} has {entries} entries; at most {MAX_ENTRIES} are read; reduce the structure")
 
 
 def _kind(data: np.ndarray) -> type:
@@ -137,7 +137,7 @@ def _row(parts: dict[str, np.ndarray], name: str, what: str) -> np.ndarray:
 def _whole(parts: dict[str, np.ndarray], name: str, what: str) -> np.ndarray:
     """Return a part of whole numbers below 2**63."""
     found = _row(parts, name, what)
-    if found.dtype.kind not in "iu" or not found.size and name != "indices":
+    if found.dtype.kind not in "iu" or not found.size:
         raise SceneError(f"the part {name!r} of {what} is of type {found.dtype}; whole numbers are needed")
     if found.size and int(found.max()) > np.iinfo(np.int64).max:
         raise SceneError(f"the part {name!r} of {what} holds {int(found.max())}, which is too large")

@@ -166,7 +166,7 @@ def test_folders_that_are_no_store_are_refused(tmp_path):
     refused("netCDF", small_scene().wanting({"a/b": sf.Max(X)}), store=tmp_path / "s")
     sf.sweep(small_scene(), {"v_b": [0.1]}, store=tmp_path / "s")
     (tmp_path / "s" / "result.nc").write_bytes(b"CDF\x01")
-    refused("result.nc cannot be read", grid={"v_b": [0.1]}, store=tmp_path / "s")
+    refused("result.nc is damaged", grid={"v_b": [0.1]}, store=tmp_path / "s")
 
 
 def test_a_full_disk_is_said_in_a_line(tmp_path, monkeypatch):
