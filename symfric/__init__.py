@@ -4,10 +4,14 @@ The names listed in ``__init__.pyi`` are imported at their first use, so that a 
 designs and orbits.
 """
 
-import lazy_loader
+from symfric.interrupts import leave_at_interrupt
 
-from symfric.model.offering import guarded, offer
-from symfric.model.services import provide
+leave_at_interrupt()  # of the command, before anything else is loaded
+
+import lazy_loader  # noqa: E402
+
+from symfric.model.offering import guarded, offer  # noqa: E402
+from symfric.model.services import provide  # noqa: E402
 
 __version__ = "0.1.0"
 

@@ -4,7 +4,6 @@ import ast
 import math
 import re
 import struct
-from typing import Literal
 
 import numpy as np
 

@@ -18,6 +18,7 @@ BELOW = {
     "errors": set(),
     "array_files": {"errors"},
     "files": set(),
+    "interrupts": set(),
     "locks": set(),
     "time_limit": set(),
     "templates": set(),
@@ -37,7 +38,7 @@ BELOW["identification"] = BELOW["ensemble"] | {"array_files", "ensemble"}
 BELOW["scenefile"] = BELOW["design"] | {"design", "identification"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}
 BELOW["bench"] = BELOW["report"] | {"report"}
-BELOW["cli"] = BELOW["bench"] | {"bench", "export"}
+BELOW["cli"] = BELOW["bench"] | {"bench", "export", "interrupts"}
 BELOW["__main__"] = {"cli"}
 HEAVY = ("matplotlib", "control", "xarray", "heyoka", "IPython", "distributed")
 LINES = 400  # most lines of a file, docstrings apart

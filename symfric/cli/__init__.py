@@ -10,7 +10,7 @@ import click
 from symfric.cli.console import say
 from symfric.cli.streams import hold_closed, safe_streams
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
-from symfric.model.symbols import nearest
+from symfric.interrupts import STATUS, leave_at_interrupt
 
 COMMANDS = {  # name: module and attribute, imported at first use
     "new": "symfric.cli.new:new",
@@ -70,6 +70,8 @@ class Commands(click.Group):
                     raise
                 say(f"Error: cannot write to standard output ({output.failure.strerror})", err=True)
                 raise SystemExit(1) from None
+            finally:
+                leave_at_interrupt()
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names in the order of `COMMANDS`."""
@@ -78,6 +80,8 @@ class Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, or raise with the nearest known name."""
         if cmd_name not in COMMANDS:
+            from symfric.model.symbols import nearest  # slow to import
+
             ctx.fail(f"no command {cmd_name!r}{nearest(cmd_name, COMMANDS)}")
         for name in _THREADS:  # before NumPy is loaded: its threads cost more than they bring on matrices of this size
             os.environ.setdefault(name, "1")
@@ -103,7 +107,9 @@ class Commands(click.Group):
             raise NoAnswer(str(error)) from None
         except KeyboardInterrupt:
             say("interrupted", err=True)
-            return ctx.exit(130)
+            return ctx.exit(STATUS)
+        except MemoryError:
+            raise NoAnswer("not enough memory; take a smaller problem, or fewer values") from None
 
 
 def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool):

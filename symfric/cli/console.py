@@ -14,6 +14,7 @@ import click
 
 from symfric.errors import SceneError
 from symfric.files import write_together, write_whole
+from symfric.interrupts import raise_at_interrupt
 
 Progress = Callable[[str, float], None]
 PATIENCE = 1.0  # time before progress is shown, s
@@ -37,6 +38,7 @@ def print_json(data) -> None:
 
 def write_results(files: Mapping[Path, bytes | str]) -> None:
     """Write result files, either all or none."""
+    raise_at_interrupt()
     try:
         write_together(files)
     except OSError as error:
@@ -87,6 +89,7 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
         if heard.is_set():
             raise KeyboardInterrupt
 
+    raise_at_interrupt()
     ours = threading.current_thread() is threading.main_thread()
     if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield check
@@ -94,6 +97,9 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
     signal.signal(signal.SIGINT, note)
     try:
         yield check
+    except Exception:
+        check()  # an interrupt inside an import may end as another error
+        raise
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -161,6 +167,7 @@ class _Lines:
 
 def writable_folder(path: Path) -> Path:
     """Create a folder and check that a file can be written there."""
+    raise_at_interrupt()
     try:
         if path.exists() and not path.is_dir():
             raise SceneError(f"{path} is a file; name a folder for the results with -o")

@@ -9,6 +9,7 @@ import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 from symfric.errors import SceneError
+from symfric.interrupts import STATUS
 
 FILE = click.Path(path_type=Path)
 
@@ -56,7 +57,7 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
     except KeyboardInterrupt:
         index = _save_index(folder, pages)
         say(f"interrupted; {len(pages)} of {len(wanted)} are finished, see {index}", err=True)
-        raise click.exceptions.Exit(130) from None
+        raise click.exceptions.Exit(STATUS) from None
     index = _save_index(folder, pages)
     if as_json:
         print_json(results)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
+from symfric.interrupts import STATUS
 
 FILE = click.Path(path_type=Path)
 STORE = "store"  # folder of the finished cases, inside the folder of the results
@@ -51,7 +52,7 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
             f"interrupted; {kept} finished cases are kept, go on with: symfric sweep {file} -o {folder} --resume",
             err=True,
         )
-        raise click.exceptions.Exit(130) from None
+        raise click.exceptions.Exit(STATUS) from None
     _write(folder / TABLE, result)
     _report(result, file, folder, time.monotonic() - begin, as_json, quiet)
 

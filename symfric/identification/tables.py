@@ -103,7 +103,7 @@ def _of_text(data: bytes, shown: str) -> tuple[list[str], list[np.ndarray]]:
 
 
 def _rows(data: bytes):
-    """Yield the fields of each line; commas, semicolons, tabs or blanks part them, whichever the first line has most."""
+    """Yield the fields of each line; split at the comma, semicolon or tab that the first has most, else blanks."""
     stream = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig", newline="")
     head = stream.readline()
     marks = [mark for mark in (",", ";", "\t") if mark in head]

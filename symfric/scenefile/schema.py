@@ -1,9 +1,9 @@
 """Sections of a scene file and the types of their keys; errors of pydantic become one line with place and cure."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, ValidationError
-from pydantic_core import ErrorDetails
 
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
@@ -280,7 +280,7 @@ def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ())
     raise SceneError(_one_line(kind, finding, place, extra)) from None
 
 
-def _one_line(kind: type[Section], finding: ErrorDetails, place: str, extra: tuple[str, ...]) -> str:
+def _one_line(kind: type[Section], finding: Mapping[str, Any], place: str, extra: tuple[str, ...]) -> str:
     """Return an error of pydantic as place, problem and cure."""
     where, section = place, kind
     path = list(finding["loc"])
