@@ -106,6 +106,9 @@ class Commands(click.Group):
         except (NotFound, NoRoute, RunFailed) as error:
             raise NoAnswer(str(error)) from None
         except KeyboardInterrupt:
+            exec(
+                ""
+            )  # makes Python forget an interrupt inside generated code, for which it would kill itself at its end
             say("interrupted", err=True)
             return ctx.exit(STATUS)
         except MemoryError:

@@ -1,6 +1,9 @@
 """Write the shipped event loops anew, for the family of processors of this machine: ``python -m symfric.codegen.ship``.
 
-After any change to what a compiled loop does; tests say when.
+After any change to what a compiled loop does; tests say when. With ``--check`` nothing is written: every loop is
+compiled from its sources, and its intermediate code must be that of its file bit for bit, which a file made from other
+sources is not, whatever it says of itself. With ``--made-with`` the versions are printed that made the files, as pip
+takes them: other versions of Python, numba and llvmlite give other code.
 """
 
 import os
@@ -9,22 +12,71 @@ import subprocess
 import sys
 
 from symfric.codegen.loop_loader import LOOPS, optimised, sources
-from symfric.codegen.shipped_loops import write_shipped
+from symfric.codegen.shipped_loops import bitcode, compilers, place, shipped_code, shipped_header, write_shipped
 
+CHECK, MADE_WITH = "--check", "--made-with"
 # No instruction of the intermediate code shall depend on this very processor.
 _FAMILY = {"x86_64": "x86-64-v3", "amd64": "x86-64-v3"}
 
 
-def main() -> None:
+def write() -> None:
     """Compile every loop and write its file."""
     for module in LOOPS:
         path = write_shipped(module, sources(module), *optimised(module))
         print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 
+def check(modules: tuple[str, ...] = LOOPS) -> list[str]:
+    """Compile loops and return a line for each whose file holds other code."""
+    found = []
+    for module in modules:
+        try:
+            made, code = shipped_header(module), shipped_code(module)
+        except (OSError, EOFError, ValueError) as error:
+            found.append(f"{module}: its file cannot be read ({error}); write it anew")
+            continue
+        versions = made.get("made with", {})
+        if versions and versions != compilers():
+            found.append(f"{module}: made with {_listed(versions)}, and this is {_listed(compilers())}; use the former")
+            continue
+        function, text = optimised(module)
+        if made["function"] != function or code != bitcode(text):
+            found.append(f"{module}: its file {place(module).name} holds other code than its sources give")
+        else:
+            print(f"{module}: the same")
+    return found
+
+
+def _listed(versions: dict[str, str]) -> str:
+    return ", ".join(f"{name} {number}" for name, number in versions.items())
+
+
+def made_with() -> str:
+    """Return the compiler packages that made the files, as requirements of pip."""
+    versions = shipped_header(LOOPS[0]).get("made with", {})
+    return " ".join(f"{name}=={number}" for name, number in versions.items() if name != "python")
+
+
+def main(arguments: list[str]) -> int:
+    """Write, check or describe the files; return the exit status."""
+    if arguments == [MADE_WITH]:
+        print(made_with())
+        return 0
+    if arguments == [CHECK]:
+        faults = check()
+        print("\n".join(faults), end="\n" if faults else "", file=sys.stderr)
+        return 1 if faults else 0
+    if arguments:
+        print(f"give nothing, {CHECK} or {MADE_WITH}", file=sys.stderr)
+        return 2
+    write()
+    return 0
+
+
 if __name__ == "__main__":
     family = _FAMILY.get(platform.machine().lower())
     if family and os.environ.get("NUMBA_CPU_NAME") != family:
         chosen = {**os.environ, "NUMBA_CPU_NAME": family, "NUMBA_CPU_FEATURES": ""}
-        sys.exit(subprocess.run([sys.executable, "-m", "symfric.codegen.ship"], env=chosen).returncode)
-    main()
+        command = [sys.executable, "-m", "symfric.codegen.ship", *sys.argv[1:]]
+        sys.exit(subprocess.run(command, env=chosen).returncode)
+    sys.exit(main(sys.argv[1:]))

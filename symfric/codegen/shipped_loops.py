@@ -2,8 +2,8 @@
 
 To compile a loop from its sources takes numba half a minute. Nearly all of it is spent on the way to the optimised
 intermediate code, which is the same for all processors of a family; machine code for the present one takes a second
-more. ``python -m symfric.codegen.ship`` writes the files anew; one that does not belong to the present sources is not
-used.
+more. ``python -m symfric.codegen.ship`` writes the files anew, and with ``--check`` compiles the loops and compares
+them with the files, bit for bit; one that does not belong to the present sources is not used.
 """
 
 import ast
@@ -11,6 +11,7 @@ import hashlib
 import json
 import lzma
 import platform
+from importlib.metadata import version
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -19,6 +20,7 @@ from symfric.codegen.target import target_machine, target_triple
 
 FOLDER = Path(__file__).with_name("shipped")
 _OPTIMISATION = 3  # of the machine code, as numba has it
+_MAX_UNPACKED = 1 << 28  # bytes
 
 
 def shipped_object(module: str, sources: list[Path]) -> bytes | None:
@@ -34,22 +36,37 @@ def shipped_object(module: str, sources: list[Path]) -> bytes | None:
     """
     try:
         known, bitcode = _read(module)
-    except (OSError, EOFError, lzma.LZMAError, ValueError):
+        if known["made for"] != conditions() or known["sources"] != meaning(sources):
+            return None
+        function = known["function"].encode()
+        code = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
+    except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError, AttributeError, RuntimeError):
         return None
-    if known["made for"] != conditions() or known["sources"] != meaning(sources):
-        return None
-    code = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
-    return known["function"].encode() + b"\n" + code
+    return function + b"\n" + code
 
 
-def shipped_header(module: str) -> dict[str, str]:
+def shipped_header(module: str) -> dict:
     """Return what a shipped file says of itself."""
     return _read(module)[0]
 
 
+def shipped_code(module: str) -> bytes:
+    """Return the intermediate code in a shipped file, as bitcode."""
+    return _read(module)[1]
+
+
+def bitcode(text: str) -> bytes:
+    """Return intermediate code as bitcode: the same bytes for the same code, whatever process made it."""
+    return llvm.parse_assembly(text).as_bitcode()
+
+
 def _read(module: str) -> tuple[dict, bytes]:
-    header, _, bitcode = lzma.decompress(place(module).read_bytes()).partition(b"\n")
-    return json.loads(header), bitcode
+    unpacker = lzma.LZMADecompressor(memlimit=_MAX_UNPACKED)
+    content = unpacker.decompress(place(module).read_bytes(), _MAX_UNPACKED)
+    if not unpacker.eof:
+        raise EOFError(module)
+    header, _, code = content.partition(b"\n")
+    return json.loads(header), code
 
 
 def write_shipped(module: str, sources: list[Path], function: str, text: str) -> Path:
@@ -64,8 +81,8 @@ def write_shipped(module: str, sources: list[Path], function: str, text: str) ->
     text : str
         The optimised intermediate code.
     """
-    header = {"function": function, "sources": meaning(sources), "made for": conditions()}
-    content = json.dumps(header).encode() + b"\n" + llvm.parse_assembly(text).as_bitcode()
+    header = {"function": function, "sources": meaning(sources), "made for": conditions(), "made with": compilers()}
+    content = json.dumps(header).encode() + b"\n" + bitcode(text)
     FOLDER.mkdir(exist_ok=True)
     place(module).write_bytes(lzma.compress(content, preset=9 | lzma.PRESET_EXTREME))
     return place(module)
@@ -79,6 +96,12 @@ def place(module: str) -> Path:
 def conditions() -> list[str]:
     """Return what the intermediate code depends on besides the sources: LLVM and the kind of system."""
     return [str(llvm.llvm_version_info[0]), target_triple()]
+
+
+def compilers() -> dict[str, str]:
+    """Return the versions that the intermediate code depends on: those of Python and of the compiler packages."""
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {"python": python, **{name: version(name) for name in ("llvmlite", "numba")}}
 
 
 def meaning(sources: list[Path]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.codegen import shipped_loops
+from symfric.codegen import ship, shipped_loops
 from symfric.codegen.loop_loader import LOOPS, sources, sources_key
 
 LOADED = "import sys, {}; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith('symfric.')), sep=chr(10))"
@@ -117,3 +117,55 @@ def test_a_shipped_loop_that_is_damaged_or_of_other_sources_is_not_used(tmp_path
     shipped_loops.place(loop).write_bytes(content)
     monkeypatch.setattr(shipped_loops, "conditions", lambda: ["1", "another-system"])
     assert shipped_loops.shipped_object(loop, sources(loop)) is None
+
+
+class _Made:
+    """A loop whose intermediate code is a text, for the check of the shipped files."""
+
+    def __init__(self, folder, monkeypatch):
+        self.source, self.text = folder / "loop.py", "define i64 @launch(i64 %x) {\n  ret i64 %x\n}\n"
+        self.source.write_text("LEFT = 1\n")
+        monkeypatch.setattr(shipped_loops, "FOLDER", folder)
+        monkeypatch.setattr(ship, "optimised", lambda _: ("launch", self.text))
+
+    def write(self):
+        return shipped_loops.write_shipped("one.loop", [self.source], "launch", self.text)
+
+
+def test_a_file_with_other_code_than_its_sources_give_is_found_whatever_its_header_says(tmp_path, monkeypatch, capsys):
+    made = _Made(tmp_path, monkeypatch)
+    made.write()
+    assert ship.check(("one.loop",)) == []
+    assert capsys.readouterr().out == "one.loop: the same\n"
+    made.text = made.text.replace("ret i64 %x", "ret i64 7")  # as after a change of the sources
+    (fault,) = ship.check(("one.loop",))
+    assert "other code" in fault
+    monkeypatch.setattr(shipped_loops, "meaning", lambda _: "a hash written without compiling")
+    made.text = made.text.replace("7", "8")
+    content = made.write()
+    made.text = made.text.replace("8", "9")
+    assert len(ship.check(("one.loop",))) == 1
+    content.write_bytes(b"damaged")
+    (fault,) = ship.check(("one.loop",))
+    assert "cannot be read" in fault
+
+
+def test_files_made_with_other_compilers_are_not_compared(tmp_path, monkeypatch):
+    made = _Made(tmp_path, monkeypatch)
+    made.write()
+    monkeypatch.setattr(ship, "compilers", lambda: {"python": "3.99", "llvmlite": "9", "numba": "9"})
+    (fault,) = ship.check(("one.loop",))
+    assert "made with python" in fault
+    assert "python 3.99" in fault
+
+
+@pytest.mark.long
+def test_the_shipped_loops_are_what_their_sources_give():
+    for loop in LOOPS:
+        needs_shipped(loop)
+    made = shipped_loops.shipped_header(LOOPS[0]).get("made with")
+    if made is not None and made != shipped_loops.compilers():
+        pytest.skip("the shipped loops were made with other versions of Python, numba or llvmlite")
+    done = subprocess.run([sys.executable, "-m", "symfric.codegen.ship", "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count(": the same\n") == len(LOOPS)

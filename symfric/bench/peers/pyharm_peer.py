@@ -1,8 +1,10 @@
 """pyHarm's harmonic balance on a forced mass with a Jenkins element."""
 
 import contextlib
+import functools
 import io
 import logging
+import tempfile
 import warnings
 from collections.abc import Callable
 
@@ -23,7 +25,7 @@ _MOST, _PER_HARMONIC = 4096, 256  # samples of a period for the friction
 
 def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Return a function that balances the harmonics at each frequency of the problem."""
-    with _silent():
+    with _silent(), _elsewhere():
         from pyHarm.Maestro import Maestro
 
         made = Maestro(_model(problem, HARMONICS[tolerance]))
@@ -44,7 +46,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
         return float(np.max(np.abs(solution.x[:-1] @ waves)))
 
     def run() -> BenchAnswer:
-        with _silent():
+        with _silent(), _elsewhere():
             return BenchAnswer(tuple(peak(w) for w in problem.frequencies), 0)
 
     return run
@@ -77,6 +79,18 @@ def _model(problem: Problem, harmonics: int) -> dict:
             "force": {"type": "GOForcing", **at, "dto": 0, "ho": 1, "amp": 1.0, "phi": 0.0},
         },
     }
+
+
+@contextlib.contextmanager
+def _elsewhere():
+    """Work in a temporary folder of this process: it writes a folder ``.pyHarm`` into the present one."""
+    with contextlib.chdir(_folder().name):
+        yield
+
+
+@functools.cache
+def _folder() -> "tempfile.TemporaryDirectory[str]":
+    return tempfile.TemporaryDirectory()
 
 
 @contextlib.contextmanager
