@@ -12,7 +12,15 @@ import subprocess
 import sys
 
 from symfric.codegen.loop_loader import LOOPS, optimised, sources
-from symfric.codegen.shipped_loops import bitcode, compilers, place, shipped_code, shipped_header, write_shipped
+from symfric.codegen.shipped_loops import (
+    UNREADABLE,
+    bitcode,
+    compilers,
+    place,
+    shipped_code,
+    shipped_header,
+    write_shipped,
+)
 
 CHECK, MADE_WITH = "--check", "--made-with"
 # No instruction of the intermediate code shall depend on this very processor.
@@ -32,7 +40,7 @@ def check(modules: tuple[str, ...] = LOOPS) -> list[str]:
     for module in modules:
         try:
             made, code = shipped_header(module), shipped_code(module)
-        except (OSError, EOFError, ValueError) as error:
+        except UNREADABLE as error:
             found.append(f"{module}: its file cannot be read ({error}); write it anew")
             continue
         versions = made.get("made with", {})

@@ -21,6 +21,8 @@ from symfric.codegen.target import target_machine, target_triple
 FOLDER = Path(__file__).with_name("shipped")
 _OPTIMISATION = 3  # of the machine code, as numba has it
 _MAX_UNPACKED = 1 << 28  # bytes
+#: What a damaged file leads to.
+UNREADABLE = OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError, AttributeError, RuntimeError
 
 
 def shipped_object(module: str, sources: list[Path]) -> bytes | None:
@@ -40,7 +42,7 @@ def shipped_object(module: str, sources: list[Path]) -> bytes | None:
             return None
         function = known["function"].encode()
         code = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
-    except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError, AttributeError, RuntimeError):
+    except UNREADABLE:
         return None
     return function + b"\n" + code
 
