@@ -151,8 +151,15 @@ def _index(parts: dict[str, np.ndarray], name: str, count: int, entries: int, wh
         raise SceneError(f"{what} has {entries} data and {found.size} {name}; one is needed for each entry")
     if not entries:
         return np.zeros(0, np.int64)
-    found = _whole(parts, name, what)
-    if found.min() < 0 or found.max() >= count:
-        strange = int(found[(found < 0) | (found >= count)][0])
-        raise SceneError(f"{what}: the part {name!r} holds {strange}; it must be from 0 to {count - 1}")
-    return found
+    return index_of_entries(_whole(parts, name, what), count, f"the part {name!r} of {what}")
+
+
+def index_of_entries(found: np.ndarray, count: int, what: str) -> np.ndarray:
+    """Return rows or columns of entries, counted from 0, as whole numbers; raise unless all are below `count`."""
+    bad = np.flatnonzero(~((found >= 0) & (found < count) & (found == np.floor(found))))
+    if bad.size:
+        raise SceneError(
+            f"{what}: entry number {bad[0] + 1} is in the row or column {found[bad[0]]:g}, counted from 0; there are "
+            f"{count}"
+        )
+    return found.astype(np.int64)
