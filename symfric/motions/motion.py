@@ -74,10 +74,12 @@ class Motion:
             raise SceneError(f"the samples of {self.name} are no numbers; give a row of accelerations") from None
         if samples.ndim != 1 or samples.size < 2:
             raise SceneError(f"{self.name} has samples of shape {samples.shape}; give a row of at least two")
-        if not np.all(np.isfinite(samples)):
-            raise SceneError(f"sample {int(np.flatnonzero(~np.isfinite(samples))[0])} of {self.name} is not finite")
         if factor != 1.0:
-            samples *= factor
+            with np.errstate(over="ignore"):
+                samples *= factor
+        if not np.all(np.isfinite(samples)):
+            number = int(np.flatnonzero(~np.isfinite(samples))[0])
+            raise SceneError(f"sample {number} of {self.name} is not finite in m/s^2")
         samples.setflags(write=False)
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "unit", "m/s^2")

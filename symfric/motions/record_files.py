@@ -64,7 +64,7 @@ def read_lines(path: str | Path) -> Lines:
     if strange:
         line = data.count(b"\n", 0, strange.start()) + 1
         raise SceneError(f"{name}, line {line}: is binary; export the record as text")
-    text = data.rstrip(b"\x1a").decode("utf-8-sig" if data.startswith(b"\xef\xbb\xbf") else "latin-1")
+    text = data.rstrip(b"\x1a").decode("utf-8-sig" if data.startswith(b"\xef\xbb\xbf") else "latin-1", "replace")
     return Lines(name, re.split(r"\r*\n|\r", text))
 
 
