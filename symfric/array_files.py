@@ -63,16 +63,13 @@ def _is_shape(shape: object) -> bool:
 
 def _kind(said: object, what: str) -> np.dtype:
     """Return the type of an array: numbers, text, or a row of named ones."""
+    named = isinstance(said, list)
     fields = said if isinstance(said, list) else [("", said)]
-    plain = [
-        field
-        for field in fields
-        if isinstance(field, tuple) and len(field) == 2 and all(isinstance(part, str) for part in field)
-    ]
-    known = [field for field in plain if (match := _PLAIN.fullmatch(field[1])) and int(match[2])]
+    known = [(str(f[0]), str(f[1])) for f in fields[:_MAX_FIELDS] if isinstance(f, tuple) and len(f) == 2]
+    matches = [_PLAIN.fullmatch(kind) for _, kind in known]
     try:
-        if known and len(known) == len(fields) <= _MAX_FIELDS:
-            return np.dtype(known if isinstance(said, list) else known[0][1])
+        if known and len(known) == len(fields) and all(m is not None and int(m[2]) for m in matches):
+            return np.dtype(known) if named else np.dtype(known[0][1])
     except (TypeError, ValueError):  # a size that no number has, or a name twice
         pass
     raise SceneError(f"{what} is no array of numbers or names (Python objects are not read); save it as such")

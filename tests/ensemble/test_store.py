@@ -2,8 +2,11 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +16,7 @@ from small_sweep import X, shaken, small_grid, small_scene
 
 import symfric as sf
 from symfric.ensemble.grid import fingerprint
+from symfric.ensemble.store import Store
 
 KILLS = """
 import multiprocessing, os, random, signal, sys, time
@@ -182,3 +186,66 @@ def test_the_fingerprint_sees_a_sample():
     scene = shaken()
     signal = sf.Signal(np.array([0.0, 1e-300]), 1.0)
     assert fingerprint(scene) != fingerprint(replace(scene, inputs={"a_g": signal}))
+
+
+def brief(horizon=5.0):
+    base = sf.scenes.coulomb_oscillator(0.1, horizon=horizon)
+    return base.wanting({"top": sf.Max(base.system.q[0])}), {"delta": [0.05, 0.1, 0.15]}
+
+
+def test_a_flipped_bit_of_the_result_is_said_wherever_it_is(tmp_path):
+    right = sf.sweep(*brief(), store=tmp_path / "s")
+    place = tmp_path / "s" / "result.nc"
+    whole, rnd = place.read_bytes(), np.random.default_rng(5)
+    for at in [0, len(whole) - 1, whole.index(b"sha256:") + 2, *rnd.integers(0, len(whole), 60)]:
+        changed = bytearray(whole)
+        changed[at] ^= 1 << int(rnd.integers(8))
+        place.write_bytes(changed)
+        refused("damaged or of another sweep", *brief(), store=tmp_path / "s")
+    for changed in (b"", whole[:-1], whole + b"\0", whole.replace(b"sha256:", b"")):
+        place.write_bytes(changed)
+        refused("damaged or of another sweep", *brief(), store=tmp_path / "s")
+    place.write_bytes(whole)
+    assert right.identical(sf.sweep(*brief(), store=tmp_path / "s"))
+    place.unlink()  # the cure that the message names
+    assert right.identical(sf.sweep(*brief(), store=tmp_path / "s"))
+
+
+def test_files_of_another_sweep_are_not_taken_for_its_own(tmp_path, monkeypatch):
+    right = sf.sweep(*brief(), store=tmp_path / "s")
+    sf.sweep(*brief(horizon=0.5), store=tmp_path / "other")
+    (tmp_path / "s" / "result.nc").write_bytes((tmp_path / "other" / "result.nc").read_bytes())
+    refused("of another sweep", *brief(), store=tmp_path / "s")
+    (tmp_path / "s" / "result.nc").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "finish", lambda self, _: self.close())
+        sf.sweep(*brief(horizon=0.5), store=tmp_path / "third")
+    (cases,) = (tmp_path / "third").glob("cases-*.bin")
+    (tmp_path / "s" / cases.name).write_bytes(cases.read_bytes())
+    assert right.identical(sf.sweep(*brief(), store=tmp_path / "s"))
+
+
+def test_two_sweeps_that_begin_at_once_do_not_share_a_store(tmp_path):
+    abouts = [{"sweep": str(k), "code": "1"} for k in range(8)]
+    gate = threading.Barrier(len(abouts))
+
+    def claim(about):
+        gate.wait()
+        try:
+            return Store(tmp_path / "s", about, 1)._identity
+        except sf.SceneError as error:
+            return str(error)
+
+    for turn in range(10):
+        with ThreadPoolExecutor(len(abouts)) as pool:
+            found = list(pool.map(claim, abouts))
+        assert sum("another sweep" in f for f in found) == len(abouts) - 1, (turn, found)
+        shutil.rmtree(tmp_path / "s")
+
+
+def test_two_processes_may_finish_one_sweep(tmp_path):
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: sf.sweep(*brief(), store=tmp_path / "s", jobs=1), range(4)))
+    assert all(f.identical(found[0]) for f in found)
+    assert found[0].identical(sf.sweep(*brief(), store=tmp_path / "s"))
+    assert not list((tmp_path / "s").glob("*.part"))

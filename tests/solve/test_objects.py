@@ -275,3 +275,27 @@ def test_several_processes_share_a_folder_that_is_too_small(folder):
         assert (process.returncode, errors) == (0, "")
     assert sizes(folder) <= 0.25 * 2**20 + 4 * 20_032
     assert not list(folder.glob("*.part"))
+
+
+def test_an_object_under_the_name_of_another_is_not_loaded(folder):
+    object_cache.store("one", b"code")
+    object_cache.store("other", b"other code")
+    (folder / "one.o").write_bytes((folder / "other.o").read_bytes())
+    assert object_cache.load("one") is None
+    assert object_cache.load("other") == b"other code"
+    object_cache.store("one", b"code")  # as after compiling it again
+    assert object_cache.load("one") == b"code"
+
+
+@pytest.mark.parametrize("obstacle", ["a file", "a broken link", "a file above"])
+def test_a_folder_that_cannot_be_made_keeps_nothing_and_raises_nothing(folder, monkeypatch, obstacle):
+    if obstacle == "a file":
+        folder.write_text("")
+    elif obstacle == "a broken link":
+        folder.symlink_to(folder.with_name("nowhere"))
+    else:
+        folder.write_text("")
+        monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(folder / "deeper"))
+    object_cache.store("key", b"code")
+    assert object_cache.load("key") is None
+    assert not folder.with_name("nowhere").exists()

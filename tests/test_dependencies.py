@@ -1,0 +1,66 @@
+"""Whatever the package imports is declared: in the dependencies, or in the extra that its part needs."""
+
+import ast
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import symfric
+
+ROOT = Path(symfric.__file__).parent
+PROJECT = Path(__file__).parents[1] / "pyproject.toml"
+IMPORTED_AS = {"pyharm-os": "pyharm", "scikit-sundae": "sksundae", "salib": "salib"}
+PARTS = {  # extras beside the dependencies of a part of the package
+    "bench/peers": {"bench"},
+    "report/explorer": {"explore"},
+    "cli/explore.py": {"explore"},
+    "ensemble": {"distributed", "sensitivity"},
+}
+PART_OF = {"mpl_toolkits": "matplotlib"}
+
+
+def declared():
+    """Return the modules of the dependencies and of each extra."""
+    project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
+
+    def modules(requirements):
+        names = {re.match(r"[\w.-]+", r)[0].lower() for r in requirements}
+        return {IMPORTED_AS.get(n, n).replace("-", "_") for n in names}
+
+    extras = {name: modules(r) for name, r in project["optional-dependencies"].items()}
+    return modules(project["dependencies"]), extras
+
+
+def imported(path):
+    """Yield the packages that a file imports, inside functions too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (a.name.split(".")[0] for a in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module.split(".")[0]
+
+
+def undeclared(path, place):
+    needed, extras = declared()
+    allowed = set(needed)
+    for part, names in PARTS.items():
+        if place == part or place.startswith(part + "/"):
+            allowed |= set().union(*(extras[name] for name in names))
+    others = {n for n in imported(path) if n not in sys.stdlib_module_names and n != "symfric"}
+    return {n for n in others if PART_OF.get(n, n).lower() not in allowed}
+
+
+def test_every_import_is_declared():
+    found = {}
+    for path in sorted(ROOT.rglob("*.py")):
+        place = path.relative_to(ROOT).as_posix()
+        if strange := undeclared(path, place):
+            found[place] = strange
+    assert found == {}
+
+
+def test_the_test_would_see_an_import_that_is_not_declared(tmp_path):
+    (tmp_path / "a.py").write_text("def f():\n    import pandas.core\n    from bokeh import models\n    import numpy\n")
+    assert undeclared(tmp_path / "a.py", "solve/a.py") == {"pandas", "bokeh"}
+    assert undeclared(tmp_path / "a.py", "report/explorer/a.py") == {"pandas"}
