@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import symfric
@@ -20,6 +21,7 @@ PARTS = {  # extras beside the dependencies of a part of the package
 PART_OF = {"mpl_toolkits": "matplotlib"}
 
 
+@cache
 def declared():
     """Return the modules of the dependencies and of each extra."""
     project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]

@@ -197,7 +197,7 @@ def test_a_flipped_bit_of_the_result_is_said_wherever_it_is(tmp_path):
     right = sf.sweep(*brief(), store=tmp_path / "s")
     place = tmp_path / "s" / "result.nc"
     whole, rnd = place.read_bytes(), np.random.default_rng(5)
-    for at in [0, len(whole) - 1, whole.index(b"sha256:") + 2, *rnd.integers(0, len(whole), 60)]:
+    for at in [0, len(whole) - 1, whole.index(b"sha256:") + 2, *rnd.integers(0, len(whole), 20)]:
         changed = bytearray(whole)
         changed[at] ^= 1 << int(rnd.integers(8))
         place.write_bytes(changed)
@@ -232,7 +232,7 @@ def test_two_sweeps_that_begin_at_once_do_not_share_a_store(tmp_path):
     def claim(about):
         gate.wait()
         try:
-            return Store(tmp_path / "s", about, 1)._identity
+            return Store(tmp_path / "s", about, 1)._identity.decode()
         except sf.SceneError as error:
             return str(error)
 
