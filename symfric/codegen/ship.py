@@ -62,7 +62,7 @@ def _listed(versions: dict[str, str]) -> str:
 def made_with() -> str:
     """Return the compiler packages that made the files, as requirements of pip."""
     versions = shipped_header(LOOPS[0]).get("made with", {})
-    return " ".join(f"{name}=={number}" for name, number in versions.items() if name != "python")
+    return " ".join(f"{name}=={number}" for name, number in versions.items() if name != "python") or "llvmlite numba"
 
 
 def main(arguments: list[str]) -> int:

@@ -129,7 +129,8 @@ class Identify(Section):
     Attributes
     ----------
     record
-        Path of a table with a column t, beside the scene file.
+        Path of a table beside the scene file, times in its first column: a text with a line of names, or an array in a
+        file .npy, whose columns are called t, c1, c2, ... unless its fields have names.
     unknowns
         Bounds of each value to fit; ``"NAME.offset"`` and the like for those of a column.
     observed
