@@ -32,7 +32,7 @@ MODULES = [
         "symfric.report.study",
         "symfric.report.study.page",
         "matplotlib",
-        "matplotlib.pyplot",
+        "matplotlib.figure",
         "jinja2",
         "llvmlite.binding",
     ),
