@@ -5,8 +5,9 @@ from symfric.structures.brake import Brake, disc_and_pad
 from symfric.structures.complex_modes import ComplexModes
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.files import read, write
-from symfric.structures.flutter import Critical, Flutter, flutter
+from symfric.structures.flutter import Flutter, flutter
 from symfric.structures.flutter_map import FlutterMap, flutter_map
+from symfric.structures.followed_crossings import Critical
 from symfric.structures.makers import beam, chain, ziegler
 from symfric.structures.onset import LiftOff, Onset, onset
 from symfric.structures.real_modes import Modes

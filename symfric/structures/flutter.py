@@ -1,51 +1,29 @@
-"""Flutter of structures with friction: eigenvalues over mu, and where a mode begins to grow.
+"""Flutter and divergence of structures with friction: eigenvalues over mu, and where a mode begins to grow.
 
-Without damping two modes merge: their squares ``theta = -lambda^2`` meet as a double root. ``(theta_1 - theta_2)^2`` is
-the discriminant of the pair, a smooth function of mu that changes its sign there, while the eigenvalues themselves have
-a branch point (Seyranian and Mailybaev, Multiparameter Stability Theory, 2003, chapter 2). With damping the real part
-of one eigenvalue passes zero. Either is found by root finding on the full matrices, not read from a grid.
+Divergence, a real eigenvalue through zero, is a zero of the determinant of ``K + mu F``. Flutter, a complex pair through
+the imaginary axis, is sought among all eigenvalues of a small structure, and along the modes followed of a large one.
+Either is located on the full matrices, not read from a grid.
 """
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from symfric.errors import SceneError
 from symfric.model.notebook import html_table
 from symfric.model.symbols import finite
 from symfric.structures.complex_modes import eigenpairs, shift_of
+from symfric.structures.crossings import Crossing, crossings
+from symfric.structures.divergence import Divergence, divergences
+from symfric.structures.followed_crossings import Critical, FollowedSearch
 from symfric.structures.structure import Structure
-from symfric.structures.tracking import Followed, assurance, follow
+from symfric.structures.tracking import Followed, follow
 
 _GRID = 33  # values of mu to begin with
-_NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
-_TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
-
-
-class Critical(NamedTuple):
-    """A value of mu at which a mode begins to grow.
-
-    Attributes
-    ----------
-    mu, omega : float
-        omega is 0 where the structure diverges without vibration.
-    pair : (int, int)
-        Rows of `Flutter.eigenvalues` of the mode that grows and of the one that it merges with, or comes nearest to.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> found = sf.structures.flutter(sf.structures.ziegler(), mu=(0, 4), count=2)
-    >>> round(found.critical[0].mu, 6)
-    2.085786
-    """
-
-    mu: float
-    omega: float
-    pair: tuple[int, int]
+_WHOLE = 60  # degrees of freedom up to which all eigenvalues are searched
+_STEPS = 16  # of that search to begin with
+_ON = 1e-4  # of the largest eigenvalue: distance of a followed mode from a point that it belongs to
+_SAME = 1e-9  # of the range of mu: points that are one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,7 +37,7 @@ class Flutter:
     eigenvalues : ndarray of complex, shape (count, n_mu)
         Each row one mode, followed by its shape.
     critical : tuple of Critical
-        Where growth begins, by increasing mu; each unpacks as (mu, omega, pair).
+        Where growth begins, by increasing mu; each unpacks as (mu, omega, pair) and has a `kind`, flutter or divergence.
     regained : tuple of Critical
         Where growth ends.
     shapes : ndarray of complex, shape (len(critical), n)
@@ -166,8 +144,12 @@ def flutter(
 
     Notes
     -----
-    A change that begins and ends between two values of the grid is looked for where the discriminant of a pair, or the
-    decay of a mode, has a small minimum.
+    Divergence is found whatever modes are followed, from the determinant of ``K + mu F``. Of a structure of up to 60
+    degrees of freedom all eigenvalues are followed for flutter, through steps halved until each is resolved; with `count`
+    smaller than the structure what is reported lies no farther from `near` than the modes followed. Of a larger
+    structure only these modes are known: flutter of any other is not seen, and flutter that begins and ends between two
+    values of the grid only where the discriminant of a pair, or the decay of a mode, has a small minimum on it. Divergence
+    of a larger structure that has a rigid motion without stiffness is not seen.
 
     Examples
     --------
@@ -194,173 +176,76 @@ def flutter(
         raise SceneError(f"grid is {grid!r}; give a whole number from 2")
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise SceneError(f"count is {count!r}; give a whole number from 1")
-    seen = follow(structure, np.linspace(low, high, grid), min(count, structure.n), shift_of(near))
-    search = _Search(structure, seen)
-    onsets, ends = search.changes()
-    shapes = [search.shape_at(point) for point in onsets]
+    modes, point = min(count, structure.n), shift_of(near)
+    static = divergences(structure, low, high)
+    whole = structure.n <= _WHOLE
+    vibrating = crossings(structure, low, high, max(_STEPS, grid - 1)) if whole else []
+    mus = _with(np.linspace(low, high, grid), [e.mu for e in (*static, *vibrating)])
+    seen = follow(structure, mus, modes, point)
+    found = [(_static(e, seen), e.begins) for e in static]
+    if whole:
+        chosen = [e for e in vibrating if modes == structure.n or _belongs(e, seen, point)]
+        found += [(_vibrating(e, seen), e.begins) for e in chosen]
+    else:
+        found += FollowedSearch(structure, seen).over()
+    onsets, ends = _distinct(found, _SAME * (high - low))
+    still = {e.mu: e.shape for e in static}
+    shapes = [_shape(structure, p, still) for p in onsets]
     array = np.array(shapes) if shapes else np.zeros((0, structure.n), complex)
     return Flutter(seen.mu, seen.values, tuple(onsets), tuple(ends), array, structure.names)
 
 
-class _Search:
-    """The search for changes of stability along followed modes."""
-
-    def __init__(self, structure: Structure, seen: Followed):
-        self.structure, self.seen, self.damped = structure, seen, structure.C is not None
-        self.size = float(np.max(np.abs(seen.values))) or 1.0
-
-    def changes(self) -> tuple[list[Critical], list[Critical]]:
-        """Return where growth begins and where it ends."""
-        points = self._damped_changes() if self.damped else self._undamped_changes()
-        onsets: list[Critical] = []
-        ends: list[Critical] = []
-        for point, begins in sorted(points, key=lambda e: e[0].mu):
-            known = onsets if begins else ends
-            if not any(abs(p.mu - point.mu) <= 1e-9 * max(1.0, abs(p.mu)) and {*p.pair} & {*point.pair} for p in known):
-                known.append(point)
-        return onsets, ends
-
-    def shape_at(self, point: Critical) -> np.ndarray:
-        """Return the shape that begins to grow."""
-        return eigenpairs(self.structure.pencil(point.mu), 1, 1j * point.omega)[1][:, 0]
-
-    # With damping: the real part of one eigenvalue
-
-    def _damped_changes(self) -> list[tuple[Critical, bool]]:
-        mu, values, found = self.seen.mu, self.seen.values, []
-        for i, row in enumerate(values):
-            growth = row.real
-            for k in range(mu.size - 1):
-                if (growth[k] > 0) != (growth[k + 1] > 0):
-                    found += self._crossing(i, k, mu[k], mu[k + 1], growth[k + 1] > 0)
-            for k in range(1, mu.size - 1):
-                a, b, c = growth[k - 1 : k + 2]
-                if b < 0 and a < b > c and b > _TURN * min(a, c):
-                    found += self._hidden(i, k)
-        for i, j, k in self._near_pairs(values.real > 0):
-            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
-            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
-            growth_of = lambda e, i=i, j=j, k=k: float(np.max((1j * np.sqrt(self._pair(i, j, k, e))).real))  # noqa: E731
-            if growth_of(best.x) > 0:
-                for low, high, begins in ((mu[k - 1], best.x, True), (best.x, mu[k + 1], False)):
-                    root = _root(growth_of, low, high)
-                    if root is not None:
-                        omega = float(np.mean(np.sqrt(self._pair(i, j, k, root)).real))
-                        found.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
-        return found
-
-    def _value(self, i: int, k: int, mu: float) -> complex:
-        """Return eigenvalue i near grid point k at another mu: the one of the most similar shape among the nearest."""
-        at, values = self.seen.mu, self.seen.values
-        side = min(k + 1, at.size - 1) if mu >= at[k] else max(k - 1, 0)
-        part = 0.0 if at[side] == at[k] else (mu - at[k]) / (at[side] - at[k])
-        guess = values[i, k] + part * (values[i, side] - values[i, k])
-        new, shapes = eigenpairs(self.structure.pencil(mu), min(4, self.structure.n), guess)
-        known = np.column_stack([self.seen.shapes[k][:, i], self.seen.shapes[side][:, i]])
-        like = np.max(assurance(self.structure.M, known, shapes), axis=0)
-        spread = max(float(np.max(np.abs(new - guess))), 1e-300)
-        return complex(new[np.argmax(like - 0.5 * np.abs(new - guess) / spread)])
-
-    def _crossing(self, i: int, k: int, low: float, high: float, begins: bool) -> list[tuple[Critical, bool]]:
-        root = _root(lambda e: self._value(i, k, e).real, low, high)
-        if root is None:
-            return []
-        value = self._value(i, k, root)
-        others = np.abs(self.seen.values[:, k].imag - value.imag)
-        others[i] = np.inf
-        partner = int(np.argmin(others)) if others.size > 1 else i
-        return [(Critical(root, abs(value.imag), (i, partner)), begins)]
-
-    def _hidden(self, i: int, k: int) -> list[tuple[Critical, bool]]:
-        """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
-        decay = lambda e: -self._value(i, k, e).real  # noqa: E731
-        low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
-        best = minimize_scalar(decay, bounds=(low, high), method="bounded", options={"maxiter": 20})
-        if best.fun >= 0:
-            return []
-        return self._crossing(i, k, low, best.x, True) + self._crossing(i, k, best.x, high, False)
-
-    # Without damping: the discriminant of a pair
-
-    def _undamped_changes(self) -> list[tuple[Critical, bool]]:
-        mu, values, found = self.seen.mu, self.seen.values, []
-        growing = np.abs(values.real) > _NEUTRAL * self.size
-        for k in range(mu.size - 1):
-            for i in range(len(values)):
-                if growing[i, k] == growing[i, k + 1]:
-                    continue
-                begins = bool(growing[i, k + 1])
-                inside = k + 1 if begins else k
-                if abs(values[i, inside].imag) <= _NEUTRAL * self.size:
-                    found += self._divergence(i, k, begins)
-                    continue
-                j = int(np.argmin(np.abs(values[:, inside] + values[i, inside].conj())))
-                found += self._merging(i, j, k, mu[k], mu[k + 1], k if begins else k + 1, begins)
-        return found + self._short_changes(growing)
-
-    def _pair(self, i: int, j: int, k: int, mu: float) -> np.ndarray:
-        """Return the squares ``-lambda^2`` of the pair whose space at grid point k the modes i, j span, shape (2,)."""
-        known = np.linalg.qr(self.seen.shapes[k][:, [i, j]])[0]
-        middle = 1j * float(np.sqrt(np.mean(np.abs(self.seen.values[[i, j], k]) ** 2))) * (1 + 1e-4)
-        new, shapes = eigenpairs(self.structure.pencil(mu), min(5, self.structure.n), middle)
-        like = np.linalg.norm(known.conj().T @ shapes, axis=0)
-        apart = np.abs(np.abs(new) - middle.imag) / middle.imag
-        return -(new[np.argsort(apart - like, kind="stable")[:2]] ** 2)
-
-    def _discriminant(self, i: int, j: int, k: int, mu: float) -> float:
-        a, b = self._pair(i, j, k, mu)
-        return float(((a - b) ** 2).real)
-
-    def _merging(self, i, j, k, low, high, stable, begins) -> list[tuple[Critical, bool]]:
-        if i == j:
-            return []
-        root = _root(lambda e: self._discriminant(i, j, stable, e), low, high)
-        if root is None:
-            return []
-        mean = float(np.mean(self._pair(i, j, stable, root).real))
-        return [(Critical(root, float(np.sqrt(max(mean, 0.0))), (min(i, j), max(i, j))), begins)]
-
-    def _divergence(self, i: int, k: int, begins: bool) -> list[tuple[Critical, bool]]:
-        """Return where the least square passes zero."""
-
-        def least(mu: float) -> float:
-            new, _ = eigenpairs(self.structure.pencil(mu), 1, 0j)
-            return float(-(new[0] ** 2).real)
-
-        root = _root(least, self.seen.mu[k], self.seen.mu[k + 1])
-        return [] if root is None else [(Critical(root, 0.0, (i, i)), begins)]
-
-    def _short_changes(self, growing: np.ndarray) -> list[tuple[Critical, bool]]:
-        """Return flutter that begins and ends between two grid points, where the discriminant of a pair is least."""
-        mu, found, least = self.seen.mu, [], (1e-9 * self.size**2) ** 2
-        for i, j, k in self._near_pairs(growing):
-            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
-            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
-            if best.fun < -least:
-                found += self._merging(i, j, k, mu[k - 1], best.x, k, True)
-                found += self._merging(i, j, k, best.x, mu[k + 1], k, False)
-        return found
-
-    def _near_pairs(self, growing: np.ndarray) -> Iterator[tuple[int, int, int]]:
-        """Yield pairs of modes and grid points where they come near to each other and neither grows."""
-        squares = (self.seen.values**2).real
-        for k in range(1, self.seen.mu.size - 1):
-            order = np.argsort(squares[:, k])
-            for i, j in zip(order[:-1].tolist(), order[1:].tolist(), strict=True):
-                if growing[[i, j], k - 1 : k + 2].any():
-                    continue
-                a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
-                if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (1e-9 * self.size**2) ** 2:
-                    yield i, j, k
+def _with(grid: np.ndarray, points: list[float]) -> np.ndarray:
+    """Return a grid with some points more, those of the grid beside them left out."""
+    width = _SAME * (grid[-1] - grid[0])
+    inner = [mu for mu in sorted(set(points)) if np.min(np.abs(grid - mu)) > width]
+    return np.sort(np.concatenate([grid, inner]))
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return a zero between two ends of different signs, None if they are not."""
-    ends = function(low), function(high)
-    if ends[0] == 0:
-        return float(low)
-    if ends[1] == 0:
-        return float(high)
-    if ends[0] * ends[1] > 0:
-        return None
-    return float(brentq(function, low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=4 * np.finfo(float).eps))
+def _column(seen: Followed, mu: float) -> np.ndarray:
+    """Return the eigenvalues followed at the value of mu nearest to one."""
+    return seen.values[:, int(np.argmin(np.abs(seen.mu - mu)))]
+
+
+def _belongs(crossing: Crossing, seen: Followed, near: complex) -> bool:
+    """Return whether a crossing is no farther from `near` than the modes followed."""
+    values = _column(seen, crossing.mu)
+    reach = np.max(np.abs(values - near)) + _ON * np.max(np.abs(seen.values))
+    return bool(abs(1j * crossing.omega - near) <= reach)
+
+
+def _vibrating(crossing: Crossing, seen: Followed) -> Critical:
+    values = _column(seen, crossing.mu)
+    first = int(np.argmin(np.abs(values - 1j * crossing.omega)))
+    apart = np.abs(values - 1j * crossing.omega) if crossing.merging else np.abs(values.imag - crossing.omega)
+    apart[first] = np.inf
+    second = int(np.argmin(apart)) if values.size > 1 else first
+    pair = (min(first, second), max(first, second)) if crossing.merging else (first, second)
+    return Critical(crossing.mu, crossing.omega, pair)
+
+
+def _static(passage: Divergence, seen: Followed) -> Critical:
+    values = np.abs(_column(seen, passage.mu))
+    row = int(np.argmin(values))
+    if values[row] > _ON * np.max(np.abs(seen.values)):
+        row = -1
+    return Critical(passage.mu, 0.0, (row, row))
+
+
+def _distinct(found: list[tuple[Critical, bool]], width: float) -> tuple[list[Critical], list[Critical]]:
+    """Return where growth begins and where it ends, each once, by increasing mu."""
+    onsets: list[Critical] = []
+    ends: list[Critical] = []
+    for point, begins in sorted(found, key=lambda e: e[0].mu):
+        known = onsets if begins else ends
+        if not any(abs(p.mu - point.mu) <= width and abs(p.omega - point.omega) <= _ON * p.omega for p in known):
+            known.append(point)
+    return onsets, ends
+
+
+def _shape(structure: Structure, point: Critical, still: dict[float, np.ndarray]) -> np.ndarray:
+    """Return the shape that begins to grow."""
+    if point.kind == "divergence":
+        shape = still[point.mu]
+        return shape.astype(complex) * np.sign(shape[np.argmax(np.abs(shape))])
+    return eigenpairs(structure.pencil(point.mu), 1, 1j * point.omega)[1][:, 0]

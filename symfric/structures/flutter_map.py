@@ -7,7 +7,8 @@ import numpy as np
 
 from symfric.model.notebook import html_table
 from symfric.model.symbols import finite
-from symfric.structures.flutter import Critical, Flutter, flutter
+from symfric.structures.flutter import Flutter, flutter
+from symfric.structures.followed_crossings import Critical
 from symfric.structures.structure import Structure
 
 

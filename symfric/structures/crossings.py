@@ -1,0 +1,305 @@
+"""Where eigenvalues cross the imaginary axis away from zero: all of a small structure, over a range of mu.
+
+The state matrix ``A0 + mu A1`` is linear in mu. With the left and right eigenvectors at one mu the matrix ``Phi = Y^H A1 X``
+gives the derivatives of all eigenvalues (its diagonal), and ``h sqrt|Phi_ij Phi_ji|`` how far two of them can push each
+other over a step h (Kato, Perturbation Theory for Linear Operators, II.2). A step is halved until every eigenvalue on it
+is the cubic through its ends, to a small part of its distance from the axis. Nothing is read from a grid, so that growth
+that begins and ends within a step is found.
+
+Without damping eigenvalues lie on the axis, and a pair leaves it by merging. Mean and discriminant ``(v_1 - v_2)^2`` of
+the pair are smooth there, while the eigenvalues have a branch point (Seyranian and Mailybaev, Multiparameter Stability
+Theory, 2003, chapter 2).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as sla
+from scipy.optimize import brentq, linear_sum_assignment
+
+from symfric.structures.structure import Structure
+
+_SKEW = 1e-13  # of the largest entry: asymmetry that is rounding
+_SHORT = 1e-10  # of the range: a step that is not halved any more
+_MOST = 6000  # eigenvalue problems in one search
+_FLOOR = 1e-13  # of the largest eigenvalue: growth that is rounding
+_REAL = 1e-7  # of the largest eigenvalue: distance from the real axis that is rounding of a double one
+_APART = 2.0  # of their influence on each other: distance at which two eigenvalues are smooth each for itself
+_SURE = 2.0  # of the error estimate: distance from the axis
+_LOW = 1e-7  # of the largest frequency: what is slower is divergence
+_PATH = np.linspace(0.0, 1.0, 11)
+
+
+class Crossing(NamedTuple):
+    """One crossing of the axis.
+
+    Attributes
+    ----------
+    mu, omega : float
+        omega > 0.
+    begins : bool
+        Whether growth begins, and does not end.
+    merging : bool
+        Whether two modes merge, without damping.
+    """
+
+    mu: float
+    omega: float
+    begins: bool
+    merging: bool
+
+
+class _Node(NamedTuple):
+    mu: float
+    values: np.ndarray
+    change: np.ndarray  # derivatives by mu
+    push: np.ndarray  # sqrt|Phi_ij Phi_ji|
+
+
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """``A0 + mu A1`` with what its eigenvalues stand for: lambda, or without damping ``-lambda^2`` or ``lambda/i``."""
+
+    A0: np.ndarray
+    A1: np.ndarray
+    kind: str
+
+    def node(self, mu: float) -> _Node:
+        values, left, right = sla.eig(self.A0 + mu * self.A1, left=True, right=True)
+        own = np.sum(left.conj() * right, axis=0)
+        own = np.where(np.abs(own) > 1e-300, own, 1e-300)
+        inside = left.conj().T @ (self.A1 @ right) / own[:, None]
+        push = np.sqrt(np.abs(inside * inside.T))
+        np.fill_diagonal(push, 0.0)
+        turn = -1j if self.kind == "gyroscopic" else 1.0
+        return _Node(mu, turn * values, turn * np.diag(inside), push)
+
+    def omega(self, value: float) -> float:
+        return float(np.sqrt(max(value, 0.0))) if self.kind == "squares" else float(value)
+
+
+def crossings(structure: Structure, low: float, high: float, steps: int) -> list[Crossing]:
+    """Return where eigenvalues cross the imaginary axis away from zero, by increasing mu.
+
+    Parameters
+    ----------
+    structure : Structure
+        With a friction matrix; its eigenvalue problems are solved as dense ones.
+    low, high : float
+        Range of mu, its ends included.
+    steps : int
+        Steps to begin with.
+    """
+    family = _family_of(structure)
+    return [] if family is None else _Search(family, low, high).over(steps)
+
+
+def _family_of(s: Structure) -> _Family | None:
+    """Return the eigenvalue problem over mu; None where no pair can leave the axis: nothing but symmetric stiffness."""
+    root = np.linalg.cholesky(s.M.toarray())
+
+    def over_mass(matrix):
+        return sla.solve_triangular(root, sla.solve_triangular(root, matrix.toarray(), lower=True).T, lower=True).T
+
+    K, F = over_mass(s.K), over_mass(s.friction)
+    symmetric = np.max(np.abs(F - F.T)) <= _SKEW * np.max(np.abs(F))
+    if s.C is None:
+        return None if symmetric else _Family(K, F, "squares")
+    C, one, n = over_mass(s.C), np.eye(s.n), s.n
+    skew = np.max(np.abs(C + C.T)) <= _SKEW * np.max(np.abs(C))
+    unit = float(np.sqrt(np.linalg.norm(K, 2))) or float(np.linalg.norm(C, 2))  # of velocities
+    A0 = np.block([[np.zeros((n, n)), unit * one], [-K / unit, -C]])
+    A1 = np.zeros((2 * n, 2 * n))
+    A1[n:, :n] = -F / unit
+    return _Family(A0, A1, "gyroscopic" if skew and symmetric else "damped")
+
+
+class _Search:
+    """Halving of steps until each holds a crossing or none."""
+
+    def __init__(self, family: _Family, low: float, high: float):
+        self.family, self.low, self.high, self.left = family, low, high, _MOST
+        self.found: list[Crossing] = []
+        self.size = 0.0
+        self.step = self._damped if family.kind == "damped" else self._neutral
+
+    def over(self, steps: int) -> list[Crossing]:
+        nodes = [self._node(mu) for mu in np.linspace(self.low, self.high, steps + 1).tolist()]
+        self.size = max(float(np.max(np.abs(e.values))) for e in nodes) or 1.0
+        todo = list(zip(nodes[:-1], nodes[1:], strict=True))[::-1]
+        while todo:
+            a, b = todo.pop()
+            if self.step(*_matched(a, b), self.left <= 0 or b.mu - a.mu <= _SHORT * (self.high - self.low)):
+                continue
+            middle = self._node(0.5 * (a.mu + b.mu))
+            todo += [(middle, b), (a, middle)]
+        return self._distinct()
+
+    def _node(self, mu: float) -> _Node:
+        self.left -= 1
+        return self.family.node(mu)
+
+    def _distinct(self) -> list[Crossing]:
+        """Return what was found without what two steps found at their common end."""
+        kept: list[Crossing] = []
+        width = 2 * _SHORT * (self.high - self.low)
+        slow = _LOW * self.family.omega(self.size)
+        for new in sorted(self.found):
+            if new.omega > slow and not any(
+                new.begins == e.begins and new.mu - e.mu <= width and abs(new.omega - e.omega) <= 1e-6 * e.omega
+                for e in kept
+            ):
+                kept.append(new)
+        return kept
+
+    # With damping: the real part of an eigenvalue
+
+    def _damped(self, a: _Node, b: _Node, last: bool) -> bool:
+        """Take a step if it is clear what happens on it; return whether it was."""
+        h, floor = b.mu - a.mu, _FLOOR * self.size
+        growth = _cubic(a.values.real, b.values.real, h * a.change.real, h * b.change.real)
+        error = np.abs((b.values - a.values).real - 0.5 * h * (a.change + b.change).real)
+        near = _close(a, b)
+        push = np.max(np.where(near, h * np.maximum(a.push, b.push), 0.0), axis=1)
+        lowest, highest = np.min(growth, axis=0), np.max(growth, axis=0)
+        quiet = (np.maximum(-lowest, highest) <= floor) & (error <= floor)
+        margin = _SURE * (error + push)
+        clear = (lowest > margin) | (-highest > margin) | quiet
+        clear |= (a.values.imag < 0) | ((a.values.imag == 0) & (b.values.imag == 0))
+        for i in np.flatnonzero(~clear).tolist():
+            slopes = np.diff(growth[:, i])
+            before = _sign(growth[0, i], a.change[i].real, floor, -1)
+            after = _sign(growth[-1, i], b.change[i].real, floor, 1)
+            simple = np.all(slopes > 0) or np.all(slopes < 0)
+            smooth = not np.any(near[i]) and error[i] <= 0.1 * abs(growth[-1, i] - growth[0, i])
+            if before == after and not last:
+                return False
+            if before != after and not ((simple and smooth and self._refined(a, b, i)) or last):
+                return False
+            if before != after and last and not self._refined(a, b, i):
+                self.found.append(Crossing(0.5 * (a.mu + b.mu), abs(float(a.values[i].imag)), after > 0, False))
+        return True
+
+    def _refined(self, a: _Node, b: _Node, i: int) -> bool:
+        """Add the crossing of eigenvalue i, by Newton's method; return whether it lies on the step."""
+        rise = (b.values[i] - a.values[i]).real
+        part = min(max(-a.values[i].real / rise, 0.0), 1.0) if rise else 0.5
+        mu, guess, slack = a.mu + part * (b.mu - a.mu), a.values[i] + part * (b.values[i] - a.values[i]), 1e-3
+        width = slack * (b.mu - a.mu)
+        for _ in range(12):
+            node = self.family.node(mu)
+            k = int(np.argmin(np.abs(node.values - guess)))
+            value, change = complex(node.values[k]), complex(node.change[k])
+            if not change.real:
+                return False
+            move = -value.real / change.real
+            if not a.mu - width <= mu + move <= b.mu + width:
+                return False
+            mu, guess = mu + move, value + move * change
+            if abs(move) <= 4e-16 * max(abs(self.low), abs(self.high)) or abs(value.real) <= 1e-15 * self.size:
+                break
+        mu = float(min(max(mu, self.low), self.high))
+        self.found.append(Crossing(mu, abs(value.imag), change.real > 0, False))
+        return True
+
+    # Without damping: the discriminant of a pair
+
+    def _neutral(self, a: _Node, b: _Node, last: bool) -> bool:
+        """Take a step if it is clear which pairs merge or part on it; return whether it was."""
+        h, floor = b.mu - a.mu, (_FLOOR * self.size) ** 2
+        real = [np.abs(e.values.imag) <= _REAL * self.size for e in (a, b)]
+        if last:
+            self._by_count(a, b, real)
+            return True
+        rows, columns = np.nonzero(np.triu(_close(a, b), 1))
+        if not rows.size:
+            return True
+        first, second = ((e.values[rows] - e.values[columns]) ** 2 for e in (a, b))
+        slopes = [2 * h * (e.values[rows] - e.values[columns]) * (e.change[rows] - e.change[columns]) for e in (a, b)]
+        real_valued = np.maximum(np.abs(first.imag), np.abs(second.imag)) <= 1e-6 * (np.abs(first) + np.abs(second))
+        noise = np.maximum(np.abs(first), np.abs(second)) <= floor
+        path = _cubic(first.real, second.real, *(e.real for e in slopes))
+        error = np.abs(second - first - 0.5 * (slopes[0] + slopes[1]))
+        lone = (a.values.imag[rows] >= -_REAL * self.size) | (b.values.imag[rows] >= -_REAL * self.size)
+        for k in np.flatnonzero(~noise & lone).tolist():
+            if not real_valued[k]:
+                return False
+            ends, way = (path[0, k], path[-1, k]), np.diff(path[:, k])
+            if np.min(np.abs(path[:, k])) > _SURE * error[k] and np.ptp(np.sign(path[:, k])) == 0:
+                continue
+            if (ends[0] >= 0) == (ends[1] >= 0) or not (np.all(way > 0) or np.all(way < 0)):
+                return False
+            if error[k] > 0.1 * abs(ends[1] - ends[0]) or not self._merged(a, b, int(rows[k]), int(columns[k])):
+                return False
+        return True
+
+    def _merged(self, a: _Node, b: _Node, i: int, j: int) -> bool:
+        """Add the zero of the discriminant of a pair; return whether it was found."""
+        h, scale = b.mu - a.mu, max(abs(a.values[i] - a.values[j]), abs(b.values[i] - b.values[j]))
+
+        def pair(mu: float) -> tuple[float, float]:
+            part = (mu - a.mu) / h
+            centre, square = ((1 - part) * f(a.values) + part * f(b.values) for f in (
+                lambda v: 0.5 * (v[i] + v[j]), lambda v: (v[i] - v[j]) ** 2))  # fmt: skip
+            v = self.family.node(mu).values
+            middle, apart = 0.5 * np.add.outer(v, v), np.subtract.outer(v, v) ** 2
+            misfit = np.abs(middle - centre) / scale + np.abs(apart - square) / scale**2
+            np.fill_diagonal(misfit, np.inf)
+            p, q = np.unravel_index(int(np.argmin(misfit)), misfit.shape)
+            return float(apart[p, q].real), float(middle[p, q].real)
+
+        ends = pair(a.mu)[0], pair(b.mu)[0]
+        if ends[0] * ends[1] > 0:
+            return False
+        mu = a.mu if ends[0] == 0 else b.mu if ends[1] == 0 else brentq(
+            lambda e: pair(e)[0], a.mu, b.mu, xtol=1e-15 * max(abs(a.mu), abs(b.mu)), rtol=4 * np.finfo(float).eps
+        )  # fmt: skip
+        self._add(float(mu), pair(float(mu))[1], ends[1] < ends[0])
+        return True
+
+    def _by_count(self, a: _Node, b: _Node, real: list[np.ndarray]) -> None:
+        """Add what changes the number of complex pairs over a step too short to halve."""
+        change = int(np.sum(real[0]) - np.sum(real[1])) // 2
+        inside, there = (b, real[1]) if change > 0 else (a, real[0])
+        if change:
+            v = inside.values[~there & (inside.values.imag > 0)]
+            for value in v[np.argsort(v.imag)][: abs(change)]:
+                self._add(0.5 * (a.mu + b.mu), float(value.real), change > 0)
+
+    def _add(self, mu: float, middle: float, begins: bool) -> None:
+        if middle > 0:
+            self.found.append(Crossing(mu, self.family.omega(middle), bool(begins), True))
+
+
+def _sign(value: float, slope: float, floor: float, side: int) -> int:
+    """Return the sign of growth at an end of a step; where it is zero, the sign just outside of the step."""
+    if abs(value) > floor:
+        return 1 if value > 0 else -1
+    return side if slope > 0 else -side
+
+
+def _matched(a: _Node, b: _Node) -> tuple[_Node, _Node]:
+    """Return both ends with the eigenvalues of the second in the order of the first, by values and derivatives."""
+    mean = 0.5 * (b.mu - a.mu) * np.add.outer(a.change, b.change)
+    misfit = np.abs(b.values[None, :] - a.values[:, None] - mean)
+    order = linear_sum_assignment(misfit)[1]
+    return a, _Node(b.mu, b.values[order], b.change[order], b.push[np.ix_(order, order)])
+
+
+def _cubic(first, second, rise, end_rise) -> np.ndarray:
+    """Return cubics given by values and slopes at both ends, at some points of the step, shape (n_points, ...)."""
+    s = _PATH.reshape(-1, *([1] * np.ndim(first)))
+    return (1 + 2 * s) * (1 - s) ** 2 * first + s * (1 - s) ** 2 * rise + s**2 * (3 - 2 * s) * second - s**2 * (
+        1 - s
+    ) * end_rise  # fmt: skip
+
+
+def _close(a: _Node, b: _Node) -> np.ndarray:
+    """Return which pairs come so near to each other on a step that they may not be smooth each for itself."""
+    start, way = np.subtract.outer(a.values, a.values), np.subtract.outer(b.values, b.values)
+    way = way - start
+    length = np.abs(way) ** 2
+    part = np.clip(-(start.conj() * way).real / np.where(length > 0, length, 1.0), 0.0, 1.0)
+    push = (b.mu - a.mu) * np.maximum(a.push, b.push)
+    return (np.abs(start + part * way) < _APART * push) & (push > 0)

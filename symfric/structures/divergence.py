@@ -1,0 +1,154 @@
+"""Where a structure diverges: the zeros of the determinant of ``K + mu F``.
+
+At a point mu_0 of the range they are ``mu_0 - 1/nu`` for the real eigenvalues nu of ``(K + mu_0 F)^-1 F``. Those that are
+not zero are eigenvalues of the block over the rows in which F has entries, a small matrix where friction acts at few
+places. Motions without any stiffness are held by rows and columns at random; what depends on these is no zero.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sps
+import scipy.sparse.linalg as spla
+
+from symfric.errors import NotFound
+from symfric.structures.krylov import largest
+from symfric.structures.structure import Structure
+
+_ROWS = 800  # of friction, up to which its whole block is formed
+_DENSE = 300  # degrees of freedom up to which a generic rank is computed
+_PLACES = (0.381966, 0.723607, 0.127322)  # of the range: where the matrix is factorised
+_SINGULAR = 1e-13  # of the largest singular value
+_REAL = 1e-9  # of an eigenvalue: imaginary part of a real one
+_SAME = 1e-7  # of the range: difference of a zero between two computations
+_SEED = 7
+_FIRST, _LARGEST = 12, 96  # eigenvalues that the iteration computes
+
+
+class Divergence(NamedTuple):
+    """A real eigenvalue that passes zero.
+
+    Attributes
+    ----------
+    mu : float
+    begins : bool
+        Whether it becomes positive.
+    shape : ndarray, shape (n,)
+        Real, of length 1.
+    """
+
+    mu: float
+    begins: bool
+    shape: np.ndarray
+
+
+def divergences(structure: Structure, low: float, high: float) -> list[Divergence]:
+    """Return where real eigenvalues pass zero for mu in a range, its ends included.
+
+    Raises
+    ------
+    NotFound
+        If the iteration for a large structure with friction in many rows does not converge.
+    """
+    scale = 1 / np.sqrt(structure.M.diagonal())
+    K, F = (sps.csc_matrix(sps.diags_array(scale) @ e @ sps.diags_array(scale))
+            for e in (structure.K, structure.friction))  # fmt: skip
+    free = _free(K, F, low + _PLACES[0] * (high - low))
+    draw = np.random.default_rng(_SEED)
+    size = abs(K).max() or abs(F).max() * max(abs(low), abs(high))
+    runs = [_zeros(*_held(K, F, free, size, draw), low, high) for _ in range(2 if free else 1)]
+    width, found = _SAME * (high - low), []
+    for mu in runs[0]:
+        if all(np.min(np.abs(other - mu), initial=np.inf) <= width for other in runs[1:]):
+            held_K, held_F = _held(K, F, free, size, draw)
+            found.append(_passage(structure, held_K + mu * held_F, mu, scale))
+    return [e for e in sorted(found, key=lambda e: e.mu) if e is not None]
+
+
+def _free(K, F, mu: float) -> int:
+    """Return the number of motions without stiffness for any mu."""
+    if K.shape[0] > _DENSE:
+        return 0
+    values = np.linalg.svd((K + mu * F).toarray(), compute_uv=False)
+    return int(np.sum(values <= _SINGULAR * values[0]))
+
+
+def _held(K, F, free: int, size: float, draw) -> tuple[sps.csc_matrix, sps.csc_matrix]:
+    """Return the matrices with one more row and column at random for each motion without stiffness."""
+    if not free:
+        return K, F
+    n = K.shape[0]
+    rows, columns = size * draw.standard_normal((free, n)), size * draw.standard_normal((n, free))
+    return (sps.csc_matrix(sps.block_array([[K, columns], [rows, None]])),
+            sps.csc_matrix(sps.block_diag([F, sps.csc_matrix((free, free))])))  # fmt: skip
+
+
+def _zeros(K, F, low: float, high: float) -> np.ndarray:
+    """Return the zeros of the determinant in a range, increasing."""
+    at, solve = _factorised(K, F, low, high)
+    if solve is None:
+        return np.zeros(0)
+    rows = np.unique(F.tocoo().row)
+    if rows.size <= _ROWS:
+        unit = np.zeros((K.shape[0], rows.size))
+        unit[rows, np.arange(rows.size)] = 1.0
+        nu = np.linalg.eigvals(sps.csr_array(F)[rows] @ solve(unit))
+    else:
+        nu = _iterated(F, solve, max(high - at, at - low))
+    nu = nu[np.abs(nu) * 2 * (high - low) >= 1]
+    mu = np.sort((at - 1 / nu[np.abs(nu.imag) <= _REAL * np.abs(nu)]).real)
+    slack = 1e-12 * (high - low)
+    return np.clip(mu[(mu >= low - slack) & (mu <= high + slack)], low, high)
+
+
+def _factorised(K, F, low: float, high: float):
+    for place in _PLACES:
+        at = low + place * (high - low)
+        try:
+            factors = spla.splu(sps.csc_matrix(K + at * F))
+        except RuntimeError:
+            continue
+        pivots = np.abs(factors.U.diagonal())
+        if np.min(pivots) > 1e-14 * np.max(pivots):
+            return at, factors.solve
+    return low, None
+
+
+def _iterated(F, solve, half: float) -> np.ndarray:
+    """Return the eigenvalues of the inverse that belong to the range."""
+    n, k = F.shape[0], _FIRST
+    while True:
+        found = largest(lambda x: solve(F @ x), n, min(k, n - 2), float)[0]
+        if np.min(np.abs(found)) * half < 1 or k >= n - 2:
+            return found
+        if k >= _LARGEST:
+            raise NotFound(f"more than {k} loads of divergence; give a narrower range of mu")
+        k *= 2
+
+
+def _passage(s: Structure, A, mu: float, scale: np.ndarray) -> Divergence | None:
+    """Return the direction in which an eigenvalue passes zero, and its shape; None where it only touches."""
+    right, left = (scale * _null(e)[: s.n] for e in (A, A.T))
+    push = left @ (s.friction @ right)
+    terms = np.abs(left) @ (abs(s.friction) @ np.abs(right))
+    if abs(push) <= 1e-12 * terms:
+        return None
+    resist = left @ (s.M @ right)
+    if s.C is not None:
+        damping = left @ (s.C @ right)
+        if abs(damping) > 1e-12 * (np.abs(left) @ (abs(s.C) @ np.abs(right))):
+            resist = damping
+    return Divergence(float(mu), bool(push * resist < 0), right / np.linalg.norm(right))
+
+
+def _null(A) -> np.ndarray:
+    """Return the vector that a singular matrix takes to zero, of length 1."""
+    n = A.shape[0]
+    if n <= _DENSE:
+        return np.linalg.svd(A.toarray())[2][-1]
+    size = abs(A).max()
+    factors = spla.splu(sps.csc_matrix(A + 1e-14 * size * sps.eye_array(n)))
+    x = np.random.default_rng(_SEED).standard_normal(n)
+    for _ in range(3):
+        x = factors.solve(x / np.linalg.norm(x))
+    return x / np.linalg.norm(x)

@@ -1,0 +1,191 @@
+"""Where modes of a large structure, followed over mu, cross the imaginary axis away from zero.
+
+With damping the real part of one eigenvalue passes zero; without, the discriminant of a pair does. Both are found by root
+finding on the full matrices, between values of mu at which the modes are known.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from symfric.structures.complex_modes import eigenpairs
+from symfric.structures.structure import Structure
+from symfric.structures.tracking import Followed, assurance
+
+_NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
+_TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
+
+
+class Critical(NamedTuple):
+    """A value of mu at which a mode begins to grow.
+
+    Attributes
+    ----------
+    mu, omega : float
+        omega is 0 where the structure diverges without vibration.
+    pair : (int, int)
+        Rows of `Flutter.eigenvalues` of the mode that grows and of the one that it merges with, or comes nearest to; the
+        same row twice for a divergence, (-1, -1) if the mode is not among those followed.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> found = sf.structures.flutter(sf.structures.ziegler(), mu=(0, 4), count=2)
+    >>> round(found.critical[0].mu, 6)
+    2.085786
+    """
+
+    mu: float
+    omega: float
+    pair: tuple[int, int]
+
+    @property
+    def kind(self) -> Literal["flutter", "divergence"]:
+        """How the mode grows: vibrating, a complex pair across the imaginary axis, or a real eigenvalue through zero."""
+        return "divergence" if self.omega == 0 else "flutter"
+
+
+class FollowedSearch:
+    """The search for changes of stability along followed modes."""
+
+    def __init__(self, structure: Structure, seen: Followed):
+        self.structure, self.seen, self.damped = structure, seen, structure.C is not None
+        self.size = float(np.max(np.abs(seen.values))) or 1.0
+
+    def over(self) -> list[tuple[Critical, bool]]:
+        """Return where growth begins (True) and where it ends."""
+        return self._damped_changes() if self.damped else self._undamped_changes()
+
+    # With damping: the real part of one eigenvalue
+
+    def _damped_changes(self) -> list[tuple[Critical, bool]]:
+        mu, values, found = self.seen.mu, self.seen.values, []
+        for i, row in enumerate(values):
+            growth = row.real
+            for k in range(mu.size - 1):
+                if (growth[k] > 0) != (growth[k + 1] > 0):
+                    found += self._crossing(i, k, mu[k], mu[k + 1], growth[k + 1] > 0)
+            for k in range(1, mu.size - 1):
+                a, b, c = growth[k - 1 : k + 2]
+                if b < 0 and a < b > c and b > _TURN * min(a, c):
+                    found += self._hidden(i, k)
+        for i, j, k in self._near_pairs(values.real > 0):
+            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
+            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
+            growth_of = lambda e, i=i, j=j, k=k: float(np.max((1j * np.sqrt(self._pair(i, j, k, e))).real))  # noqa: E731
+            if growth_of(best.x) > 0:
+                for low, high, begins in ((mu[k - 1], best.x, True), (best.x, mu[k + 1], False)):
+                    root = _root(growth_of, low, high)
+                    if root is not None:
+                        omega = float(np.mean(np.sqrt(self._pair(i, j, k, root)).real))
+                        found.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
+        return found
+
+    def _value(self, i: int, k: int, mu: float) -> complex:
+        """Return eigenvalue i near grid point k at another mu: the one of the most similar shape among the nearest."""
+        at, values = self.seen.mu, self.seen.values
+        side = min(k + 1, at.size - 1) if mu >= at[k] else max(k - 1, 0)
+        part = 0.0 if at[side] == at[k] else (mu - at[k]) / (at[side] - at[k])
+        guess = values[i, k] + part * (values[i, side] - values[i, k])
+        new, shapes = eigenpairs(self.structure.pencil(mu), min(4, self.structure.n), guess)
+        known = np.column_stack([self.seen.shapes[k][:, i], self.seen.shapes[side][:, i]])
+        like = np.max(assurance(self.structure.M, known, shapes), axis=0)
+        spread = max(float(np.max(np.abs(new - guess))), 1e-300)
+        return complex(new[np.argmax(like - 0.5 * np.abs(new - guess) / spread)])
+
+    def _crossing(self, i: int, k: int, low: float, high: float, begins: bool) -> list[tuple[Critical, bool]]:
+        root = _root(lambda e: self._value(i, k, e).real, low, high)
+        if root is None:
+            return []
+        value = self._value(i, k, root)
+        if value.imag <= _NEUTRAL * self.size or abs(value.real) > _NEUTRAL * value.imag:
+            return []  # divergence, or a step from one eigenvalue to another
+        others = np.abs(self.seen.values[:, k].imag - value.imag)
+        others[i] = np.inf
+        partner = int(np.argmin(others)) if others.size > 1 else i
+        return [(Critical(root, abs(value.imag), (i, partner)), begins)]
+
+    def _hidden(self, i: int, k: int) -> list[tuple[Critical, bool]]:
+        """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
+        decay = lambda e: -self._value(i, k, e).real  # noqa: E731
+        low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
+        best = minimize_scalar(decay, bounds=(low, high), method="bounded", options={"maxiter": 20})
+        if best.fun >= 0:
+            return []
+        return self._crossing(i, k, low, best.x, True) + self._crossing(i, k, best.x, high, False)
+
+    # Without damping: the discriminant of a pair
+
+    def _undamped_changes(self) -> list[tuple[Critical, bool]]:
+        mu, values, found = self.seen.mu, self.seen.values, []
+        growing = np.abs(values.real) > _NEUTRAL * self.size
+        for k in range(mu.size - 1):
+            for i in range(len(values)):
+                if growing[i, k] == growing[i, k + 1]:
+                    continue
+                begins = bool(growing[i, k + 1])
+                inside = k + 1 if begins else k
+                if abs(values[i, inside].imag) <= _NEUTRAL * self.size:
+                    continue
+                j = int(np.argmin(np.abs(values[:, inside] + values[i, inside].conj())))
+                found += self._merging(i, j, k, mu[k], mu[k + 1], k if begins else k + 1, begins)
+        return found + self._short_changes(growing)
+
+    def _pair(self, i: int, j: int, k: int, mu: float) -> np.ndarray:
+        """Return the squares ``-lambda^2`` of the pair whose space at grid point k the modes i, j span, shape (2,)."""
+        known = np.linalg.qr(self.seen.shapes[k][:, [i, j]])[0]
+        middle = 1j * float(np.sqrt(np.mean(np.abs(self.seen.values[[i, j], k]) ** 2))) * (1 + 1e-4)
+        new, shapes = eigenpairs(self.structure.pencil(mu), min(5, self.structure.n), middle)
+        like = np.linalg.norm(known.conj().T @ shapes, axis=0)
+        apart = np.abs(np.abs(new) - middle.imag) / middle.imag
+        return -(new[np.argsort(apart - like, kind="stable")[:2]] ** 2)
+
+    def _discriminant(self, i: int, j: int, k: int, mu: float) -> float:
+        a, b = self._pair(i, j, k, mu)
+        return float(((a - b) ** 2).real)
+
+    def _merging(self, i, j, k, low, high, stable, begins) -> list[tuple[Critical, bool]]:
+        if i == j:
+            return []
+        root = _root(lambda e: self._discriminant(i, j, stable, e), low, high)
+        if root is None:
+            return []
+        mean = float(np.mean(self._pair(i, j, stable, root).real))
+        return [(Critical(root, float(np.sqrt(max(mean, 0.0))), (min(i, j), max(i, j))), begins)]
+
+    def _short_changes(self, growing: np.ndarray) -> list[tuple[Critical, bool]]:
+        """Return flutter that begins and ends between two grid points, where the discriminant of a pair is least."""
+        mu, found, least = self.seen.mu, [], (1e-9 * self.size**2) ** 2
+        for i, j, k in self._near_pairs(growing):
+            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
+            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
+            if best.fun < -least:
+                found += self._merging(i, j, k, mu[k - 1], best.x, k, True)
+                found += self._merging(i, j, k, best.x, mu[k + 1], k, False)
+        return found
+
+    def _near_pairs(self, growing: np.ndarray) -> Iterator[tuple[int, int, int]]:
+        """Yield pairs of modes and grid points where they come near to each other and neither grows."""
+        squares = (self.seen.values**2).real
+        for k in range(1, self.seen.mu.size - 1):
+            order = np.argsort(squares[:, k])
+            for i, j in zip(order[:-1].tolist(), order[1:].tolist(), strict=True):
+                if growing[[i, j], k - 1 : k + 2].any():
+                    continue
+                a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
+                if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (1e-9 * self.size**2) ** 2:
+                    yield i, j, k
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
+    """Return a zero between two ends of different signs, None if they are not."""
+    ends = function(low), function(high)
+    if ends[0] == 0:
+        return float(low)
+    if ends[1] == 0:
+        return float(high)
+    if ends[0] * ends[1] > 0:
+        return None
+    return float(brentq(function, low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=4 * np.finfo(float).eps))
