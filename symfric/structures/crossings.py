@@ -1,10 +1,10 @@
 """Where eigenvalues cross the imaginary axis away from zero: all of a small structure, over a range of mu.
 
-The state matrix ``A0 + mu A1`` is linear in mu. With the left and right eigenvectors at one mu the matrix ``Phi = Y^H A1 X``
-gives the derivatives of all eigenvalues (its diagonal), and ``h sqrt|Phi_ij Phi_ji|`` how far two of them can push each
-other over a step h (Kato, Perturbation Theory for Linear Operators, II.2). A step is halved until every eigenvalue on it
-is the cubic through its ends, to a small part of its distance from the axis. Nothing is read from a grid, so that growth
-that begins and ends within a step is found.
+The state matrix ``A0 + mu A1`` is linear in mu. With the left and right eigenvectors at one mu the matrix
+``Phi = Y^H A1 X`` gives the derivatives of all eigenvalues (its diagonal), and ``h sqrt|Phi_ij Phi_ji|`` how far two of
+them can push each other over a step h (Kato, Perturbation Theory for Linear Operators, II.2). A step is halved until
+every eigenvalue on it is the cubic through its ends, to a part of its distance from the axis; so growth that begins and
+ends within a step of the first grid is found, unless these estimates are wrong.
 
 Without damping eigenvalues lie on the axis, and a pair leaves it by merging. Mean and discriminant ``(v_1 - v_2)^2`` of
 the pair are smooth there, while the eigenvalues have a branch point (Seyranian and Mailybaev, Multiparameter Stability
@@ -12,6 +12,7 @@ Theory, 2003, chapter 2).
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ _FLOOR = 1e-13  # of the largest eigenvalue: growth that is rounding
 _REAL = 1e-7  # of the largest eigenvalue: distance from the real axis that is rounding of a double one
 _APART = 2.0  # of their influence on each other: distance at which two eigenvalues are smooth each for itself
 _SURE = 2.0  # of the error estimate: distance from the axis
+_TURNED = 1e-4  # of the largest eigenvalue: what a double zero changes by over the shortest step
 _LOW = 1e-7  # of the largest frequency: what is slower is divergence
 _PATH = np.linspace(0.0, 1.0, 11)
 
@@ -127,7 +129,7 @@ class _Search:
     def over(self, steps: int) -> list[Crossing]:
         nodes = [self._node(mu) for mu in np.linspace(self.low, self.high, steps + 1).tolist()]
         self.size = max(float(np.max(np.abs(e.values))) for e in nodes) or 1.0
-        todo = list(zip(nodes[:-1], nodes[1:], strict=True))[::-1]
+        todo = list(pairwise(nodes))[::-1]
         while todo:
             a, b = todo.pop()
             if self.step(*_matched(a, b), self.left <= 0 or b.mu - a.mu <= _SHORT * (self.high - self.low)):
@@ -178,7 +180,9 @@ class _Search:
             if before != after and not ((simple and smooth and self._refined(a, b, i)) or last):
                 return False
             if before != after and last and not self._refined(a, b, i):
-                self.found.append(Crossing(0.5 * (a.mu + b.mu), abs(float(a.values[i].imag)), after > 0, False))
+                omega = min(abs(float(e.values[i].imag)) for e in (a, b))
+                if omega > _TURNED * self.size:
+                    self.found.append(Crossing(0.5 * (a.mu + b.mu), omega, after > 0, False))
         return True
 
     def _refined(self, a: _Node, b: _Node, i: int) -> bool:
@@ -199,6 +203,8 @@ class _Search:
             mu, guess = mu + move, value + move * change
             if abs(move) <= 4e-16 * max(abs(self.low), abs(self.high)) or abs(value.real) <= 1e-15 * self.size:
                 break
+        if abs(value.real) > 10 * _FLOOR * self.size:
+            return False
         mu = float(min(max(mu, self.low), self.high))
         self.found.append(Crossing(mu, abs(value.imag), change.real > 0, False))
         return True

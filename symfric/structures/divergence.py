@@ -1,8 +1,11 @@
 """Where a structure diverges: the zeros of the determinant of ``K + mu F``.
 
-At a point mu_0 of the range they are ``mu_0 - 1/nu`` for the real eigenvalues nu of ``(K + mu_0 F)^-1 F``. Those that are
-not zero are eigenvalues of the block over the rows in which F has entries, a small matrix where friction acts at few
-places. Motions without any stiffness are held by rows and columns at random; what depends on these is no zero.
+At a point mu_0 of the range they are ``mu_0 - 1/nu`` for the real eigenvalues nu of ``(K + mu_0 F)^-1 F``. Those that
+are not zero are eigenvalues of the block over the rows in which F has entries, a small matrix where friction acts at
+few places. Motions without any stiffness are held by rows and columns at random; what depends on these is no zero.
+
+With null vectors ``A x = 0``, ``y^T A = 0`` of ``A = K + mu F`` the eigenvalue near zero obeys
+``lambda y^T C x + lambda^2 (y^T M x - y^T C A^+ C x) + (mu - mu_0) y^T F x = 0``.
 """
 
 from typing import NamedTuple
@@ -21,6 +24,7 @@ _PLACES = (0.381966, 0.723607, 0.127322)  # of the range: where the matrix is fa
 _SINGULAR = 1e-13  # of the largest singular value
 _REAL = 1e-9  # of an eigenvalue: imaginary part of a real one
 _SAME = 1e-7  # of the range: difference of a zero between two computations
+_TOUCH = 1e-11  # of the sum of the magnitudes of its terms: a product that is zero
 _SEED = 7
 _FIRST, _LARGEST = 12, 96  # eigenvalues that the iteration computes
 
@@ -128,16 +132,22 @@ def _iterated(F, solve, half: float) -> np.ndarray:
 
 def _passage(s: Structure, A, mu: float, scale: np.ndarray) -> Divergence | None:
     """Return the direction in which an eigenvalue passes zero, and its shape; None where it only touches."""
-    right, left = (scale * _null(e)[: s.n] for e in (A, A.T))
+    whole = [_null(e) for e in (A, A.T)]
+    right, left = (scale * e[: s.n] for e in whole)
     push = left @ (s.friction @ right)
-    terms = np.abs(left) @ (abs(s.friction) @ np.abs(right))
-    if abs(push) <= 1e-12 * terms:
+    if abs(push) <= _TOUCH * (np.abs(left) @ (abs(s.friction) @ np.abs(right))):
         return None
     resist = left @ (s.M @ right)
     if s.C is not None:
         damping = left @ (s.C @ right)
-        if abs(damping) > 1e-12 * (np.abs(left) @ (abs(s.C) @ np.abs(right))):
+        if abs(damping) > _TOUCH * (np.abs(left) @ (abs(s.C) @ np.abs(right))):
             resist = damping
+        else:
+            turned = np.zeros(A.shape[0] + 1)
+            turned[: s.n] = scale * (s.C @ right)
+            bordered = sps.block_array([[A, whole[1][:, None]], [whole[0][None, :], None]])
+            follows = scale * spla.splu(sps.csc_matrix(bordered)).solve(turned)[: s.n]
+            resist -= left @ (s.C @ follows)
     return Divergence(float(mu), bool(push * resist < 0), right / np.linalg.norm(right))
 
 

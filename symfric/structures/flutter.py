@@ -1,8 +1,8 @@
 """Flutter and divergence of structures with friction: eigenvalues over mu, and where a mode begins to grow.
 
-Divergence, a real eigenvalue through zero, is a zero of the determinant of ``K + mu F``. Flutter, a complex pair through
-the imaginary axis, is sought among all eigenvalues of a small structure, and along the modes followed of a large one.
-Either is located on the full matrices, not read from a grid.
+Divergence, a real eigenvalue through zero, is a zero of the determinant of ``K + mu F``. Flutter, a complex pair
+through the imaginary axis, is sought among all eigenvalues of a small structure, and along the modes followed of a
+large one. Either is located on the full matrices, not read from a grid.
 """
 
 from dataclasses import dataclass, field
@@ -37,7 +37,7 @@ class Flutter:
     eigenvalues : ndarray of complex, shape (count, n_mu)
         Each row one mode, followed by its shape.
     critical : tuple of Critical
-        Where growth begins, by increasing mu; each unpacks as (mu, omega, pair) and has a `kind`, flutter or divergence.
+        Where growth begins, by increasing mu; each unpacks as (mu, omega, pair) and has a `kind`.
     regained : tuple of Critical
         Where growth ends.
     shapes : ndarray of complex, shape (len(critical), n)
@@ -144,12 +144,13 @@ def flutter(
 
     Notes
     -----
-    Divergence is found whatever modes are followed, from the determinant of ``K + mu F``. Of a structure of up to 60
-    degrees of freedom all eigenvalues are followed for flutter, through steps halved until each is resolved; with `count`
-    smaller than the structure what is reported lies no farther from `near` than the modes followed. Of a larger
-    structure only these modes are known: flutter of any other is not seen, and flutter that begins and ends between two
-    values of the grid only where the discriminant of a pair, or the decay of a mode, has a small minimum on it. Divergence
-    of a larger structure that has a rigid motion without stiffness is not seen.
+    Divergence is found whatever modes are followed, from the determinant of ``K + mu F``.
+
+    Of a structure of up to 60 degrees of freedom all eigenvalues are searched for flutter, with steps halved until each
+    is resolved; if `count` is smaller than the structure, flutter farther from `near` than the modes followed is left
+    out. Of a larger structure only these modes are known. Flutter of any other is not seen, and flutter that begins and
+    ends between two values of the grid only where the discriminant of a pair, or the decay of a mode, has a small
+    minimum. Divergence of a larger structure (more than 300) with a motion that meets no stiffness is not seen.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Where modes of a large structure, followed over mu, cross the imaginary axis away from zero.
 
-With damping the real part of one eigenvalue passes zero; without, the discriminant of a pair does. Both are found by root
-finding on the full matrices, between values of mu at which the modes are known.
+With damping the real part of one eigenvalue passes zero; without, the discriminant of a pair does. Both are found by
+root finding on the full matrices, between values of mu at which the modes are known.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,8 +26,8 @@ class Critical(NamedTuple):
     mu, omega : float
         omega is 0 where the structure diverges without vibration.
     pair : (int, int)
-        Rows of `Flutter.eigenvalues` of the mode that grows and of the one that it merges with, or comes nearest to; the
-        same row twice for a divergence, (-1, -1) if the mode is not among those followed.
+        Rows of `Flutter.eigenvalues` of the mode that grows and of the one that it merges with, or comes nearest to.
+        The same row twice for a divergence; (-1, -1) if its mode is not among those followed.
 
     Examples
     --------
@@ -43,7 +43,7 @@ class Critical(NamedTuple):
 
     @property
     def kind(self) -> Literal["flutter", "divergence"]:
-        """How the mode grows: vibrating, a complex pair across the imaginary axis, or a real eigenvalue through zero."""
+        """Whether a complex pair crosses the imaginary axis ("flutter") or a real eigenvalue zero ("divergence")."""
         return "divergence" if self.omega == 0 else "flutter"
 
 
