@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as sla
 from scipy.optimize import brentq, linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
 
 from symfric.structures.structure import Structure
 
@@ -30,7 +31,6 @@ _APART = 2.0  # of their influence on each other: distance at which two eigenval
 _SURE = 2.0  # of the error estimate: distance from the axis
 _TURNED = 1e-4  # of the largest eigenvalue: what a double zero changes by over the shortest step
 _LOW = 1e-7  # of the largest frequency: what is slower is divergence
-_PATH = np.linspace(0.0, 1.0, 11)
 
 
 class Crossing(NamedTuple):
@@ -93,8 +93,26 @@ def crossings(structure: Structure, low: float, high: float, steps: int) -> list
     steps : int
         Steps to begin with.
     """
-    family = _family_of(structure)
-    return [] if family is None else _Search(family, low, high).over(steps)
+    found: list[Crossing] = []
+    for part in _parts(structure):
+        family = _family_of(part)
+        found += [] if family is None else _Search(family, low, high).over(steps)
+    return sorted(found)
+
+
+def _parts(s: Structure) -> list[Structure]:
+    """Return the parts of a structure that no entry of its matrices connects; those without friction are left out."""
+    links = sum((abs(e) for e in (s.K, s.C, s.friction) if e is not None), abs(s.M))
+    number, label = connected_components(links, directed=False)
+    if number == 1:
+        return [s]
+    parts = []
+    for k in range(number):
+        rows = np.flatnonzero(label == k)
+        M, K, C, F = (None if e is None else e[rows][:, rows] for e in (s.M, s.K, s.C, s.friction))
+        if F is not None and F.nnz:
+            parts.append(Structure(M, K, C, F))
+    return parts
 
 
 def _family_of(s: Structure) -> _Family | None:
@@ -160,24 +178,22 @@ class _Search:
     def _damped(self, a: _Node, b: _Node, last: bool) -> bool:
         """Take a step if it is clear what happens on it; return whether it was."""
         h, floor = b.mu - a.mu, _FLOOR * self.size
-        growth = _cubic(a.values.real, b.values.real, h * a.change.real, h * b.change.real)
+        ends = a.values.real, b.values.real
+        lowest, highest, turns = _cubic(*ends, h * a.change.real, h * b.change.real)
         error = np.abs((b.values - a.values).real - 0.5 * h * (a.change + b.change).real)
         near = _close(a, b)
         push = np.max(np.where(near, h * np.maximum(a.push, b.push), 0.0), axis=1)
-        lowest, highest = np.min(growth, axis=0), np.max(growth, axis=0)
         quiet = (np.maximum(-lowest, highest) <= floor) & (error <= floor)
         margin = _SURE * (error + push)
         clear = (lowest > margin) | (-highest > margin) | quiet
         clear |= (a.values.imag < 0) | ((a.values.imag == 0) & (b.values.imag == 0))
         for i in np.flatnonzero(~clear).tolist():
-            slopes = np.diff(growth[:, i])
-            before = _sign(growth[0, i], a.change[i].real, floor, -1)
-            after = _sign(growth[-1, i], b.change[i].real, floor, 1)
-            simple = np.all(slopes > 0) or np.all(slopes < 0)
-            smooth = not np.any(near[i]) and error[i] <= 0.1 * abs(growth[-1, i] - growth[0, i])
+            before = _sign(ends[0][i], a.change[i].real, floor, -1)
+            after = _sign(ends[1][i], b.change[i].real, floor, 1)
+            smooth = not np.any(near[i]) and error[i] <= 0.1 * abs(ends[1][i] - ends[0][i])
             if before == after and not last:
                 return False
-            if before != after and not ((simple and smooth and self._refined(a, b, i)) or last):
+            if before != after and not ((smooth and not turns[i] and self._refined(a, b, i)) or last):
                 return False
             if before != after and last and not self._refined(a, b, i):
                 omega = min(abs(float(e.values[i].imag)) for e in (a, b))
@@ -225,18 +241,18 @@ class _Search:
         slopes = [2 * h * (e.values[rows] - e.values[columns]) * (e.change[rows] - e.change[columns]) for e in (a, b)]
         real_valued = np.maximum(np.abs(first.imag), np.abs(second.imag)) <= 1e-6 * (np.abs(first) + np.abs(second))
         noise = np.maximum(np.abs(first), np.abs(second)) <= floor
-        path = _cubic(first.real, second.real, *(e.real for e in slopes))
+        lowest, highest, turns = _cubic(first.real, second.real, *(e.real for e in slopes))
         error = np.abs(second - first - 0.5 * (slopes[0] + slopes[1]))
         lone = (a.values.imag[rows] >= -_REAL * self.size) | (b.values.imag[rows] >= -_REAL * self.size)
         for k in np.flatnonzero(~noise & lone).tolist():
             if not real_valued[k]:
                 return False
-            ends, way = (path[0, k], path[-1, k]), np.diff(path[:, k])
-            if np.min(np.abs(path[:, k])) > _SURE * error[k] and np.ptp(np.sign(path[:, k])) == 0:
+            if max(lowest[k], -highest[k]) > _SURE * error[k]:
                 continue
-            if (ends[0] >= 0) == (ends[1] >= 0) or not (np.all(way > 0) or np.all(way < 0)):
+            start, end = first[k].real, second[k].real
+            if (start >= 0) == (end >= 0) or turns[k] or error[k] > 0.1 * abs(end - start):
                 return False
-            if error[k] > 0.1 * abs(ends[1] - ends[0]) or not self._merged(a, b, int(rows[k]), int(columns[k])):
+            if not self._merged(a, b, int(rows[k]), int(columns[k])):
                 return False
         return True
 
@@ -293,12 +309,21 @@ def _matched(a: _Node, b: _Node) -> tuple[_Node, _Node]:
     return a, _Node(b.mu, b.values[order], b.change[order], b.push[np.ix_(order, order)])
 
 
-def _cubic(first, second, rise, end_rise) -> np.ndarray:
-    """Return cubics given by values and slopes at both ends, at some points of the step, shape (n_points, ...)."""
-    s = _PATH.reshape(-1, *([1] * np.ndim(first)))
-    return (1 + 2 * s) * (1 - s) ** 2 * first + s * (1 - s) ** 2 * rise + s**2 * (3 - 2 * s) * second - s**2 * (
-        1 - s
-    ) * end_rise  # fmt: skip
+def _cubic(first, second, rise, end_rise) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return least and largest value of real cubics given by values and slopes at both ends, and whether they turn."""
+    whole = second - first
+    cube, square = rise + end_rise - 2 * whole, 3 * whole - 2 * rise - end_rise
+    root = np.sqrt(np.maximum(square**2 - 3 * cube * rise, 0.0))
+    lean = -(square + np.where(square < 0, -root, root))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = [lean / (3 * cube), rise / lean]
+    lowest, highest, turns = np.minimum(first, second), np.maximum(first, second), np.zeros(np.shape(first), bool)
+    for place in places:
+        inside = (place > 0) & (place < 1) & (root > 0)
+        s = np.where(inside, place, 0.0)
+        value = first + s * (rise + s * (square + s * cube))
+        lowest, highest, turns = np.minimum(lowest, value), np.maximum(highest, value), turns | inside
+    return lowest, highest, turns
 
 
 def _close(a: _Node, b: _Node) -> np.ndarray:

@@ -121,8 +121,13 @@ def _factorised(K, F, low: float, high: float):
 def _iterated(F, solve, half: float) -> np.ndarray:
     """Return the eigenvalues of the inverse that belong to the range."""
     n, k = F.shape[0], _FIRST
+
+    def operator(x):
+        y = F @ x
+        return solve(y.real) + 1j * solve(y.imag) if np.iscomplexobj(y) else solve(y)
+
     while True:
-        found = largest(lambda x: solve(F @ x), n, min(k, n - 2), float)[0]
+        found = largest(operator, n, min(k, n - 2), float)[0]
         if np.min(np.abs(found)) * half < 1 or k >= n - 2:
             return found
         if k >= _LARGEST:
