@@ -29,6 +29,7 @@ _FLOOR = 1e-13  # of the largest eigenvalue: growth that is rounding
 _REAL = 1e-7  # of the largest eigenvalue: distance from the real axis that is rounding of a double one
 _APART = 2.0  # of their influence on each other: distance at which two eigenvalues are smooth each for itself
 _SURE = 2.0  # of the error estimate: distance from the axis
+_BENT = 0.02  # of the change on a step: what may be added to the error estimate, which can vanish by accident
 _TURNED = 1e-4  # of the largest eigenvalue: what a double zero changes by over the shortest step
 _LOW = 1e-7  # of the largest frequency: what is slower is divergence
 
@@ -150,8 +151,10 @@ class _Search:
         todo = list(pairwise(nodes))[::-1]
         while todo:
             a, b = todo.pop()
+            known = len(self.found)
             if self.step(*_matched(a, b), self.left <= 0 or b.mu - a.mu <= _SHORT * (self.high - self.low)):
                 continue
+            del self.found[known:]
             middle = self._node(0.5 * (a.mu + b.mu))
             todo += [(middle, b), (a, middle)]
         return self._distinct()
@@ -184,7 +187,7 @@ class _Search:
         near = _close(a, b)
         push = np.max(np.where(near, h * np.maximum(a.push, b.push), 0.0), axis=1)
         quiet = (np.maximum(-lowest, highest) <= floor) & (error <= floor)
-        margin = _SURE * (error + push)
+        margin = _SURE * (error + push) + _BENT * (highest - lowest)
         clear = (lowest > margin) | (-highest > margin) | quiet
         clear |= (a.values.imag < 0) | ((a.values.imag == 0) & (b.values.imag == 0))
         for i in np.flatnonzero(~clear).tolist():
@@ -234,9 +237,8 @@ class _Search:
         if last:
             self._by_count(a, b, real)
             return True
+        left = int(np.sum(real[0]) - np.sum(real[1])) // 2  # pairs that leave the axis
         rows, columns = np.nonzero(np.triu(_close(a, b), 1))
-        if not rows.size:
-            return True
         first, second = ((e.values[rows] - e.values[columns]) ** 2 for e in (a, b))
         slopes = [2 * h * (e.values[rows] - e.values[columns]) * (e.change[rows] - e.change[columns]) for e in (a, b)]
         real_valued = np.maximum(np.abs(first.imag), np.abs(second.imag)) <= 1e-6 * (np.abs(first) + np.abs(second))
@@ -247,14 +249,15 @@ class _Search:
         for k in np.flatnonzero(~noise & lone).tolist():
             if not real_valued[k]:
                 return False
-            if max(lowest[k], -highest[k]) > _SURE * error[k]:
+            if max(lowest[k], -highest[k]) > _SURE * error[k] + _BENT * (highest[k] - lowest[k]):
                 continue
             start, end = first[k].real, second[k].real
             if (start >= 0) == (end >= 0) or turns[k] or error[k] > 0.1 * abs(end - start):
                 return False
             if not self._merged(a, b, int(rows[k]), int(columns[k])):
                 return False
-        return True
+            left -= 1 if end < start else -1
+        return left == 0
 
     def _merged(self, a: _Node, b: _Node, i: int, j: int) -> bool:
         """Add the zero of the discriminant of a pair; return whether it was found."""
