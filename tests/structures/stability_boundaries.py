@@ -72,7 +72,7 @@ def changes(s, low, high, points, neutral):
 def differences(s, found, low, high, points=300, neutral=None):
     """Return what the count says and `found` does not, and the other way round."""
     if neutral is None:
-        neutral = 1e-6 if s.C is None or abs(s.C + s.C.T).max() < 1e-13 else 0.0
+        neutral = 1e-7 if s.C is None or abs(s.C + s.C.T).max() < 1e-13 else 0.0
     exact, size = changes(s, low, high, points, neutral), np.max(np.abs(spectrum(s, low)))
     said = [(p.mu, p.omega, 1, p.kind) for p in found.critical] + [(p.mu, p.omega, -1, p.kind) for p in found.regained]
     width, near = 1e-7 * (high - low), 1e-3 * size
