@@ -66,7 +66,7 @@ def divergences(structure: Structure, low: float, high: float) -> list[Divergenc
         if all(np.min(np.abs(other - mu), initial=np.inf) <= width for other in runs[1:]):
             held_K, held_F = _held(K, F, free, size, draw)
             found.append(_passage(structure, held_K + mu * held_F, mu, scale))
-    return [e for e in sorted(found, key=lambda e: e.mu) if e is not None]
+    return sorted((e for e in found if e is not None), key=lambda e: e.mu)
 
 
 def _free(K, F, mu: float) -> int:
@@ -139,6 +139,7 @@ def _passage(s: Structure, A, mu: float, scale: np.ndarray) -> Divergence | None
     """Return the direction in which an eigenvalue passes zero, and its shape; None where it only touches."""
     whole = [_null(e) for e in (A, A.T)]
     right, left = (scale * e[: s.n] for e in whole)
+    assert s.friction is not None
     push = left @ (s.friction @ right)
     if abs(push) <= _TOUCH * (np.abs(left) @ (abs(s.friction) @ np.abs(right))):
         return None

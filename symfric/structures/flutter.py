@@ -181,7 +181,7 @@ def flutter(
     static = divergences(structure, low, high)
     whole = structure.n <= _WHOLE
     vibrating = crossings(structure, low, high, max(_STEPS, grid - 1)) if whole else []
-    mus = _with(np.linspace(low, high, grid), [e.mu for e in (*static, *vibrating)])
+    mus = _with(np.linspace(low, high, grid), [e.mu for e in static] + [e.mu for e in vibrating])
     seen = follow(structure, mus, modes, point)
     found = [(_static(e, seen), e.begins) for e in static]
     if whole:
