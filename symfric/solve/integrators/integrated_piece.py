@@ -7,13 +7,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SegmentStart:
-    """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states."""
+    """Start of a piece: time, state with integrals appended, parameters, mode and sizes of the states.
+
+    With `inner`, the integrated variables, if these are others and known.
+    """
 
     t: float
     state: np.ndarray
     p: np.ndarray
     m: np.ndarray
     size: np.ndarray
+    inner: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class IntegratedPiece:
         The guard that fell at the end, -1 if none did.
     cubic : bool
         Whether between the nodes are cubics through the values, not quintics with the derivatives.
+    inner : ndarray, shape (n_x + n_integrals,), optional
+        The integrated variables at the end, if these are others than the states.
     """
 
     t: np.ndarray
@@ -44,3 +50,4 @@ class IntegratedPiece:
     reach: float
     fell: int = -1
     cubic: bool = False
+    inner: np.ndarray | None = None

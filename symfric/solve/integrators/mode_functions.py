@@ -7,7 +7,6 @@ import numpy as np
 
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.mode_selection import along
-from symfric.solve.integrators.stretch import Stretch
 
 ONE_STEP = ("erk", "rosenbrock")  # cheap to restart, so that modes are integrated in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
@@ -23,7 +22,6 @@ def mode_integrator(
     elements: int,
     nodes: int | np.ndarray,
     steps: int,
-    stretch: Stretch | None = None,
 ) -> ca.Function:
     """Return the integrator of one mode over the scaled time 0 to 1, without events.
 
@@ -45,8 +43,6 @@ def mode_integrator(
         Number of equidistant outputs, the last at the end; or their scaled times.
     steps : int
         Most steps between two outputs.
-    stretch : Stretch, optional
-        Change of variables.
 
     Returns
     -------
@@ -60,8 +56,7 @@ def mode_integrator(
     p, m, size = ca.SX.sym("p", n_p), ca.SX.sym("m", n_m), ca.SX.sym("size", n)
     begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
     inside = (state * size)[:n_x]
-    rate, _, rows = field(stretch.outer(inside, p) if stretch else inside, begin + length * time, p, m)
-    rate = rate / stretch.slope(inside, p) if stretch else rate
+    rate, _, rows = field(inside, begin + length * time, p, m)
     integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
     data = ca.vertcat(p, m, size, begin, length)
     dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}

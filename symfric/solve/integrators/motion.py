@@ -27,6 +27,7 @@ class Motion:
         default_factory=lambda: dict.fromkeys(("pieces", "steps", "events", "kinks", "grazes"), 0)
     )
     pieces: list[Path] = field(default_factory=list)
+    inner: np.ndarray | None = None  # see `IntegratedPiece`
     low: np.ndarray | None = None
     high: np.ndarray | None = None
     at: np.ndarray | None = None  # times of low and high, (2, rows), if cubics run between the nodes

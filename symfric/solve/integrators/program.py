@@ -212,7 +212,7 @@ class IntegratorsProgram(OneByOne):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
         state = np.concatenate([motion.y, motion.total])
         motion.size = np.maximum(motion.size, np.abs(state))
-        start = SegmentStart(motion.t, state, p, motion.m, motion.size)
+        start = SegmentStart(motion.t, state, p, motion.m, motion.size, motion.inner)
         piece = flow.advance(start, end, motion.reach, self._keep_path or bool(self._ranges), self._only)
         if piece is None:
             motion.status = Status.INTEGRATOR
@@ -220,7 +220,7 @@ class IntegratorsProgram(OneByOne):
         self._recorder.keep(motion, piece, p)
         begin, last = motion.t, piece.state[:, -1]
         motion.t, motion.y, motion.total = piece.t.item(-1), last[: motion.y.size], last[motion.y.size :]
-        motion.reach = piece.reach
+        motion.reach, motion.inner = piece.reach, piece.inner
         motion.farthest = np.maximum(motion.farthest, np.max(np.abs(piece.state[: motion.y.size]), axis=1))
         motion.counts["pieces"] += 1
         motion.counts["steps"] = flow.steps

@@ -17,10 +17,10 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.integrators.hermite import first_fall, middle_errors
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
-from symfric.solve.integrators.mode_functions import ONE_STEP, mode_integrator, node_function
+from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, mode_integrator, node_function
 from symfric.solve.integrators.refined_grid import refined
 from symfric.solve.integrators.sizes import filled, rough_motion
-from symfric.solve.integrators.stretch import Stretch, sizes_of
+from symfric.solve.integrators.stretch import Stretch, sizes_of, stretched
 from symfric.solve.loop.enclosure import unseen_by
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ _SHORTEST = 1e-9  # shortest piece, relative to the horizon
 _GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
 _KEPT = 8  # most integrators kept, one for each grid of nodes
 _FEWEST = 4  # nodes of a cubic
+_INSTANT = 16  # roundings of time in which nothing changes
 _NEWTON = 4  # most Newton corrections of an event time
 
 
@@ -59,14 +60,14 @@ class ModeIntegrators:
         horizon: float,
         stretch: Stretch | None = None,
     ):
-        self.stretch = stretch
+        self.stretch = stretch if settings.plugin in CONTINUOUS else None
         self.settings, self.tolerance, self.plugin = settings, tolerance, settings.plugin or "erk"
-        self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if stretch is None else _LOGARITHMIC)
+        self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if self.stretch is None else _LOGARITHMIC)
         self.in_pieces = self.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
-        self._field, self._n_integrals, self._horizon = field, n_integrals, horizon
-        self._nodes = node_function(field, n_integrals)
-        continuous = self.plugin == "cvodes" and stretch is None and not automaton.inputs
+        self._field, self._n_integrals, self._horizon = stretched(field, self.stretch), n_integrals, horizon
+        self._nodes = node_function(self._field, n_integrals)
+        continuous = self.plugin == "cvodes" and self.stretch is None and not automaton.inputs
         self.rough = rough_motion(field, n_integrals, horizon) if continuous else None
         self._compiled: dict[tuple[int, int], ca.Function] = {}
         self._for_grids: OrderedDict[tuple[bytes, float], ca.Function] = OrderedDict()
@@ -122,16 +123,10 @@ class ModeIntegrators:
 
     def _uninterrupted(self, start: SegmentStart, span: float, grid: np.ndarray, rough: float = 1.0) -> np.ndarray:
         """Return the states at fractions of a time after the start, the last one 1."""
-        size, state, n = start.size, start.state, self.n_x
-        if self.stretch:
-            size = sizes_of(self.stretch, size)
-            state = np.append(np.array(self.stretch.inner(state[:n], start.p)).ravel(), state[n:])
         integrator = self._for_grid(grid, rough)
-        data = np.concatenate([start.p, start.m, size, [start.t, span / _STRETCHED]])
-        found = np.array(integrator(x0=state / size, p=data)["xf"]) * size[:, None]
+        data = np.concatenate([start.p, start.m, start.size, [start.t, span / _STRETCHED]])
+        found = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
         self.steps += integrator.stats().get("nsteps", 0)
-        if self.stretch:
-            found[:n] = np.array(self.stretch.outer(found[:n], start.p))
         return found
 
     def _for_grid(self, grid: np.ndarray, rough: float) -> ca.Function:
@@ -149,7 +144,6 @@ class ModeIntegrators:
                     0,
                     grid * _STRETCHED,
                     s.max_steps,
-                    self.stretch,
                 )
             if len(self._for_grids) > _KEPT:
                 self._for_grids.popitem(last=False)
@@ -181,14 +175,39 @@ class ModeIntegrators:
         None if the integrator fails over the shortest time too. Plugins without pieces integrate to `end` regardless of
         guards, and have nodes only if the motion is `watched`; if `times` are given, at these alone.
         """
+        if end - start.t <= _INSTANT * np.spacing(end):
+            return self._instant(start, end, reach)
         if self.in_pieces:
             return self._next_piece(start, end, reach)
+        inside = self._inside(start)
         try:
             if times is not None and self.plugin != "collocation":
-                return self._at_times(start, end, times)
-            return self._whole(start, end) if watched else self._ends(start, end)
+                piece = self._at_times(inside, end, times)
+            else:
+                piece = self._whole(inside, end) if watched else self._ends(inside, end)
         except RuntimeError:
             return None
+        return self._outside(piece, start.p)
+
+    def _inside(self, start: SegmentStart) -> SegmentStart:
+        """Return a start in the integrated variables."""
+        if self.stretch is None:
+            return start
+        state = self.stretch.inside(start.state, start.t, start.p, start.inner)
+        return replace(start, state=state, size=sizes_of(self.stretch, start.size))
+
+    def _outside(self, piece: IntegratedPiece, p: np.ndarray) -> IntegratedPiece:
+        """Return a piece in the states."""
+        if self.stretch is None:
+            return piece
+        return replace(piece, state=self.stretch.outside(piece.state, piece.t, p), inner=piece.state[:, -1])
+
+    def _instant(self, start: SegmentStart, end: float, reach: float) -> IntegratedPiece:
+        """Return a motion over a time of a few roundings, in which nothing changes."""
+        t, inside = np.array([start.t, end]), self._inside(start)
+        state = np.column_stack([inside.state, inside.state])
+        first, second, *rows, _ = self._look(t, state, inside)
+        return self._outside(IntegratedPiece(t, state, first, second, tuple(rows), reach), start.p)
 
     def _ends(self, start: SegmentStart, end: float) -> IntegratedPiece:
         none = np.zeros((0, 2))
@@ -266,11 +285,13 @@ class ModeIntegrators:
         def look(grid: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             state = np.column_stack([start.state, found])
             looked = self._look(start.t + (end - start.t) * grid, state, start)
-            values = np.concatenate([state[: self.n_x], looked[2][self.n_guards :]])
+            t = start.t + (end - start.t) * grid
+            seen = state if self.stretch is None else self.stretch.outside(state, t, start.p)
+            values = np.concatenate([seen[: self.n_x], looked[2][self.n_guards :]])
             if not np.all(np.isfinite(values)):
                 raise RuntimeError("the motion left the finite numbers")
             noise = self.local * np.max(
-                np.concatenate([start.size[: self.n_x, None] + np.abs(state[: self.n_x]), looked[-1]]), axis=1
+                np.concatenate([start.size[: self.n_x, None] + np.abs(seen[: self.n_x]), looked[-1]]), axis=1
             )
             noise = np.delete(noise, np.s_[self.n_x : self.n_x + self.n_guards])
             return values, _BETWEEN * self.tolerance * np.max(np.abs(values), axis=1) + 10 * noise

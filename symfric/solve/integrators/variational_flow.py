@@ -14,7 +14,7 @@ import numpy as np
 
 from symfric.locks import SYMBOLIC
 from symfric.solve.integrators.integrated_piece import SegmentStart
-from symfric.solve.integrators.stretch import Stretch, sizes_of
+from symfric.solve.integrators.stretch import Stretch, sizes_of, stretched
 
 _STEPS, _DEEPEST = (
     20_000,
@@ -55,28 +55,25 @@ class VariationalFlow:
     """
 
     def __init__(self, field: ca.Function, n_integrals: int, chosen: np.ndarray, stretch: Stretch | None):
-        self._field, self._n_integrals, self._stretch = field, n_integrals, stretch
+        self._field, self._n_integrals, self._stretch = stretched(field, stretch), n_integrals, stretch
         self._chosen = chosen
         self._dae = self._equations(field.nnz_in(0) + n_integrals, chosen.shape[1])
         if stretch:
-            s, p = ca.SX.sym("s", field.nnz_in(0)), ca.SX.sym("p", field.nnz_in(2))
-            shift = ca.densify(ca.jacobian(stretch.outer(s, p), p) @ chosen)
-            self._shift = ca.Function("shift", [s, p], [shift, stretch.slope(s, p)])
+            self._enter, self._leave = (self._changed(e) for e in (stretch.inner, stretch.outer))
         self._made: OrderedDict[tuple[bytes, float], ca.Function] = OrderedDict()
         self.rough: ca.Function | None = None  # for the sizes of a motion
         self.steps = 0
 
     def _equations(self, n: int, n_s: int) -> dict[str, ca.SX]:
         """Return the equations of the scaled variables, derivatives behind states, for `casadi.integrator`."""
-        field, stretch, chosen = self._field, self._stretch, self._chosen
+        field, chosen = self._field, self._chosen
         n_x = field.nnz_in(0)
         state, V, time = ca.SX.sym("state", n), ca.SX.sym("V", n, n_s), ca.SX.sym("time")
         p, m, size = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3)), ca.SX.sym("size", n)
         unit, coarser = ca.SX.sym("unit", n_s), ca.SX.sym("coarser", n)
         begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
         inside = (state * size)[:n_x]
-        rate, _, rows = field(stretch.outer(inside, p) if stretch else inside, begin + length * time, p, m)
-        rate = rate / stretch.slope(inside, p) if stretch else rate
+        rate, _, rows = field(inside, begin + length * time, p, m)
         integrals = rows[: self._n_integrals] if self._n_integrals else ca.SX(0, 1)
         ode = length * ca.vertcat(rate, integrals) / size
         scale = ca.repmat(coarser, 1, n_s)
@@ -84,6 +81,13 @@ class VariationalFlow:
         varied = (ca.jacobian(ode, state) @ (V * scale) + by_value) / scale
         data = ca.vertcat(p, m, size, unit, coarser, begin, length)
         return {"x": ca.vertcat(state, ca.vec(V)), "t": time, "p": data, "ode": ca.vertcat(ode, ca.vec(varied))}
+
+    def _changed(self, change: ca.Function) -> ca.Function:
+        """Return ``(y, t, p, V) -> V`` for the derivatives of the variables that a change gives."""
+        y, t, p = (ca.SX.sym(name, change.nnz_in(k)) for k, name in enumerate(("y", "t", "p")))
+        V, found = ca.SX.sym("V", y.numel(), self._chosen.shape[1]), change(y, t, p)
+        by = ca.jacobian(found, y) @ V + ca.jacobian(found, p) @ self._chosen
+        return ca.Function("changed", [y, t, p, V], [ca.densify(by)])
 
     def follow(
         self, start: SegmentStart, V: np.ndarray, scales: Scales, times: np.ndarray, tolerance: float
@@ -132,9 +136,8 @@ class VariationalFlow:
         n_x, size, state = self._field.nnz_in(0), start.size, start.state
         if self._stretch:
             size = sizes_of(self._stretch, size)
-            state = np.append(np.array(self._stretch.inner(state[:n_x], start.p)).ravel(), state[n_x:])
-            shift, slope = (np.array(e) for e in self._shift(state[:n_x], start.p))
-            V = np.concatenate([(V[:n_x] - shift) / slope, V[n_x:]])
+            V = np.concatenate([np.array(self._enter(state[:n_x], start.t, start.p, V[:n_x])), V[n_x:]])
+            state = self._stretch.inside(state, start.t, start.p)
         unit, coarser = scales.unit, scales.coarser
         scale = size[:, None] * coarser / unit
         length = times[-1] - start.t
@@ -148,11 +151,9 @@ class VariationalFlow:
         states = found[: size.size] * size[:, None]
         slopes = found[size.size :].T.reshape(times.size, unit.size, size.size).transpose(0, 2, 1) * scale
         if self._stretch:
-            inner = states[:n_x].copy()
-            states[:n_x] = np.array(self._stretch.outer(inner, start.p))
-            for k in range(times.size):
-                shift, slope = (np.array(e) for e in self._shift(inner[:, k], start.p))
-                slopes[k, :n_x] = slope * slopes[k, :n_x] + shift
+            for k, t in enumerate(times):
+                slopes[k, :n_x] = np.array(self._leave(states[:n_x, k], t, start.p, slopes[k, :n_x]))
+            states = self._stretch.outside(states, times, start.p)
         return states, slopes
 
     def _integrator(self, grid: np.ndarray, tolerance: float) -> ca.Function:
