@@ -10,11 +10,12 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, nearest
 from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
+from symfric.solve.integrators.refusals import declines_derivatives
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.sensitive_program import SensitiveIntegratorsProgram
 from symfric.solve.integrators.stiffness import pays
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.protocol import Program
+from symfric.solve.protocol import Answer, Program
 from symfric.solve.run import Run
 from symfric.solve.taylor.route import Taylor
 from symfric.solve.taylor.sensitive_route import SensitiveProgram, directions_of
@@ -85,12 +86,16 @@ class Explanation:
 
 
 @alone(SYMBOLIC)
-def explain(scene: Scene) -> Explanation:
+def explain(scene: Scene, sensitivities: Sequence[Key] = (), order: int = 1) -> Explanation:
     """Explain the route selection of a scene: the route, why the others decline, and what is not computed.
 
     Parameters
     ----------
     scene : Scene
+    sensitivities : sequence of symbol or name
+        As for `prepare`: derivatives may take another route.
+    order : {1, 2}
+        Of the derivatives.
 
     Returns
     -------
@@ -109,17 +114,44 @@ def explain(scene: Scene) -> Explanation:
     'taylor'
     """
     lowered = LoweredScene(scene)
-    facts, found = facts_of(lowered), {name: route.answer(lowered) for name, route in ROUTES.items()}
-    chosen = next(name for name, answer in found.items() if answer.takes and answer.preferred)
-    words = {}
+    directions = directions_of(scene, sensitivities) if sensitivities else ()
+    chosen, found = _selected(lowered, bool(directions), order)
+    facts, words = facts_of(lowered), {}
     for name, answer in found.items():
         slower = "not needed" if answer.preferred else f"slower here (route={name!r})"
         verdict = "takes it" if name == chosen else slower
         words[name] = f"{verdict if answer.takes else 'declines'}: {answer.words}"
-    return Explanation(chosen, words, _skipped(facts), facts)
+    return Explanation(chosen, words, _skipped(facts, bool(directions)), facts)
 
 
-def _skipped(facts: Facts) -> tuple[str, ...]:
+def _selected(lowered: LoweredScene, derivatives: bool, order: int) -> tuple[str, dict[str, Answer]]:
+    """Return the route that runs a scene, and the answers of all routes; `explain` and `prepare` both read it here."""
+    if derivatives:
+        answers = _answers_with_derivatives(lowered, order)
+    else:
+        answers = {name: route.answer(lowered) for name, route in ROUTES.items()}
+    taking = [name for name, answer in answers.items() if answer.takes]
+    if not taking:
+        reasons = "; ".join(f"{name}: {answer.words}" for name, answer in answers.items())
+        raise NoRoute(f"no route takes the scene: {reasons}")
+    return next((name for name in taking if answers[name].preferred), taking[0]), answers
+
+
+def _answers_with_derivatives(lowered: LoweredScene, order: int) -> dict[str, Answer]:
+    """Return the answers of all routes if derivatives are wanted."""
+    refusal = declines_derivatives(lowered.automaton, "cvodes", lowered.scene)
+    refusal = refusal or ("second derivatives" if order > 1 else "")
+    implicit = not refusal and pays(lowered)
+    return {
+        "exact": Answer(False, False, "computes no derivatives"),
+        "taylor": Answer(True, not implicit, f"derivatives with the motion{', but stiff' if implicit else ''}"),
+        "integrators": Answer(
+            not refusal, implicit, refusal or "derivatives with the motion, by cvodes, for stiff laws with memory"
+        ),
+    }
+
+
+def _skipped(facts: Facts, derivatives: bool) -> tuple[str, ...]:
     notes = []
     if facts.autonomous:
         notes.append("time: the scene is autonomous, so time is no variable of the series")
@@ -138,7 +170,8 @@ def _skipped(facts: Facts) -> tuple[str, ...]:
         notes.append("the list of events: only their number is kept")
     if not facts.scalars:
         notes.append("extrema and integrals: no scalar output needs them")
-    notes.append("derivatives with respect to parameters: not asked for")
+    if not derivatives:
+        notes.append("derivatives with respect to parameters: not asked for")
     return tuple(notes)
 
 
@@ -194,9 +227,7 @@ def prepare(
         return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities), order)
     lowered = LoweredScene(scene)
     if route is None:
-        answers = ((settings, settings.answer(lowered)) for settings in ROUTES.values())
-        chosen = next(settings for settings, answer in answers if answer.takes and answer.preferred)
-        return chosen.build(lowered, tolerance)
+        return ROUTES[_selected(lowered, False, order)[0]].build(lowered, tolerance)
     settings = _settings(route)
     answer = settings.answer(lowered)
     if not answer.takes:
@@ -207,8 +238,7 @@ def prepare(
 def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
     if order not in (1, 2):
         raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
-    stiff = route is None and order == 1 and pays(LoweredScene(scene))
-    settings = _settings(("integrators" if stiff else "taylor") if route is None else route)
+    settings = _settings(_selected(LoweredScene(scene), True, order)[0] if route is None else route)
     if isinstance(settings, Integrators) and order == 1 and settings.plugin in (None, "cvodes"):
         return SensitiveIntegratorsProgram(scene, tolerance, settings.resolved(stiff=True), names)
     if not isinstance(settings, Taylor):

@@ -1,10 +1,15 @@
 """Dense output by quintic Hermite polynomials, and their extremes."""
 
 import math
+from functools import cache
 
 import numpy as np
 
-_BERNSTEIN = np.array([[math.comb(i, k) / math.comb(5, k) for k in range(6)] for i in range(6)])
+
+@cache
+def _bernstein(n: int) -> np.ndarray:
+    """Return the matrix that gives the Bernstein coefficients of a polynomial of degree n on [0, 1]."""
+    return np.array([[math.comb(i, k) / math.comb(n, k) for k in range(n + 1)] for i in range(n + 1)])
 
 
 def quintic(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -87,9 +92,13 @@ def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] 
     -----
     The smallest Bernstein coefficient of a polynomial bounds it from below, so no dip between nodes is overlooked.
     """
+    return first_fall_of(t, _scaled(np.diff(t), value, first, second), below)
+
+
+def first_fall_of(t: np.ndarray, coefficients: np.ndarray, below: np.ndarray) -> tuple[int, float] | None:
+    """Return what `first_fall` does, from the coefficients (n, rows, order) in the fraction of every interval."""
     h = np.diff(t)
-    coefficients = _scaled(h, value, first, second)
-    bound = np.min(coefficients @ _BERNSTEIN.T, axis=-1)
+    bound = np.min(coefficients @ _bernstein(coefficients.shape[-1] - 1).T, axis=-1)
     found = None
     for k, row in np.argwhere(bound < -below):
         if found is not None and t[k] >= found[1]:

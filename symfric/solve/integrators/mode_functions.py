@@ -72,15 +72,18 @@ def mode_integrator(
 
 
 def signs_evaluated(automaton: Automaton) -> ca.Function:
-    """Return the field with every direction and switch computed from the state, for laws without a jump."""
+    """Return the field with directions and switches computed from the state, except those of contacts that can stick."""
     field = automaton.field
     layout, n_c = automaton.layout, len(automaton.contacts)
     y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
-    m = ca.SX.sym("m", field.nnz_in(3))
+    n_m = field.nnz_in(3)
+    m = ca.SX.sym("m", n_m)
     sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
-    mode = (
-        [ca.SX(0)] * n_c + [sign(w) for w in ca.vertsplit(automaton.gauge(y, t, p)[0])] + [ca.SX(1)] * layout.switches
-    )
+    mode = ca.vertsplit(m) if n_m else []
+    for i, w in enumerate(ca.vertsplit(automaton.gauge(y, t, p)[0]) if n_c else []):
+        if not automaton.sticks[i]:
+            mode[i], mode[layout.direction(i)] = ca.SX(0), sign(w)
+    mode[layout.signs] = [ca.SX(1)] * layout.switches
     for j in range(layout.switches):  # a switch may depend on earlier ones
         mode[layout.sign(j)] = sign(field(y, t, p, ca.vertcat(*mode))[1][layout.switch(j)])
     return ca.Function("field", [y, t, p, m], list(field(y, t, p, ca.vertcat(*mode))))

@@ -51,6 +51,8 @@ class Rule:
         Of the run.
     farthest : ndarray, shape (n_x,)
         Largest magnitudes of the states so far.
+    evaluated : bool
+        Whether only the modes of contacts that can stick are data, and all else is computed from the state.
     """
 
     automaton: Automaton
@@ -61,9 +63,10 @@ class Rule:
     zero: float
     horizon: float
     farthest: np.ndarray
+    evaluated: bool
 
 
-def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float) -> Rule:
+def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float, evaluated: bool) -> Rule:
     """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
     field = automaton.field
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
@@ -74,7 +77,7 @@ def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float) -> Ru
     slip = automaton.gauge(y, t, p)[0]
     drift = ca.Function("drift", [y, t, p, m], [along(slip, rate, y, t)])
     slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
-    return Rule(automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()))
+    return Rule(automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()), evaluated)
 
 
 def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
@@ -87,7 +90,8 @@ def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
     automaton = rule.automaton
     n_c, layout = len(automaton.contacts), automaton.layout
     slip = numbers(automaton.gauge(y, t, p)[0])
-    m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(automaton.layout.switches)])
+    others = np.zeros(layout.n_mode - layout.first_variable)
+    m = np.concatenate([np.zeros(n_c), np.where(slip < 0, -1.0, 1.0), np.ones(layout.switches), others])
     for j in range(automaton.layout.switches):  # a switch may depend on the ones before it
         guard = numbers(rule.look(y, t, p, m)[0])[layout.switch(j)]
         m[layout.sign(j)] = 1.0 if guard >= 0 else -1.0
@@ -122,7 +126,10 @@ def next_mode(
     scale = numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
     layout = automaton.layout
     still = [i for i in range(n_c) if m[i] or backward(i) in hit]
-    for i in (i for i in range(n_c) if i not in still and abs(slip[i]) <= rule.zero * scale[i]):
+    slow = [
+        i for i in range(n_c) if abs(slip[i]) <= rule.zero * scale[i] and (automaton.sticks[i] or not rule.evaluated)
+    ]
+    for i in (i for i in slow if i not in still):
         if _nearly(rule, y, t, p, sorted([*still, i])):
             still = sorted([*still, i])
     _project(rule, y, t, p, still)
@@ -198,6 +205,8 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     crossing in a stiff motion: a switch that seems wrong on both sides crosses.
     """
     layout = rule.automaton.layout
+    if rule.evaluated:
+        return m
     m = _with_edges(rule, y, t, p, m, hit)
     before, turned = m, np.zeros(m.size, dtype=int)
     for _ in range(3 * layout.switches + 1):
@@ -256,11 +265,17 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
         if m[i]:
             bound = 0.5 * abs(guards[backward(i)] + guards[forward(i)])
             for k in (backward(i), forward(i)):
+                if (
+                    k in hit and rule.evaluated
+                ):  # the derivatives of stiff forces are too inexact to ask whether it falls
+                    return False
                 at_bound = abs(guards[k]) <= (_HIT if k in hit else rule.zero) * bound
                 if first[k] * rule.horizon < -_TIE * bound if at_bound else guards[k] < 0:
                     return False
         else:
             start, then = first[backward(i)], second[backward(i)]
+            if rule.evaluated and hit & {backward(i), forward(i)}:
+                then = max(then, 0.0)
             little = max(rule.zero, _TIE) * pull[i]
             if max(abs(start), abs(then) * rule.horizon) <= little and here.idle(m, i):
                 return False

@@ -17,6 +17,7 @@ from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
+from symfric.solve.integrators.implicit_pieces import ImplicitPieces
 from symfric.solve.integrators.integrated_piece import SegmentStart
 from symfric.solve.integrators.mode_functions import ONE_STEP, signs_evaluated
 from symfric.solve.integrators.mode_selection import (
@@ -31,7 +32,7 @@ from symfric.solve.integrators.mode_selection import (
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.one_by_one import OneByOne
 from symfric.solve.integrators.recorder import Recorder
-from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.refusals import declines, has_events, remembering
 from symfric.solve.integrators.segment import FINEST, ModeIntegrators
 from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing, sizes_along
 from symfric.solve.integrators.stretch import stretch_of
@@ -78,23 +79,27 @@ class IntegratorsProgram(OneByOne):
             self._only = np.unique(np.concatenate(list(self._times.values())))
         self._keep_events = any(o.keeps_events for o in outputs.values())
         self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
-        refusal = declines(self.automaton, settings.plugin, kinks_matter(scene))
+        refusal = declines(self.automaton, settings.plugin, scene)
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")
-        self._held = settings.plugin in ONE_STEP
+        one_step = settings.plugin in ONE_STEP
+        self._held = one_step or (remembering(scene) and has_events(self.automaton))
         self._recorder = Recorder(self.automaton, tuple(self._ranges), self._times, self._keep_path, self._held)
-        self._field = self.automaton.field if self._held else signs_evaluated(self.automaton)
-        count = len(self._integrals)
-        stretch = stretch_of(lowered.dynamics, self.automaton)
-        self._make_flow = partial(
-            ModeIntegrators, self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch
-        )
+        if not one_step:
+            self.automaton = replace(self.automaton, field=signs_evaluated(self.automaton))
+        self._field, count = self.automaton.field, len(self._integrals)
+        stretch = None if one_step else stretch_of(lowered.dynamics, self.automaton)
+        self._make_flow: Callable[[], ModeIntegrators | ImplicitPieces] = partial(
+            ImplicitPieces if self._held and not one_step else ModeIntegrators,
+            self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch,
+        )  # fmt: skip
         first = self._make_flow()
         self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
-        self._idle: deque[ModeIntegrators] = deque(
+        self._idle: deque[ModeIntegrators | ImplicitPieces] = deque(
             [first], maxlen=_KEPT
         )  # an integrator can be used by one run at a time
-        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, max(1e-12, 10 * first.local), scene.horizon)
+        zero = max(1e-12, 10 * first.local)
+        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, zero, scene.horizon, not one_step)
 
     def __reduce__(self):
         """Pickle as the arguments of `prepare`."""
@@ -146,6 +151,7 @@ class IntegratorsProgram(OneByOne):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], horizon)
             self._settle(motion, p, frozenset(), first=k == 0)
             if k == 0:
+                self._start_springs(motion, p)
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 check_time()
@@ -157,14 +163,16 @@ class IntegratorsProgram(OneByOne):
         self._idle.append(flow)
         return motion
 
-    def _sizes(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, horizon: float) -> np.ndarray:
+    def _sizes(
+        self, flow: ModeIntegrators | ImplicitPieces, motion: Motion, p: np.ndarray, horizon: float
+    ) -> np.ndarray:
         """Return the sizes of states and integrals from the start, or of continuous laws from a rough motion."""
         sizes = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
         if flow.rough is None:
             return sizes
         return sizes_along(flow.rough, sizes, motion.y, p, motion.m, horizon)
 
-    def _lease(self) -> ModeIntegrators:
+    def _lease(self) -> ModeIntegrators | ImplicitPieces:
         """Borrow a set of integrators for one run."""
         try:
             flow = self._idle.pop()
@@ -198,15 +206,35 @@ class IntegratorsProgram(OneByOne):
             motion.status = Status.LOST_CONTACT if np.any(lost) else Status.UNDECIDED
             return
         layout = self.automaton.layout
-        before, after = layout.modes(motion.m), layout.modes(mode)
-        changed = np.flatnonzero(before != after) if not first else ()
-        motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
-        motion.counts["events"] += len(changed)
+        before = layout.modes(motion.m)
         motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m = mode
+        if not first:
+            self._log(motion, before)
 
-    def _integrate(self, flow: ModeIntegrators, motion: Motion, p: np.ndarray, end: float) -> None:
+    def _log(self, motion: Motion, before: np.ndarray) -> None:
+        """Store the events that led from the modes before to the present ones."""
+        after = self.automaton.layout.modes(motion.m)
+        changed = np.flatnonzero(before != after)
+        motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
+        motion.counts["events"] += len(changed)
+
+    def _start_springs(self, motion: Motion, p: np.ndarray) -> None:
+        """Complete the first mode of contacts behind springs, whose sliders stick unless they are at their limits."""
+        first = self.automaton.layout.first_other
+        guards, rates, _ = (numbers(e)[first:] for e in self._rule.look(motion.y, motion.t, p, motion.m))
+        fallen = (guards < 0) | ((guards == 0) & (rates < 0))
+        if np.any(fallen):
+            self._transit(motion, p, fallen.astype(float))
+
+    def _transit(self, motion: Motion, p: np.ndarray, hit: np.ndarray) -> None:
+        """Change state and mode at events of contacts behind springs."""
+        assert self.automaton.transition is not None
+        found = self.automaton.transition(motion.y, motion.t, p, motion.m, hit, np.zeros(hit.size))
+        motion.y, motion.m = numbers(found[0]), numbers(found[1])
+
+    def _integrate(self, flow: ModeIntegrators | ImplicitPieces, motion: Motion, p: np.ndarray, end: float) -> None:
         """Integrate to `end`, to the next event, or over a part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
             motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
@@ -235,12 +263,17 @@ class IntegratorsProgram(OneByOne):
         stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1
         motion.counts["stalled"] = stalled
         motion.rest = math.nan
-        if index >= self.automaton.layout.first_load:
+        layout = self.automaton.layout
+        if layout.first_load <= index < layout.first_other:
             motion.status = Status.LOST_CONTACT
         elif motion.counts["events"] >= self.settings.max_events:
             motion.status = Status.EVENT_BUDGET
         elif stalled > _STALLED:
             motion.status = Status.CHATTER
+        elif index >= layout.first_other:
+            before = layout.modes(motion.m)
+            self._transit(motion, p, (np.arange(layout.first_other, layout.n_guards) == index).astype(float))
+            self._log(motion, before)
         else:
             self._settle(motion, p, frozenset({index}))
 

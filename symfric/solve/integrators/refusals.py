@@ -6,6 +6,11 @@ from symfric.model.scene import Scene
 from symfric.solve.integrators.mode_functions import ONE_STEP
 
 
+def has_events(automaton: Automaton) -> bool:
+    """Whether a contact can stick, or is behind a spring."""
+    return any(automaton.sticks) or bool(automaton.layout.others)
+
+
 def kinks_matter(scene: Scene) -> bool:
     """Whether outputs besides the end and integrals exist, in a scene whose kinks are not those of laws with memory."""
     watched = any(
@@ -15,8 +20,22 @@ def kinks_matter(scene: Scene) -> bool:
     return watched and not any(c.law.memory for c in scene.contacts)
 
 
-def declines(automaton: Automaton, plugin: str | None, kinks_matter: bool) -> str:
+def remembering(scene: Scene) -> bool:
+    """Whether a contact along a line has a law with memory."""
+    return any(c.law.memory is not None and c.along_line for c in scene.contacts)
+
+
+def declines(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
     """Return the reason why the route declines the scene; empty if it takes it."""
+    if plugin != "cvodes" or not remembering(scene):
+        return declines_derivatives(automaton, plugin, scene)
+    if automaton.at_edges and has_events(automaton):
+        return "a profile jumps, and a contact can stick"
+    return ""
+
+
+def declines_derivatives(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
+    """Return the reason why the route declines the scene if derivatives are wanted; empty if it takes it."""
     if automaton.layout.others:
         return f"contact {automaton.layout.others[0].name!r} is behind a spring"
     if plugin in ONE_STEP:
@@ -26,7 +45,7 @@ def declines(automaton: Automaton, plugin: str | None, kinks_matter: bool) -> st
             f"{plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
             "plugin 'erk' or 'rosenbrock'"
         )
-    if kinks_matter and automaton.layout.switches:
+    if kinks_matter(scene) and automaton.layout.switches:
         return (
             f"{plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
             "the plugin 'erk' or 'rosenbrock'"

@@ -12,7 +12,7 @@ from typing import ClassVar
 from symfric.errors import SceneError
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP
 from symfric.solve.integrators.program import IntegratorsProgram
-from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.refusals import declines
 from symfric.solve.integrators.stiffness import MANY, explicit_steps
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Answer
@@ -79,7 +79,7 @@ class Integrators:
         """
         steps = explicit_steps(scene)
         stiff = steps > MANY
-        refusal = declines(scene.automaton, self.resolved(stiff).plugin, kinks_matter(scene.scene))
+        refusal = declines(scene.automaton, self.resolved(stiff).plugin, scene.scene)
         words = "by one to three orders of magnitude; kept as an independent check"
         if stiff:
             words = f"a law with memory is stiff: explicit steps would be about {steps:.1g}; by cvodes, implicit"

@@ -20,7 +20,7 @@ from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentS
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, mode_integrator, node_function
 from symfric.solve.integrators.refined_grid import refined
 from symfric.solve.integrators.sizes import filled, rough_motion
-from symfric.solve.integrators.stretch import Stretch, sizes_of, stretched
+from symfric.solve.integrators.stretch import Stretch, inside, outside, stretched
 from symfric.solve.loop.enclosure import unseen_by
 
 if TYPE_CHECKING:
@@ -179,35 +179,22 @@ class ModeIntegrators:
             return self._instant(start, end, reach)
         if self.in_pieces:
             return self._next_piece(start, end, reach)
-        inside = self._inside(start)
+        begun = inside(self.stretch, start)
         try:
             if times is not None and self.plugin != "collocation":
-                piece = self._at_times(inside, end, times)
+                piece = self._at_times(begun, end, times)
             else:
-                piece = self._whole(inside, end) if watched else self._ends(inside, end)
+                piece = self._whole(begun, end) if watched else self._ends(begun, end)
         except RuntimeError:
             return None
-        return self._outside(piece, start.p)
-
-    def _inside(self, start: SegmentStart) -> SegmentStart:
-        """Return a start in the integrated variables."""
-        if self.stretch is None:
-            return start
-        state = self.stretch.inside(start.state, start.t, start.p, start.inner)
-        return replace(start, state=state, size=sizes_of(self.stretch, start.size))
-
-    def _outside(self, piece: IntegratedPiece, p: np.ndarray) -> IntegratedPiece:
-        """Return a piece in the states."""
-        if self.stretch is None:
-            return piece
-        return replace(piece, state=self.stretch.outside(piece.state, piece.t, p), inner=piece.state[:, -1])
+        return outside(self.stretch, piece, start.p)
 
     def _instant(self, start: SegmentStart, end: float, reach: float) -> IntegratedPiece:
         """Return a motion over a time of a few roundings, in which nothing changes."""
-        t, inside = np.array([start.t, end]), self._inside(start)
-        state = np.column_stack([inside.state, inside.state])
-        first, second, *rows, _ = self._look(t, state, inside)
-        return self._outside(IntegratedPiece(t, state, first, second, tuple(rows), reach), start.p)
+        t, begun = np.array([start.t, end]), inside(self.stretch, start)
+        state = np.column_stack([begun.state, begun.state])
+        first, second, *rows, _ = self._look(t, state, begun)
+        return outside(self.stretch, IntegratedPiece(t, state, first, second, tuple(rows), reach), start.p)
 
     def _ends(self, start: SegmentStart, end: float) -> IntegratedPiece:
         none = np.zeros((0, 2))

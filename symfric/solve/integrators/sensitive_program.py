@@ -20,7 +20,7 @@ from symfric.model.symbols import Key, name_of
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.one_by_one import OneByOne
 from symfric.solve.integrators.program import IntegratorsProgram, check_tolerance
-from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.refusals import declines_derivatives
 from symfric.solve.integrators.varied_motion import Followed, VariedMotion
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers
@@ -70,7 +70,7 @@ class SensitiveIntegratorsProgram(OneByOne):
         self._integrals = [r for r in self._wanted.rows if r.kind == INTEGRAL]
         self._looked = [r for r in self._wanted.rows if r.kind != INTEGRAL]
         automaton = automaton_of(lowered.dynamics, [r.expr for r in (*self._integrals, *self._looked)])
-        refusal = declines(automaton, settings.plugin, kinks_matter(scene))
+        refusal = declines_derivatives(automaton, settings.plugin, scene)
         if refusal:
             raise NoRoute(f"only the route 'taylor' computes derivatives here, leave route=None: {refusal}")
         self._motion = VariedMotion(automaton, lowered, self.directions, len(self._integrals), self.tolerance)

@@ -8,7 +8,7 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.mode_functions import mode_integrator, signs_evaluated
-from symfric.solve.integrators.refusals import declines, kinks_matter
+from symfric.solve.integrators.refusals import declines_derivatives
 from symfric.solve.integrators.sizes import first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
 
@@ -30,8 +30,8 @@ def explicit_steps(scene: LoweredScene) -> float:
 
 def pays(scene: LoweredScene) -> bool:
     """Whether derivatives cost less by an implicit integrator, which takes about as many steps with them as without."""
-    return explicit_steps(scene) > MANY_WITH_DERIVATIVES and not declines(
-        scene.automaton, "cvodes", kinks_matter(scene.scene)
+    return explicit_steps(scene) > MANY_WITH_DERIVATIVES and not declines_derivatives(
+        scene.automaton, "cvodes", scene.scene
     )
 
 

@@ -7,7 +7,7 @@ of the velocity of a body and that of its belt it would have the rounding errors
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from symfric.lower.automaton import Automaton
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.solve.integrators.graph_nodes import nodes_given
+from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 
 SIZE = 10.0  # of s, for absolute tolerances
 _SAME = 1e-10  # difference of velocities, relative to the largest, within which a slip is the one before
@@ -136,6 +137,21 @@ def stretched(field: ca.Function, stretch: Stretch | None) -> ca.Function:
     exact = nodes_given(slips, units * ca.sinh(s[places]), [rate, *out[1:]])
     inside: Sequence[ca.SX] = ca.substitute(exact, [y], [stretch.outer(s, t, p)])
     return ca.Function("field", [s, t, p, m], [ca.densify(e) for e in inside])
+
+
+def inside(stretch: Stretch | None, start: SegmentStart) -> SegmentStart:
+    """Return a start in the integrated variables."""
+    if stretch is None:
+        return start
+    state = stretch.inside(start.state, start.t, start.p, start.inner)
+    return replace(start, state=state, size=sizes_of(stretch, start.size))
+
+
+def outside(stretch: Stretch | None, piece: IntegratedPiece, p: np.ndarray) -> IntegratedPiece:
+    """Return a piece in the states."""
+    if stretch is None:
+        return piece
+    return replace(piece, state=stretch.outside(piece.state, piece.t, p), inner=piece.state[:, -1])
 
 
 def sizes_of(stretch: Stretch | None, size: np.ndarray) -> np.ndarray:
