@@ -186,7 +186,7 @@ class ImplicitPieces:
 
 
 def _events(automaton: Automaton) -> np.ndarray:
-    """Return which guards end a piece, (n_g,): those of contacts that can stick or are behind springs, and the loads."""
+    """Return which guards end a piece, (n_g,): of contacts that can stick or are behind springs, and of loads."""
     layout = automaton.layout
     return np.concatenate(
         [np.repeat(automaton.sticks, 2), np.zeros(layout.switches), np.ones(layout.n_guards - layout.first_load)]

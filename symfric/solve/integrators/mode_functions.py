@@ -72,7 +72,7 @@ def mode_integrator(
 
 
 def signs_evaluated(automaton: Automaton) -> ca.Function:
-    """Return the field with directions and switches computed from the state, except those of contacts that can stick."""
+    """Return the field with directions and switches computed from the state, but for contacts that can stick."""
     field = automaton.field
     layout, n_c = automaton.layout, len(automaton.contacts)
     y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))

@@ -274,9 +274,9 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
                     return False
         else:
             start, then = first[backward(i)], second[backward(i)]
-            if rule.evaluated and hit & {backward(i), forward(i)}:
-                then = max(then, 0.0)
             little = max(rule.zero, _TIE) * pull[i]
+            if rule.evaluated and hit & {backward(i), forward(i)}:
+                little, then = max(little, _HIT * pull[i]), max(then, 0.0)
             if max(abs(start), abs(then) * rule.horizon) <= little and here.idle(m, i):
                 return False
             if start < -little or (abs(start) <= little and then * rule.horizon < -_TIE * pull[i]):
