@@ -23,6 +23,7 @@ ROUNDING = 64 * 2.0**-52  # rounding error of a sum of a few terms, relative to 
 _FAR = 100  # largest correction of the state, in units of the zero of a slip
 _HIT = 1e-6  # relative distance from a bound within which a force has reached it
 _UNTOLD = 100  # difference of slips, in units of the zero of a slip, below which they are not distinguished
+_ALLOWED = 1e3  # error, in tolerances, of a velocity that follows from slips that nearly agree
 _TIE = 1e-12  # derivative relative to its scale below which its sign is undetermined
 
 
@@ -51,6 +52,9 @@ class Rule:
         Of the run.
     farthest : ndarray, shape (n_x,)
         Largest magnitudes of the states so far.
+    untold : float
+        Relative difference of slips below which the velocities that follow from their zeros are lost, in the errors of
+        the integrator or in rounding.
     evaluated : bool
         Whether only the modes of contacts that can stick are data, and all else is computed from the state.
     """
@@ -63,10 +67,11 @@ class Rule:
     zero: float
     horizon: float
     farthest: np.ndarray
+    untold: float
     evaluated: bool
 
 
-def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float, evaluated: bool) -> Rule:
+def make_rule(automaton: Automaton, n_q: int, zero: float, tolerance: float, horizon: float, evaluated: bool) -> Rule:
     """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
     field = automaton.field
     y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
@@ -74,10 +79,13 @@ def make_rule(automaton: Automaton, n_q: int, zero: float, horizon: float, evalu
     rate, guards, _ = field(y, t, p, m)
     first = along(guards, rate, y, t)
     look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
+    untold = max(_UNTOLD * zero, ROUNDING / (_ALLOWED * tolerance))
     slip = automaton.gauge(y, t, p)[0]
     drift = ca.Function("drift", [y, t, p, m], [along(slip, rate, y, t)])
     slopes = ca.Function("slopes", [y, t, p], [ca.densify(ca.jacobian(slip, y)[:, n_q : 2 * n_q])])
-    return Rule(automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()), evaluated)
+    return Rule(
+        automaton, look, drift, slopes, slice(n_q, 2 * n_q), zero, horizon, np.zeros(y.numel()), untold, evaluated
+    )
 
 
 def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
@@ -144,7 +152,7 @@ def next_mode(
     rows, columns = np.array(rule.slopes(y, t, p)), numbers(automaton.gauge(y, t, p)[_SPREAD])
     columns = columns.reshape(rows.shape, order="F")
     here = Rest(automaton, rows, columns, pull, lambda m: numbers(rule.look(y, t, p, m)[0]))
-    if len(rows) > 1 and here.least_difference(still) < _UNTOLD * rule.zero:
+    if len(rows) > 1 and here.least_difference(still) < rule.untold:
         raise NearlyParallel
 
     def settled(trial: np.ndarray) -> np.ndarray | None:

@@ -99,7 +99,9 @@ class IntegratorsProgram(OneByOne):
             [first], maxlen=_KEPT
         )  # an integrator can be used by one run at a time
         zero = max(1e-12, 10 * first.local)
-        self._rule: Rule = make_rule(self.automaton, self.automaton.n_q, zero, scene.horizon, not one_step)
+        self._rule: Rule = make_rule(
+            self.automaton, self.automaton.n_q, zero, self.tolerance, scene.horizon, not one_step
+        )
 
     def __reduce__(self):
         """Pickle as the arguments of `prepare`."""
