@@ -38,11 +38,11 @@ SLIPS = {
 
 OTHERS = {
     "alone": None,
-    "coulomb": dict(law=sf.laws.coulomb(0.2)),
-    "cubic": dict(law=sf.laws.cubic(0.4, 0.25, 0.5)),
-    "regularised": dict(law=sf.laws.coulomb(0.2).regularised(0.05, "tanh")),
-    "spring": dict(law=sf.laws.coulomb(0.2), stiffness=10.0),
-} | {name: dict(law=LAWS[name]) for name in ("lugre", "elasto-plastic", "maxwell slip", "aging", "lugre, stiff")}
+    "coulomb": {"law": sf.laws.coulomb(0.2)},
+    "cubic": {"law": sf.laws.cubic(0.4, 0.25, 0.5)},
+    "regularised": {"law": sf.laws.coulomb(0.2).regularised(0.05, "tanh")},
+    "spring": {"law": sf.laws.coulomb(0.2), "stiffness": 10.0},
+} | {name: {"law": LAWS[name]} for name in ("lugre", "elasto-plastic", "maxwell slip", "aging", "lugre, stiff")}
 
 
 def scene_of(law, slip, other, horizon=2.0, **outputs):

@@ -28,7 +28,7 @@ _NODES = 32  # of a piece
 _PARTS = 16  # pieces of which the horizon has at least so many
 _STRETCHED = 1e6  # scaled length of a motion, since CasADi takes times less than 1e-9 apart for one
 _BETWEEN = 10  # error allowed between the nodes, in tolerances
-_SHORTEST = 1e-12  # piece, relative to the horizon, within which a layer is not resolved
+_SHORTEST = 1e-12  # piece, relative to the horizon, within which layers are not resolved
 _INSTANT = 16 * _NODES  # roundings of time in which nothing changes
 _NEWTON = 6  # most corrections of an event time
 
@@ -93,17 +93,16 @@ class ImplicitPieces:
     ) -> IntegratedPiece | None:
         """Return the motion up to `end`, to the first guard that falls, or about to `reach`; None if that fails."""
         begun, at_start = inside(self.stretch, start), start.t
-        reach = min(reach, self._horizon / _PARTS)
+        shortest = _SHORTEST * self._horizon
+        reach = max(min(reach, self._horizon / _PARTS), shortest)
         while True:
             left = end - at_start
-            span = min(reach, left)
             if left <= _INSTANT * np.spacing(end):
                 return self._instant(begun, end, reach)
-            if span <= _INSTANT * np.spacing(end):
-                return None
+            span, found = min(reach, left), None
             try:
                 found, excess, noise = self._cubics(begun, start.size, at_start + span if span < left else end)
-                if excess <= 1 or span <= _SHORTEST * self._horizon:
+                if excess <= 1:
                     grown = span * min(4.0, 0.9 * max(excess, 1e-6) ** -0.25)
                     cut = self._cut(begun, start.size, found, noise)
                     if cut is not None:
@@ -111,7 +110,15 @@ class ImplicitPieces:
                 factor = 0.9 * excess**-0.25 if math.isfinite(excess) and excess > 1 else 0.2
             except RuntimeError:
                 factor = 0.2
-            reach = span * min(0.7, max(0.1, factor))
+            if span <= shortest:
+                return None if found is None else outside(self.stretch, self._layer(found, reach), start.p)
+            reach = max(span * min(0.7, max(0.1, factor)), shortest)
+
+    def _layer(self, piece: IntegratedPiece, reach: float) -> IntegratedPiece:
+        """Return a piece too short to resolve what happens in it: guards that fell in it did so at its end."""
+        left = np.where(self._watched, piece.rows[0][: self._watched.size, -1], math.inf)
+        fell = int(np.argmin(left)) if np.any(left < 0) else -1
+        return replace(piece, reach=reach, fell=fell)
 
     def _cubics(self, start: SegmentStart, sizes: np.ndarray, end: float) -> tuple[IntegratedPiece, float, np.ndarray]:
         """Return a piece, the error of its cubics over the allowed one, and the noise of its guards."""
