@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import symfric as sf
 from symfric.solve.status import ADVICE
@@ -36,26 +37,26 @@ def test_the_implicit_integrator_and_the_series_agree_where_both_can_run(slip, o
     assert run.final == pytest.approx(series.final, abs=2e-7)
     for name in outputs:
         assert run[name] == pytest.approx(series[name], abs=1e-6)
-    assert [e.kind for e in run.events] == [e.kind for e in series.events]
+    own, theirs = ([e for e in r.events if e.contact == "b"] for r in (run, series))
+    assert [e.kind for e in own] == [e.kind for e in theirs]
+    assert [e.t for e in own] == pytest.approx([e.t for e in theirs], abs=1e-6)
 
 
-def creeping(slip, times, mu_b=0.2):
+def creeping(times, mu_b=0.2):
     """The states x, y at times of a body on a rate-and-state contact, and of one on dry ground; by Radau and events."""
     mu0, a, b, D_c, V0, least = 0.6, 0.01, 0.015, 0.05, 0.1, 1e-18
 
     def rates(t, Y, mode):
         x, y, s, v, z = Y
         w = least * np.sinh(s)
-        belt, turns = (0.0, 0.0) if slip == "bodies" else (SPEED * np.cos(2 * t), -2 * SPEED * np.sin(2 * t))
-        between = slip == "bodies"
-        u = w + belt + (v if between else 0.0)
+        turns, u = -2 * SPEED * np.sin(2 * t), w + SPEED * np.cos(2 * t)
         F = a * np.arcsinh(w / (2 * V0) * np.exp((mu0 + b * z) / a))
-        pull = x - 2 * y + np.sin(2 * t) / 3 + (F if between else 0.0)
+        pull = x - 2 * y + np.sin(2 * t) / 3
         held = 0.0 if mode == 0 else pull - mode * mu_b
-        faster = -2 * x + y - u / 10 - F - turns - (held if between else 0.0)
+        faster = -2 * x + y - u / 10 - F - turns
         return [u, v, faster / np.hypot(w, least), held, (V0 * np.exp(-z) - abs(w)) / D_c], pull
 
-    t, Y, mode = 0.0, np.array([0.5, 0.4, np.arcsinh((0.1 - (0 if slip == "bodies" else SPEED)) / least), 0.0, 0.0]), 0
+    t, Y, mode = 0.0, np.array([0.5, 0.4, np.arcsinh((0.1 - SPEED) / least), 0.0, 0.0]), 0
     if abs(rates(t, Y, 0)[1]) > mu_b:
         mode = int(np.sign(rates(t, Y, 0)[1]))
     found = np.zeros((2, times.size))
@@ -68,12 +69,14 @@ def creeping(slip, times, mu_b=0.2):
         gap.terminal, gap.direction = True, -1
         sizes = np.array([1e-11, 1e-11, 1e-9, 1e-11, 1e-10])
         part = solve_ivp(
-            lambda t, Y, m=mode: rates(t, Y, m)[0], (t, times[-1]), Y, "Radau", dense_output=True, rtol=1e-10,
+            lambda t, Y, m=mode: rates(t, Y, m)[0], (t, times[-1]), Y, "Radau", dense_output=True, first_step=min(1e-10, times[-1] - t), rtol=1e-10,
             atol=sizes, events=gap,
         )  # fmt: skip
         inside = (t <= times) & (times <= part.t[-1])
         found[:, inside] = part.sol(times[inside])[:2]
         t, Y = part.t[-1], part.y[:, -1].copy()
+        if part.status < 0:  # the slip turns within a rounding of time, and creeps as the forces are in balance
+            Y[2] = brentq(lambda s, t=t, Y=Y, m=mode: rates(t, [*Y[:2], s, *Y[3:]], m)[0][2], -25.0, 25.0, xtol=1e-14)
         if part.status == 1 and mode:
             Y[3] = 0.0
             pull = rates(t, Y, 0)[1]
@@ -83,14 +86,15 @@ def creeping(slip, times, mu_b=0.2):
     return found
 
 
-@pytest.mark.parametrize("slip", ["moving belt", pytest.param("bodies", marks=pytest.mark.long)])
-def test_creep_beside_dry_friction_against_an_independent_writing(slip):
+def test_creep_beside_dry_friction_against_an_independent_writing():
     times = np.linspace(0.1, 2.0, 12)
     x, y = sp.symbols("x y", real=True)
-    scene = scene_of("aging", slip, "coulomb", x=sf.Samples(x, times), y=sf.Samples(y, times), events=sf.Events())
+    scene = scene_of(
+        "aging", "moving belt", "coulomb", x=sf.Samples(x, times), y=sf.Samples(y, times), events=sf.Events()
+    )
     run = sf.simulate(scene).checked()
     assert len(run.events) > 0
-    reference = creeping(slip, times)
+    reference = creeping(times)
     assert run["x"] == pytest.approx(reference[0], abs=1e-7)
     assert run["y"] == pytest.approx(reference[1], abs=1e-7)
 

@@ -129,3 +129,27 @@ def test_integrators_decline_slips_that_differ_by_less_than_their_error():
     run = sf.simulate(scene, 1e-9, "integrators")
     assert run.status == sf.Status.INTEGRATOR
     assert "taylor" in run.advice
+
+
+@pytest.mark.one_in(8)
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-10, 1e-12, 1e-13])
+@pytest.mark.parametrize("apart", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_the_integrators_are_right_or_end_with_a_status(apart, tolerance):
+    """Two bodies, the rows of whose contacts nearly agree: what is lost in rounding is not called a result."""
+    rng = np.random.default_rng(5)
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    for _ in range(2):
+        k, c, a = rng.uniform(0.5, 3, 3)
+        loads = rng.uniform(0.2, 0.6, 3)
+        rows = (u - v, (1 + apart) * (u - v), u - v + apart * v)
+        contacts = [
+            sf.Contact(f"c{i}", w, float(n), sf.laws.coulomb(0.4))
+            for i, (w, n) in enumerate(zip(rows, loads, strict=True))
+        ]
+        forces = [-k * x - c * (x - y) + a * sp.sin(2 * sf.TIME), c * (x - y) - y]
+        start = dict(zip((x, y, u, v), rng.uniform(-1, 1, 4), strict=True))
+        scene = sf.Scene(sf.System([x, y], [u, v], sp.eye(2), forces), contacts, {}, start, 3.0, {"end": sf.End()})
+        run, series = sf.simulate(scene, tolerance, "integrators"), sf.simulate(scene, 1e-13, "taylor").checked()
+        assert run.status in (sf.Status.OK, sf.Status.INTEGRATOR)
+        if run.status == sf.Status.OK:
+            assert run.final == pytest.approx(series.final, abs=1e3 * tolerance)

@@ -211,14 +211,8 @@ class IntegratorsProgram(OneByOne):
         before = layout.modes(motion.m)
         motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
-        motion.m = mode
-        if not first:
-            self._log(motion, before)
-
-    def _log(self, motion: Motion, before: np.ndarray) -> None:
-        """Store the events that led from the modes before to the present ones."""
-        after = self.automaton.layout.modes(motion.m)
-        changed = np.flatnonzero(before != after)
+        motion.m, after = mode, layout.modes(mode)
+        changed = np.flatnonzero(before != after) if not first else ()
         motion.events += [(motion.t, int(i), int(before[i]), int(after[i])) for i in changed]
         motion.counts["events"] += len(changed)
 
@@ -273,9 +267,12 @@ class IntegratorsProgram(OneByOne):
         elif stalled > _STALLED:
             motion.status = Status.CHATTER
         elif index >= layout.first_other:
-            before = layout.modes(motion.m)
+            k, variable = layout.other_guards[index - layout.first_other]
+            before = motion.m[variable]
             self._transit(motion, p, (np.arange(layout.first_other, layout.n_guards) == index).astype(float))
-            self._log(motion, before)
+            after = motion.m[variable]  # the same where one of several sliders starts to move
+            motion.events.append((motion.t, len(layout.lines) + k, int(before), int(after)))
+            motion.counts["events"] += 1
         else:
             self._settle(motion, p, frozenset({index}))
 
