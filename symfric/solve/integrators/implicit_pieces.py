@@ -98,7 +98,7 @@ class ImplicitPieces:
         while True:
             left = end - at_start
             if left <= _INSTANT * np.spacing(end):
-                return self._instant(begun, end, reach)
+                return outside(self.stretch, self._instant(begun, end, reach), start.p)
             span, found = min(reach, left), None
             try:
                 found, excess, noise = self._cubics(begun, start.size, at_start + span if span < left else end)
@@ -145,8 +145,7 @@ class ImplicitPieces:
         t, state = np.array([start.t, end]), np.column_stack([start.state, start.state])
         rows = np.array(self._look(state[: self.n_x], t[None, :], start.p, start.m, start.size)[0])
         none = np.zeros_like(state[: self.n_x])
-        piece = IntegratedPiece(t, state, none, none, (rows, np.zeros_like(rows), np.zeros_like(rows)), reach)
-        return outside(self.stretch, piece, start.p)
+        return IntegratedPiece(t, state, none, none, (rows, np.zeros_like(rows), np.zeros_like(rows)), reach)
 
     def _cut(
         self, start: SegmentStart, sizes: np.ndarray, piece: IntegratedPiece, noise: np.ndarray
@@ -163,12 +162,12 @@ class ImplicitPieces:
             return piece
         k, t = fall
         index = int(kept[k])
-        t = self._root(start, piece, coefficients[:, k], t, index, below[k])
-        if t is None:
+        root = self._root(start, piece, coefficients[:, k], t, index, below[k])
+        if root is None:
             return None
-        if t - start.t <= _INSTANT * np.spacing(t):
+        if root - start.t <= _INSTANT * np.spacing(root):
             return replace(self._instant(start, start.t, math.inf), fell=index)
-        return replace(self._cubics(start, sizes, t)[0], fell=index)
+        return replace(self._cubics(start, sizes, root)[0], fell=index)
 
     def _root(
         self, start: SegmentStart, piece: IntegratedPiece, c: np.ndarray, t: float, index: int, below: float
