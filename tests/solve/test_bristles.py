@@ -200,3 +200,21 @@ def test_equilibrium_stability_hopf_and_cycle():
     late = long.x[0][long.t > 150]
     assert cycle.stable
     assert cycle.x_max[0] == pytest.approx(np.max(late), rel=1e-4)
+
+
+@pytest.mark.parametrize("load", ["constant", "over time", "over place"])
+def test_elasto_plastic_bristles_arrive_at_steady_sliding_without_chatter(load):
+    """Far above the Stribeck speed the deflection and its steady value agree to the last digits, for good."""
+    N, a = sp.symbols("N a", positive=True)
+    normal = N * (1 + a * {"constant": 0, "over time": sp.sin(2 * T), "over place": sp.sin(X)}[load])
+    values = {V: 0.8, N: 2.0} | ({} if load == "constant" else {a: 0.2})
+    outputs = {"end": sf.End(), "z": sf.At(sp.Symbol("belt.z", real=True))}
+    law = sf.laws.elasto_plastic(0.4, 0.3, 0.1, 100.0, z_ba=0.0018)
+    contact = sf.Contact("belt", U - V, normal, law)
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-X - U / 10]), [contact], values, {X: 0, U: 0}, 10.0, outputs)
+    program = sf.prepare(scene, 1e-11)
+    for speed in (0.8, 0.9, 1.1):
+        for x in (-0.4, 0.1, 0.6):
+            run = program.run({V: speed}, {X: x, U: 0.3}).checked()
+            w = abs(run.final[1] - speed)
+            assert abs(run["z"]) == pytest.approx((0.3 + 0.1 * np.exp(-((w / 0.1) ** 2))) / 100, rel=1e-9)

@@ -10,6 +10,9 @@ from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
 from symfric.model.symbols import SPEED, expression
 
 (Z,) = state_symbols(1)
+# part of the way to the deflection of steady sliding that is left when alpha becomes 1: what it makes in alpha is below
+# rounding, and a deflection that has arrived does not cross it again and again by its own roundings
+_SETTLED = sp.Float("1e-8")
 
 
 def parameters_of(law: str, positive: dict, others: dict | None = None) -> list[sp.Expr]:
@@ -174,7 +177,8 @@ def elasto_plastic(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0, *, z_ba) -> Law:
         raise SceneError(f"z_ba of elasto_plastic is {z_ba}; it must be below mu_c/sigma0 = {mu_c / s0}")
     bent, most = SIDE * Z, g / s0  # deflection in the direction of slip, and that of steady sliding
     between = (1 + sp.sin(sp.pi * (bent - (most + z_ba) / 2) / (most - z_ba))) / 2
-    alpha = sp.Piecewise((0, bent <= z_ba), (between, bent < most), (1, True))
+    settled = most - _SETTLED * (most - z_ba)
+    alpha = sp.Piecewise((0, bent <= z_ba), (between, bent < settled), (1, True))
     rate = SLIP - alpha * SPEED * Z / most
     source = "Dupont, Hayward, Armstrong and Altpeter (2002)"
     return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
