@@ -11,7 +11,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.identification.loss import LOSSES
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME
+from symfric.model.symbols import TIME, nearest
 from symfric.scenefile.expressions import parse_expression, shorten
 from symfric.scenefile.schema import Identify
 
