@@ -26,6 +26,7 @@ from symfric.report.study.prediction import PredictionCurve, averaged_curves, be
 from symfric.report.study.safe_speed import SafeSpeed, safe_speed
 from symfric.report.study.structural import StructureResult, contact_outputs, onset_rows, structure_result
 from symfric.scenefile import DesignPlan, SceneFile, SweepPlan, belt_speeds
+from symfric.time_limit import time_limit
 
 if TYPE_CHECKING:
     from symfric.design.result import Design
@@ -244,8 +245,8 @@ def study(file: SceneFile, progress: Progress | None = None, limit: float = LIMI
     tell("comparison", 0.95)
     shaken = None if quenched.value is None else quenched.value.design
     curves = friction_curves(scene, moved.value, at_rest.value, shaken)
-    given = at_rest.value, onset.value, moved.value, steady.value, designs
-    rows = within(limit, answer, compare, file, base, *given).value or ()
+    with time_limit(limit):
+        rows = answer(compare, file, base, at_rest.value, onset.value, moved.value, steady.value, designs).value or ()
     return StudyResult(
         file,
         structure,
