@@ -5,7 +5,8 @@ one thread: on a machine with as many workers as processors more of them wait fo
 as a small matrix takes. SymPy keeps more of what it has worked out, and Python looks less often for cyclic garbage among its
 many expressions. Interrupts reach the commands under test even where the run itself was told to ignore them.
 
-Of a family marked ``one_in(n)`` one member in n runs, drawn once and for all; the others run with the long tests.
+Of a family marked ``one_in(n)`` one member in n runs, drawn once and for all so that the members differ in as many of their
+parameters as possible; the others run with the long tests.
 """
 
 import gc
@@ -17,6 +18,8 @@ from collections import defaultdict
 from random import Random
 
 import pytest
+
+from tests.longer import ALL, Case, drawn
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
@@ -40,13 +43,29 @@ def pytest_xdist_setupnodes():
         loop.wait()
 
 
+def parameters(item):
+    """Return the numbers and words among the parameters of a case; other objects are no two the same."""
+    return {k: v for k, v in item.callspec.params.items() if isinstance(v, str | float | int | None)}
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     families = defaultdict(list)
     for item in items:
         if item.get_closest_marker("one_in") and not item.get_closest_marker("long"):
             families[item.nodeid.partition("[")[0]].append(item)
     for name, members in families.items():
         (n,) = members[0].get_closest_marker("one_in").args
-        for item in Random(name).sample(members, len(members) * (n - 1) // n):
-            item.add_marker(pytest.mark.long)
+        number = len(members) - len(members) * (n - 1) // n
+        default = drawn([parameters(item) for item in members], number, Random(name))
+        for k, item in enumerate(members):
+            if k not in default:
+                item.add_marker(pytest.mark.long)
+    config.stash[ALL] = [described(item) for item in items]
+
+
+def described(item):
+    marks = list(item.iter_markers("long"))
+    beside = next((mark.kwargs["beside"] for mark in marks if mark.kwargs), None)
+    file, _, test = item.nodeid.partition("[")[0].partition("::")
+    return Case(file, test, bool(marks), beside)

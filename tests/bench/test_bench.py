@@ -15,7 +15,6 @@ from symfric.bench.many_digits import many_digits
 from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named
 from symfric.cli import main
-from tests.longer import longer
 
 EVENTS = named("P1").events
 
@@ -65,7 +64,8 @@ def test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found(resul
 AGREES = dict.fromkeys(("P1", "P2", "P3", "P4", "P7", "P8"), 1e-18) | {"P6": 1e-15, "P9": 1e-14}
 
 
-@pytest.mark.parametrize("name", longer(AGREES, AGREES))
+@pytest.mark.long(beside="test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found")
+@pytest.mark.parametrize("name", AGREES)
 def test_references_are_found_again_in_multiple_precision(name):
     problem = named(name)
     found = many_digits(problem.scene, 24)

@@ -17,12 +17,25 @@ def forced(size=1.0):
     return sf.Scene(system, [joint], {W: 1.05, N: 1.0}, {x: 0, u: 0}, horizon=60.0)
 
 
+def test_every_more_load_is_worse_above_the_best():
+    """The best is below the least load that is allowed; its peak is that of settled motions."""
+    best = sf.design.damper(forced(), "N", bounds=(6, 11), speeds=(1.0, 1.2), speed="W")
+    assert best.values == pytest.approx({"N": 6.0})
+    late = sf.Samples(x, np.linspace(290.0, 300.0, 501))
+    program = sf.prepare(forced().until(300.0).wanting({"late": late}), 1e-8)
+    load, frequency = np.meshgrid([6.0, 7.0, 9.0, 11.0], np.linspace(1.0, 1.2, 41))
+    settled = program.map(values={"N": load.ravel(), "W": frequency.ravel()}).outputs["late"]
+    peaks = np.max(np.abs(settled), axis=0).reshape(load.shape).max(axis=0)
+    assert peaks[0] == pytest.approx(best.objective, rel=1e-3)
+    assert np.all(np.diff(peaks) > 0)
+
+
 @pytest.fixture(scope="module")
 def found():
     return sf.design.damper(forced(), "N", bounds=(1, 40), speeds=(0.9, 1.4), speed="W")
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_every_more_load_is_worse_above_the_best")
 def test_the_curve_of_turbine_engineers(found):
     assert found.status == "optimal"
     assert found.check.agrees
@@ -40,7 +53,7 @@ def test_the_curve_of_turbine_engineers(found):
     found.plot()
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_every_more_load_is_worse_above_the_best")
 def test_response_and_best_load_grow_with_the_force(found):
     """All forces times two: displacements and the best load as well, the peak's frequency stays."""
     double = sf.design.damper(forced(2.0), "N", bounds=(4, 16), speeds=(0.9, 1.4), speed="W")

@@ -57,7 +57,7 @@ def test_a_law_with_its_steepest_fall_inside_the_range():
         assert found.values["beta"] == pytest.approx(slope / 2, rel=1e-8)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_a_limit_on_the_half_range_is_met_at_the_worst_speed")
 def test_large_cycles_beside_stable_sliding_count():
     """Exponential law: sliding is stable above beta = .2 exp(-v), but the large cycle lasts longer."""
     found = damper(STRIBECK, "beta", (0.01, 1.0), (0.5, 3.0))
@@ -202,11 +202,11 @@ def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):
     ("law", "low"),
     [
         (sf.laws.coulomb(0.43, 0.3), 1e-3),
-        pytest.param(sf.laws.coulomb(0.43, 0.3), 0.1, marks=pytest.mark.long),
-        pytest.param(sf.laws.gauss(0.3, 0.2, 0.4), 0.0, marks=pytest.mark.long),
+        (sf.laws.coulomb(0.43, 0.3), 0.1),
+        (sf.laws.gauss(0.3, 0.2, 0.4), 0.0),
     ],
 )
-@pytest.mark.long
+@pytest.mark.long(beside="test_no_sticking")
 def test_static_friction_above_the_kinetic(law, low):
     """The slower the belt, the more damping ends the cycle of stick and slip."""
     scene = sf.scenes.mass_on_belt(law, v_b=0.1)
@@ -221,7 +221,7 @@ def test_static_friction_above_the_kinetic(law, low):
         assert bool([e for e in events if e.after == 0 and e.t > 5 / speed]) == sticks
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_several_masses")
 def test_the_check_starts_from_the_cycle_that_ends():
     """Of two masses: motions from far out miss a cycle that few starts lead to, and the check does not."""
     x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)

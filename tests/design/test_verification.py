@@ -107,8 +107,8 @@ def test_the_damper_sees_narrow_features(shape, width):
     assert found.status == "optimal", found.doubts
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("width", [0.005, pytest.param(0.001, marks=pytest.mark.long)])
+@pytest.mark.long(beside="test_the_damper_sees_narrow_features")
+@pytest.mark.parametrize("width", [0.005, 0.001])
 def test_the_quench_sees_narrow_features(width):
     """The mean of the slope over the fast motion, on a fine grid of speeds: negative with less, not with more."""
     mu = bumped(0.2713, width, "gauss")

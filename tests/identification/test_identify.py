@@ -389,7 +389,7 @@ def test_other_separators_and_empty_fields(tmp_path):
     assert found["y"][1].tolist() == [3.0, 4.0, 5.0]
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_the_law_of_a_rig_from_noise")
 def test_intervals_hold_the_truth_as_often_as_they_say():
     truth, held, within = {"mu_s": 0.4, "mu_k": 0.25, "v_s": 0.1}, 0, 0
     count = 200

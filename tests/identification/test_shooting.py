@@ -99,7 +99,7 @@ def test_what_cannot_be_cut():
         sf.identify(rig(), {"x": (T, np.sin(T))}, BOUNDS, segments=0)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_from_afar_where_one_run_ends_in_another_minimum")
 def test_a_chaotic_record():
     """Duffing's two wells with a little dry friction: errors grow by 1e9 over the record."""
     force = X - X**3 - C * U + F * sp.cos(sp.Rational(6, 5) * sf.TIME)

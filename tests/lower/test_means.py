@@ -131,7 +131,6 @@ def belt(q, **given):
 FEW = sf.Taylor(order=4)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("route", longer([FEW, sf.Integrators("cvodes")], [FEW]))
 def test_a_program_stays_right_for_another_intensity(route):
     program = sf.prepare(belt(0.05), 1e-6, route)

@@ -239,7 +239,7 @@ def test_the_last_orbit_that_is_released_at_the_peak_of_the_load(mu_s):
     assert found[0] == pytest.approx(edge, rel=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_a_reversal_begins_to_stick_at_the_static_bound")
 def test_two_contacts_that_share_the_load_stick_as_one():
     laws = sf.laws.coulomb(0.4, 0.3), sf.laws.coulomb(0.35, 0.2)
     system = sf.System([X], [U], [[1]], [-X - C * U + F * sp.cos(W * sf.TIME)])

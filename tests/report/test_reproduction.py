@@ -163,7 +163,7 @@ def test_thomsen_is_judged_as_the_derivations_judge_it(made):
     assert verdicts(made["thomsen-quench-energy"]) == [False, True, False]
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_thomsen_is_judged_as_the_derivations_judge_it")
 def test_bounds_of_quenching_are_judged_as_the_derivations_judge_them():
     found = reproductions()["thomsen-9"].make()
     assert "0.20048 to 0.41755, Omega = 30: 0.30033 to 0.38645" in found.findings[0].found

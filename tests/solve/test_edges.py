@@ -235,7 +235,7 @@ def test_a_floor_of_eighty_cells_has_an_edge_where_the_mass_starts(seed):
     assert run.final == pytest.approx([u, w], abs=1e-11)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_a_floor_of_eighty_cells_has_an_edge_where_the_mass_starts")
 def test_four_hundred_cells_are_no_deeper_than_ten():
     floor_of = sf.patched_floor(0.4, 400, 0.005, 0.002355, 0.004, seed=1)
     motion = sf.motions.Motion(record(2)[:41], 0.01)

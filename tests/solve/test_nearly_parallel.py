@@ -49,14 +49,13 @@ def nearly_parallel(seed, apart, drop=None, horizon=5.0):
 APART = [1e-5, 1e-6, 1e-7, 1e-8, 1e-9]
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(12))
-def test_nearly_parallel_contacts_obey_equations_and_law(seed):
-    for apart in APART:
-        scene, friction, _ = nearly_parallel(seed, apart)
-        for route in ("taylor", "exact"):
-            run = sf.simulate(scene, 1e-10, route).checked()
-            assert failures(friction, run, 1e-8 + 1e-14 / apart) == []  # slips are right to 1e-16 or so
+@pytest.mark.parametrize("seed", longer(range(12), set(range(12)) - {7}))
+@pytest.mark.parametrize("apart", longer(APART, set(APART) - {1e-7}))
+def test_nearly_parallel_contacts_obey_equations_and_law(seed, apart):
+    scene, friction, _ = nearly_parallel(seed, apart)
+    for route in ("taylor", "exact"):
+        run = sf.simulate(scene, 1e-10, route).checked()
+        assert failures(friction, run, 1e-8 + 1e-14 / apart) == []  # slips are right to 1e-16 or so
 
 
 @pytest.mark.one_in(3)
@@ -102,20 +101,16 @@ def test_rows_that_differ_by_rounding_are_parallel():
         assert len(found.events) == 2 * len(expected.events)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(6))
-def test_integrators_are_right_or_say_that_they_cannot_tell_slips_apart(seed):
-    statuses = []
-    for apart in APART:
-        scene, *_ = nearly_parallel(seed, apart)
-        right = sf.simulate(scene, 1e-12, "taylor").checked()
-        run = sf.simulate(scene, 1e-9, "integrators")
-        statuses.append(run.status)
-        if run.status == sf.Status.OK:
-            assert run.final == pytest.approx(right.final, abs=1e-6)
-        else:
-            assert run.status == sf.Status.INTEGRATOR
-    assert statuses[0] == sf.Status.OK
+@pytest.mark.parametrize("seed", longer(range(6), range(5)))
+@pytest.mark.parametrize("apart", longer(APART, APART[1:]))
+def test_integrators_are_right_or_say_that_they_cannot_tell_slips_apart(seed, apart):
+    scene, *_ = nearly_parallel(seed, apart)
+    right = sf.simulate(scene, 1e-12, "taylor").checked()
+    run = sf.simulate(scene, 1e-9, "integrators")
+    if apart == max(APART) or run.status == sf.Status.OK:
+        assert run.checked().final == pytest.approx(right.final, abs=1e-6)
+    else:
+        assert run.status == sf.Status.INTEGRATOR
 
 
 def test_integrators_decline_slips_that_differ_by_less_than_their_error():

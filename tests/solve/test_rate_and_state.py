@@ -75,7 +75,7 @@ def test_friction_dissipates_and_energies_balance():
     assert abs(run.energy_residual()) < 1e-4
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_friction_dissipates_and_energies_balance")
 @pytest.mark.parametrize("law", LAWS)
 def test_ten_earthquake_cycles_without_tuning(law):
     run = sf.simulate(fault(law, horizon=20000.0, path=sf.Trajectory()), 1e-7).checked()

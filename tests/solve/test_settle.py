@@ -403,7 +403,7 @@ def test_loads_kinks_and_geometry_agree_with_the_independent_route(name):
     assert fine.energy_residual() < 1e-10
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_redundant_contacts_move_like_one_with_the_summed_law")
 def test_redundant_contacts_whose_slip_turns_with_the_position():
     slip = U * sp.cos(X) + W * sp.cos(Y) - 0.3
     both = double_pendulum([sf.Contact("a", slip, 0.4, CUBIC), sf.Contact("b", slip, 0.4, CUBIC)])

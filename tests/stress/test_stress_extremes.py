@@ -66,7 +66,7 @@ def test_fast_excitation_tends_to_the_effective_law(Omega):
     assert coarse.stats["events"] == fine.stats["events"]
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_event_budget_ends_the_run_with_advice")
 def test_excitation_of_1e5_over_ten_periods_ends_within_its_budget():
     scene = sf.scenes.mass_on_belt(v_b=0.2, a=0.5e-5, Omega=1e5, horizon=20 * math.pi).wanting(WANTED)
     short = sf.simulate(scene, 1e-9, sf.Taylor(max_events=50_000))

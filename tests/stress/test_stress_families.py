@@ -54,7 +54,7 @@ def test_no_scene_of_a_family_fails_in_silence(family):
     assert any(v.verdict == "agrees" for v in found)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_no_scene_of_a_family_fails_in_silence")
 @pytest.mark.parametrize("seed", range(1, 5))
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_scene_of_more_structures_fails_in_silence(family, seed):
@@ -71,7 +71,7 @@ def test_no_mixed_scene_fails_in_silence(seed):
     assert {v.kind for v in found} == set(KINDS)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_rounding_of_forces_that_cancel_decides_nothing")
 def test_all_routes_choose_the_same_of_two_modes_that_agree_with_the_forces():
     """A stuck joint and a belt that its body reaches, static friction above kinetic: either may go on slipping."""
     assert prepared("mixed", 40).verdict(165).verdict == "agrees"

@@ -21,8 +21,8 @@ def compared(full, small, measure):
     return np.abs(np.array(other) / np.array(one) - 1), said
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("n", [36, *(pytest.param(n, marks=pytest.mark.long) for n in (60, 200))])
+@pytest.mark.long(beside="test_amplitude_of_a_driven_chain")
+@pytest.mark.parametrize("n", [36, 60, 200])
 def test_period_and_amplitude_of_a_stick_slip_cycle(n):
     """A chain whose first mode alone is not damped enough, rubbed by a belt at three places."""
     chain = st.chain(n, ends="fixed-free")

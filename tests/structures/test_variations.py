@@ -78,7 +78,7 @@ def test_free_structures_and_defective_matrices():
         motion_of(np.array([[0.0, 1.0], [0.0, 0.0]]))
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_the_same_derivatives_as_with_the_motion")
 def test_a_cycle_of_two_hundred_states_costs_little_more_than_its_motion():
     """One flow map with all derivatives against the run alone, both of the same scene; their ratio is bounded."""
     import time

@@ -85,7 +85,7 @@ def test_the_speed_of_rest_does_not_matter():
     assert found[0]["peak_displacement"] == pytest.approx(found[1]["peak_displacement"], rel=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_the_damper_against_another_integrator")
 def test_an_isolator_with_a_nonlinear_damper_is_designed():
     scene = sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=MOTION, profile=0.02, alpha=0.5)
     found = sf.design.isolator(scene, [MOTION], {"C": (2e4, 3e5)}, limits={"displacement": 0.038})

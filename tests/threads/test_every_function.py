@@ -62,19 +62,19 @@ def test_all_at_once():
     assert compare(CALLS, rounds=1, share=0.2) == []
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_all_at_once")
 def test_slow_ones_at_once():
     assert compare(SLOW, rounds=1) == []
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_all_at_once")
 @pytest.mark.parametrize("name", [*CALLS, *SLOW])
 def test_one_function_often(name):
     rounds = 5 if name in SLOW else 125  # 1000 calls: a race of one in a thousand shows in two of three
     assert compare({name: {**CALLS, **SLOW}[name]}, rounds) == []
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_all_at_once")
 def test_all_at_once_often():
     assert compare(CALLS, rounds=50, seed=1) == []
 
