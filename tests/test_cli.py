@@ -369,7 +369,7 @@ def test_compiling_the_event_loop_is_announced(capsys, caplog, monkeypatch, tmp_
 
 def test_quiet_is_silent(tmp_path):
     simple = tmp_path / "simple.toml"
-    simple.write_text('[scene]\nmodel = "mass_on_belt"\nhorizon = 20\n[values]\nv_b = 0.2\n')
+    simple.write_text('[scene]\nmodel = "coulomb_oscillator"\n[values]\ndelta = 0.03\n')
     result = spawn("study", simple, "--quiet", cwd=tmp_path)
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
     assert (tmp_path / "simple-study" / "study.html").exists()

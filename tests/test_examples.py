@@ -140,7 +140,17 @@ def test_every_script_is_listed():
 
 
 # the documentation's gallery runs every script, too
-@pytest.mark.parametrize("name", longer(SCRIPTS, ["blade_friction_damper", "disc_brake_squeal"]))
+COSTLY = [
+    "blade_friction_damper",
+    "brake_shaken_by_its_speed",
+    "disc_brake_squeal",
+    "rig_in_real_time",
+    "robot_joint",
+    "stopping_ramp",
+]
+
+
+@pytest.mark.parametrize("name", longer(SCRIPTS, COSTLY))
 def test_a_script_answers_its_question(name, capsys):
     pytest.importorskip(NEEDS.get(name, "symfric"), reason="an extra that the example needs is not installed")
     path = FOLDER / f"{name}.py"

@@ -48,7 +48,7 @@ CALLS = {  # every command that ends by itself, with arguments that make it prin
     "scenes": ["scenes"],
     "new": ["new", "{out}.toml"],
     "reproduce": ["reproduce", "rolling-table-2", "-o", "{out}"],
-    "bench": ["bench", "--problem", "P1", "--rounds", "1", "-o", "{out}"],
+    "bench": ["bench", "--problem", "P1", "--rounds", "1", "--quick", "-o", "{out}"],
     "stress": ["stress", "--scenes", "1", "-j", "1"],
 }
 LEFT = {
@@ -191,7 +191,7 @@ def small_files(size: int):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-@pytest.mark.parametrize("command", ["study", "reproduce"])
+@pytest.mark.parametrize("command", longer(["study", "reproduce"], ["study"]))
 def test_a_full_disk_leaves_the_files_of_before(command, scene):
     out = scene.parent / "out"
     out.mkdir()

@@ -16,8 +16,6 @@ from symfric.bench.peers.registry import peers
 from symfric.bench.problems import named
 from symfric.cli import main
 
-EVENTS = named("P1").events
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -56,7 +54,7 @@ def test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found(resul
     assert len(points) == 2
     for point in points:
         assert point["error"] <= 10 * point["tolerance"]
-        assert point["events"] == EVENTS
+        assert point["events"] == named("P1").events
         assert point["seconds"] > 0
 
 

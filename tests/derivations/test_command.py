@@ -15,7 +15,7 @@ import derivations.sources
 from derivations.__main__ import main
 from derivations.ledger import Ledger, stated
 from derivations.sources import SOURCES, ledger_of
-from derivations.written import markdown, text
+from derivations.written import text
 
 FOLDER = Path(derivations.sources.__file__).parent
 ROOT = FOLDER.parent
@@ -27,19 +27,6 @@ def command(*arguments):
 
 def run(*arguments):
     return subprocess.run(command(*arguments), capture_output=True, text=True, cwd=ROOT, timeout=180)
-
-
-def test_every_ledger_is_listed():
-    files = [*FOLDER.glob("*.py"), *FOLDER.glob("*/__init__.py")]
-    having = {p.parent.name if p.name == "__init__.py" else p.stem for p in files if "\nLEDGER = " in p.read_text()}
-    assert having == set(SOURCES)
-    assert [ledger_of(s).source for s in SOURCES] == list(SOURCES)
-
-
-def test_the_readme_is_current():
-    found = {source: [stated(e) for e in ledger_of(source).entries] for source in SOURCES}
-    current = (FOLDER / "README.md").read_text(encoding="utf-8")
-    assert current == markdown(found), "run: python -m derivations --markdown > derivations/README.md"
 
 
 def test_one_source_in_full():

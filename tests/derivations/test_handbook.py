@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from derivations.handbook import LEDGER
+from derivations.sources import ledger_of
 
 SOURCE = Path(__file__).parents[3] / "shared" / "sources" / "handbook_19_5_interface_damping.txt"
 
@@ -17,4 +17,4 @@ def test_every_numbered_equation_has_a_row():
         f"({n})" for n in re.findall(r"ð([ivx]+)Þ", text)
     }
     assert len(printed) == 6 + 15
-    assert printed <= {e.equation.split()[0] for e in LEDGER.entries}
+    assert printed <= {e.equation.split()[0] for e in ledger_of("handbook").entries}

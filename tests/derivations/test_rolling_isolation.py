@@ -5,9 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from derivations.rolling_isolation import LEDGER
-from derivations.rolling_isolation.factors import TABLE_1, TABLE_2
-from derivations.rolling_isolation.similarity import RANGES
+from derivations.sources import ledger_of
 
 SOURCE = Path(__file__).parents[3] / "shared" / "sources" / "rolling_friction_scaling.txt"
 pytestmark = pytest.mark.skipif(not SOURCE.exists(), reason=f"no {SOURCE.name} beside the project")
@@ -22,14 +20,19 @@ def cells(n):
 def test_every_numbered_equation_has_a_row():
     printed = {f"({n})" for n in re.findall(r"\\quad \((\d+)\)\$\$", SOURCE.read_text(encoding="utf-8"))}
     assert printed == {"(1)"}
-    assert printed <= {e.equation.split()[0] for e in LEDGER.entries}
+    assert printed <= {e.equation.split()[0] for e in ledger_of("rolling_isolation").entries}
 
 
-@pytest.mark.parametrize(("n", "table"), [(1, TABLE_1), (2, TABLE_2)])
-def test_scale_factors_are_copied_as_printed(n, table):
+@pytest.mark.parametrize("n", [1, 2])
+def test_scale_factors_are_copied_as_printed(n):
+    from derivations.rolling_isolation.factors import TABLE_1, TABLE_2
+
+    table = (TABLE_1, TABLE_2)[n - 1]
     assert [row[3:] for row in cells(n)] == [entries.split() for entries in table.values()]
 
 
 def test_ranges_are_copied_as_printed():
+    from derivations.rolling_isolation.similarity import RANGES
+
     printed = [[c for c in row if "~" in c] for row in cells(3)]
     assert printed == [[c.replace(" ", "~") for c in row] for row in RANGES.values()]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from derivations.thomsen import LEDGER
+from derivations.sources import ledger_of
 
 SOURCE = Path(__file__).parents[3] / "shared" / "sources" / "thomsen_fast_vibrations.txt"
 TAG = re.compile(r"\\tag\{(\d+)\}|\\quad \((\d+)\)\s*$")  # \quad (9) where the transcription has no tag
@@ -22,5 +22,5 @@ def test_every_numbered_equation_has_a_row():
         pytest.skip(f"the source is not beside the project: {SOURCE}")
     numbers = numbered(SOURCE.read_text())
     assert numbers == set(range(1, 62))
-    rows = {int(m[1]) for e in LEDGER.entries if (m := re.match(r"\((\d+)\)", e.equation))}
+    rows = {int(m[1]) for e in ledger_of("thomsen").entries if (m := re.match(r"\((\d+)\)", e.equation))}
     assert rows == numbers

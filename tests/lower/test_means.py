@@ -150,7 +150,7 @@ def test_explain_says_what_is_built_in():
     assert "q" in [s.name for s in lower(belt(0.05), (), frozenset({"q"})).parameters]
 
 
-@pytest.mark.parametrize("name", longer(["stribeck", "square root", "regularised"], ("stribeck", "regularised")))
+@pytest.mark.parametrize("name", longer(["stribeck", "square root", "regularised"], ("square root", "regularised")))
 def test_motions_pass_the_fast_speed(name):
     """The slip goes through q, where the law has no Taylor series, both ways and many times."""
     scene = sf.scenes.mass_on_belt(LAWS[name][0].averaged(0.05), v_b=0.2, horizon=30.0)

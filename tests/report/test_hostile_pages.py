@@ -130,30 +130,33 @@ math mi mo mn mrow msub msup msubsup mfrac mtext mspace mtable mtr mtd mover mfe
 """
 
 
-@pytest.fixture(scope="module")
-def pages(tmp_path_factory):
-    """Studies, a reproduction and the table of a notebook as files, by name."""
-    place = tmp_path_factory.mktemp("pages")
-    found = {}
-    for k, unit in enumerate(UNITS):
-        found[f"study-{k}"] = page(study(read_scene_text(scene(EVIL, unit), EVIL)))
-    figure = Figure()
-    figure.add_subplot().plot([0, 1])
-    made = Made(figure, EVIL, None, (Finding(EVIL, EVIL, True),))
-    names = list(reproduction.reproductions())[:1]
-    found["gallery"] = gallery({n: (Entry(EVIL, None), made, 0.1) for n in names}, {EVIL: EVIL, "symfric": EVIL})
-    found["notebook"] = html_table(EVIL, {EVIL: EVIL, "nested": {EVIL: [EVIL, 1.0]}})
-    for name, text in found.items():
-        (place / f"{name}.html").write_text(text, encoding="utf-8")
-    return place
+def made(name):
+    """Return a study in one of the units, a reproduction, or the table of a notebook."""
+    if name == "notebook":
+        return html_table(EVIL, {EVIL: EVIL, "nested": {EVIL: [EVIL, 1.0]}})
+    if name == "gallery":
+        figure = Figure()
+        figure.add_subplot().plot([0, 1])
+        one = Made(figure, EVIL, None, (Finding(EVIL, EVIL, True),))
+        names = list(reproduction.reproductions())[:1]
+        return gallery({n: (Entry(EVIL, None), one, 0.1) for n in names}, {EVIL: EVIL, "symfric": EVIL})
+    return page(study(read_scene_text(scene(EVIL, UNITS[int(name[-1])]), EVIL)))
 
 
-NAMES = [*(f"study-{k}" for k in range(len(UNITS))), "gallery", "notebook"]
+STUDIES = [f"study-{k}" for k in range(len(UNITS))]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_texts_are_nothing_but_text(pages, name):
-    text = (pages / f"{name}.html").read_text(encoding="utf-8")
+@pytest.fixture(scope="module", params=longer([*STUDIES, "gallery", "notebook"], STUDIES[1:]))
+def written(request, tmp_path_factory):
+    """Return the name of a page, and its file."""
+    place = tmp_path_factory.mktemp("pages") / f"{request.param}.html"
+    place.write_text(made(request.param), encoding="utf-8")
+    return request.param, place
+
+
+def test_texts_are_nothing_but_text(written):
+    name, place = written
+    text = place.read_text(encoding="utf-8")
     # a study: title twice, description, contact, output, file; and more in sentences
     seen = is_harmless(text, {"gallery": 5, "notebook": 4}.get(name, 6))
     if name.startswith("study"):
@@ -162,7 +165,7 @@ def test_texts_are_nothing_but_text(pages, name):
         assert any(EVIL in v for v in seen.values)  # what is said of a picture
 
 
-def test_errors_on_a_page_are_text(pages):
+def test_errors_on_a_page_are_text():
     """What could not be answered is said with the reason, which quotes names."""
     text = scene(EVIL, "m").replace('force = "-k*x - c*u"', 'force = "k*x - c*u"')
     is_harmless(page(study(read_scene_text(text, EVIL))), 5)
@@ -175,9 +178,8 @@ def browser():
     driver.quit()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_nothing_runs_in_a_browser(browser, pages, name):
-    place = pages / f"{name}.html"
+def test_nothing_runs_in_a_browser(browser, written):
+    name, place = written
     show(browser, place.as_uri(), 1000)
     for element in browser.find_elements("css selector", "h1, h2, h3, td, th, li, img, figcaption")[:40]:
         browser.execute_script("arguments[0].dispatchEvent(new MouseEvent('mouseover', {bubbles: true}))", element)

@@ -234,7 +234,7 @@ def _final(run):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_processes_forked_after_use_and_while_threads_run():
     program = program_of("scalars")
-    expected = [_final(program.run({"v_b": 0.1 + 0.01 * k})) for k in range(8)]
+    expected = [_final(program.run({"v_b": 0.1 + 0.01 * k})) for k in range(4)]
     context = multiprocessing.get_context("fork")
 
     def child(channel, k):
@@ -244,11 +244,11 @@ def test_processes_forked_after_use_and_while_threads_run():
     def work(thread):
         if thread:
             for k in range(60):
-                program.run({"v_b": 0.1 + 0.01 * (k % 8)})
+                program.run({"v_b": 0.1 + 0.01 * (k % 4)})
                 sf.prepare(SCENES["scalars"]())
             return []
         channel = context.SimpleQueue()
-        children = [context.Process(target=child, args=(channel, k)) for k in range(8)]
+        children = [context.Process(target=child, args=(channel, k)) for k in range(4)]
         for process in children:
             process.start()
         found = sorted(channel.get() for _ in children)
@@ -266,7 +266,7 @@ def test_executors(kind):
         pytest.skip(f"no {kind} here")
     program = program_of("scalars")
     expected = [run_in_child(program, k) for k in range(4)]
-    with futures.ProcessPoolExecutor(2, multiprocessing.get_context(kind)) as pool:
+    with futures.ProcessPoolExecutor(2 if kind == "fork" else 1, multiprocessing.get_context(kind)) as pool:
         found = list(pool.map(run_in_child, [program] * 4, range(4)))
     assert [difference(a, b) for a, b in zip(expected, found, strict=True)] == [""] * 4
     with futures.ThreadPoolExecutor(THREADS) as pool:
