@@ -67,16 +67,17 @@ def test_forces_and_accelerations_in_every_mode(mode):
         s, d = np.array([k == 2 for k in kinds]), np.array([-1.0 if k == 1 else 1.0 for k in kinds])
         rate, guards, rows = (np.array(e).ravel() for e in automaton.field(y, t, [], [*s.astype(float), *d]))
         a, lam, w, load, residual, slip_rate = by_hand(scene, y, t, s, d)
-        assert np.max(np.abs(residual)) < 1e-11
+        size = max(1.0, np.max(np.abs(lam)), np.max(np.abs(a)))  # up to 4e4, where the law is taken far beyond rest
+        assert np.max(np.abs(residual)) < 1e-13 * size
         assert rate[:n] == pytest.approx(y[n:], abs=0)
-        assert rate[n:] == pytest.approx(a, abs=1e-10)
-        assert rows[:n_c] == pytest.approx(lam, abs=1e-9)
+        assert rate[n:] == pytest.approx(a, rel=0, abs=1e-12 * size)
+        assert rows[:n_c] == pytest.approx(lam, rel=0, abs=1e-12 * size)
         assert rows[n_c:] == pytest.approx(w, abs=1e-12)
-        assert np.abs(slip_rate[s]) == pytest.approx(np.zeros(s.sum()), abs=1e-10)  # a stick stays
+        assert np.abs(slip_rate[s]) == pytest.approx(np.zeros(s.sum()), abs=1e-12 * size)  # a stick stays
         for i in range(n_c):
             pair = guards[2 * i : 2 * i + 2]
             expected = [0.4 * load[i] - lam[i], 0.4 * load[i] + lam[i]] if s[i] else [d[i] * w[i], 1.0]
-            assert pair == pytest.approx(expected, abs=1e-9)
+            assert pair == pytest.approx(expected, rel=0, abs=1e-12 * size)
         assert guards[2 * n_c :] == pytest.approx(load, abs=1e-12)
 
 
