@@ -175,3 +175,9 @@ def test_synthetic_motion_of_a_given_target():
 def test_spectrum_of_eurocode_8():
     shape = sf.motions.eurocode8([0.0, 0.15, 0.3, 0.5, 1.0, 2.0, 4.0], "B")
     assert shape == pytest.approx([1.0, 2.5, 2.5, 2.5, 1.25, 0.625, 0.15625])
+
+
+def test_a_signal_begins_at_zero_unless_told():
+    assert NOISE.signal().t0 == 0.0
+    assert NOISE.signal(2.5).t0 == 2.5
+    assert np.array_equal(NOISE.signal(2.5).samples, NOISE.samples)

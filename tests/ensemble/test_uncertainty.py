@@ -5,6 +5,7 @@ import pytest
 import scipy.signal
 import scipy.stats
 import sympy as sp
+import xarray as xr
 
 import symfric as sf
 
@@ -91,8 +92,6 @@ def test_the_probability_of_vibration_against_its_closed_form():
 
 
 def test_the_error_of_a_probability_is_that_of_many_sweeps():
-    import xarray as xr
-
     rng, found = np.random.default_rng(0), []
     for _ in range(300):
         found.append(sf.probability(xr.DataArray(rng.random(200), dims="case"), below=0.3))
@@ -159,6 +158,24 @@ def test_random_forcing_has_the_spectrum_it_says():
     fewer = sf.motions.random_forcing(200.0, (0.5, 2.0), 3.0, number=2, seed=7)
     assert np.array_equal(fewer[1].samples, signals[1].samples)
     assert not np.array_equal(signals[0].samples, signals[1].samples)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 20])
+def test_the_interval_of_a_probability_is_wilsons(count):
+    values = xr.DataArray(np.where(np.arange(20) < count, 1.0, 0.0), dims="case")
+    found = sf.probability(values, above=0.5)
+    known = scipy.stats.binomtest(count, 20).proportion_ci(method="wilson")
+    assert [float(found[name]) for name in ("probability", "low", "high")] == pytest.approx(
+        [count / 20, known.low, known.high], abs=1e-14
+    )
+
+
+@pytest.mark.parametrize("band", [(1.0, 1.2), (0.8, 1.0), (0.7, 1.3)])
+def test_both_ends_of_the_band_belong_to_it(band):
+    """Of the multiples of half a hertz that 1 s has, the bands hold that of 1 Hz alone."""
+    (signal,) = sf.motions.random_forcing(1.0, band, 2.0, dt=0.05, seed=4)
+    assert np.ptp(signal.samples) > 0.1
+    assert signal.samples[10:] == pytest.approx(-signal.samples[:-10], abs=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Friction laws against the formulas of their sources, and effective laws against SciPy's quadrature."""
 
+import itertools
 import math
 import pickle
 
@@ -248,3 +249,18 @@ def test_the_mean_of_a_mean_without_closed_form_is_refused():
 def test_a_law_under_no_vibration_is_the_law_itself(zero):
     law = sf.laws.cubic(0.4, 0.25, 0.5)
     assert law.averaged(zero) is law
+
+
+@pytest.mark.parametrize("power", range(1, 8))
+def test_means_of_powers_of_the_speed(power):
+    """(1/pi) integral of sign(w) |w|^n with w = s - q cos(theta), over half a period."""
+    averaged = L.custom(sp.Rational(1, 10) + v**power, 0.2).averaged(0.5)
+
+    def integrand(theta, s):
+        w = s - 0.5 * math.cos(theta)
+        return math.copysign(0.1 + abs(w) ** power, w) / math.pi
+
+    for s in (0.1, 0.49, 0.7):
+        ends = [0.0, *([math.acos(s / 0.5)] if s < 0.5 else []), math.pi]
+        parts = [integrate.quad(integrand, *part, args=(s,), epsabs=1e-13)[0] for part in itertools.pairwise(ends)]
+        assert averaged(s) == pytest.approx(sum(parts), abs=1e-9)

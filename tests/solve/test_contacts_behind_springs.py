@@ -6,6 +6,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import symfric as sf
+from symfric.model.springs import stop_rate
 
 x, u = sp.symbols("x u", real=True)
 W, K, MU, N = sp.symbols("W k mu N", positive=True)
@@ -141,6 +142,7 @@ FAULTS = {
     "law": (lambda: sf.Contact("a", u, 1, sf.laws.stribeck(0.4, 0.3, 0.1), stiffness=1.0), "only Coulomb's law"),
     "drop": (lambda: sf.Contact("a", u, 1, sf.laws.coulomb(0.4, 0.3), stiffness=1.0), "only Coulomb's law"),
     "zero": (lambda: sf.Contact("a", u, 1, sf.laws.coulomb(0.4), stiffness=0), "must be positive"),
+    "negative": (lambda: sf.Contact("a", u, 1, sf.laws.coulomb(0.4), stiffness=-2.0), "must be positive"),
     "value": (lambda: oscillator(k=-1.0), "stiffness of contact 'joint' is -1; it must be positive"),
     "load": (lambda: oscillator(1 + u), "may depend on q and time only"),
     "smooth": (lambda: oscillator().regularised(1e-3), "is behind a spring"),
@@ -159,3 +161,25 @@ def test_what_a_spring_does_not_take(name):
     act, words = FAULTS[name]
     with pytest.raises((sf.SceneError, sf.NoRoute), match=words):
         act()
+
+
+def test_the_rate_of_a_spring_that_is_read():
+    """It follows the slip while it carries less than the limit, and back from the limit; beyond it stands still."""
+    joint = sf.Contact("joint", u, N, sf.laws.coulomb(MU), stiffness=K)
+    z, rate = stop_rate(joint)
+    for at, speed, expected in (
+        (0.5, 1.0, 1.0),
+        (0.6, 1.0, 0.0),
+        (0.6, -1.0, -1.0),
+        (-0.6, -1.0, 0.0),
+        (-0.6, 2.0, 2.0),
+    ):
+        assert float(rate.subs({z: at, u: speed, K: 0.5, MU: 0.3, N: 1.0})) == expected
+
+
+def test_static_friction_of_a_slider_equals_the_kinetic():
+    for law in (sf.laws.coulomb(0.4, 0.3), sf.laws.coulomb(MU, W), sf.laws.coulomb(2 * MU, MU)):
+        with pytest.raises(sf.SceneError, match="one coefficient determines its motion"):
+            sf.Contact("joint", u, N, law, stiffness=K)
+    for law in (sf.laws.coulomb(0.4), sf.laws.coulomb(MU), sf.laws.coulomb(MU + W, W + MU)):
+        assert sf.Contact("joint", u, N, law, stiffness=K).stiffness == K
