@@ -10,7 +10,7 @@ where contact i carries the load N_i >= 0, bears up to ``N_i mu_s`` while it sti
 data; see `symfric.lower.printer`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 
@@ -344,17 +344,19 @@ class ContactDynamics:
         sticking = [i for i, c in enumerate(self.contacts) if not c.law.smooth]
         return sticking, self.drift[sticking, :], self.s[sticking] == HOLDS
 
-    def accelerations(self, tested: bool) -> tuple[ca.SX, ca.SX]:
+    def accelerations(self, tested: bool, defined: Callable[[ca.SX], ca.SX] = lambda e: e) -> tuple[ca.SX, ca.SX]:
         """Return u' and the friction forces of all contacts in the mode held by (s, d).
 
+        `defined` is applied to what a mode may multiply by zero: the friction of a contact that slips, and its drift.
         With `tested`, the graph determines redundant sticking contacts by conditions on the state, and gives them no
         force; otherwise the mode marks them.
         """
         n = self.u.numel()
         if not self.contacts:
             return self.solve(self.force), ca.SX(0, 1)
-        slipping = self.friction_unless_held(tested)
+        slipping = defined(self.friction_unless_held(tested))
         sticking, drift, holds = self.held_by_sticking
+        drift = defined(drift)
         space = self.contact_space
         if space is not None:
             applied = self.solve(self.force)

@@ -5,6 +5,8 @@ import casadi as ca
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 
+_LARGEST = 1e300
+
 
 def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     r"""Return CasADi functions of the power of the forces and of the kinetic energy.
@@ -20,7 +22,7 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     """
     model = ContactDynamics.of(scene)
     f, mass, u, slip = model.force, model.mass, model.u, model.slip
-    _, friction = model.accelerations(tested=True)
+    _, friction = model.accelerations(True, _zero_where_undefined)
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
@@ -32,3 +34,12 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
         out = ca.substitute(out, [model.s, model.d], [lines == 0, ca.if_else(lines < 0, -1, 1)])
     power = ca.Function("power", [model.y, model.t, model.p, modes], [ca.densify(e) for e in out])
     return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])
+
+
+def _zero_where_undefined(values: ca.SX) -> ca.SX:
+    """Return expressions with zero for NaN, which a mode that multiplies them by zero would not remove.
+
+    The rate of a belt that jerks is infinity over infinity far from the jerk; the root of a speed that rounding made
+    negative has no value. ``fmax`` and ``fmin`` ignore a NaN.
+    """
+    return 0.5 * (ca.fmax(values, -_LARGEST) + ca.fmin(values, _LARGEST))

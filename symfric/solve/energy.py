@@ -68,7 +68,7 @@ def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp
         ends = np.column_stack([path.coefficients[first, :, 0], after, *([run.final] * (len(worked) - after.shape[1]))])
         energy = np.array(kinetic(ends, parameters[:, :1])).ravel()
         start = energy[0] if first == 0 else start
-        worst = max(worst, np.max(np.abs(energy[1:] - start - worked)))
+        worst = np.maximum(worst, np.max(np.abs(energy[1:] - start - worked)))
         largest = max(largest, np.max(energy), np.max(np.abs(shifted)))
         work, moved = worked[-1], shifted[-1]
     return float(worst / largest)
@@ -89,7 +89,6 @@ def _powers(run, power: ca.Function, numbers: Mapping[sp.Symbol, float], piece: 
     applied, contact = (
         np.array(e).reshape(times.shape) for e in power(states, times.reshape(1, -1), parameters, modes)
     )
-    contact[np.isnan(contact)] = 0.0  # square root of a speed that rounding made negative: zero speed, zero power
     return parameters, applied, contact
 
 
