@@ -11,6 +11,7 @@ from symfric.solve.plotting import labelled, sticking
 _MARKS = {
     "hopf": "o",
     "fold": "s",
+    "branch-point": "+",
     "flip": "v",
     "neimark-sacker": "^",
     "stick-onset": "D",

@@ -226,8 +226,8 @@ def step_of(
     If the equations do not determine it, it is the shortest one in units of `sizes`; with `normal` one that has
     the product `along` with that.
     """
-    size, scale = system.sizes(point.z, point.passage), _scale(point)
-    A, rest = point.slopes * size / scale[:, None], change / scale
+    size, scale = system.sizes(point.z, point.passage), scale_of(point)
+    A, rest = scaled_slopes(point, size, scale), change / scale
     if normal is not None:
         row = normal * size
         length = float(np.linalg.norm(row))
@@ -243,17 +243,22 @@ def step_of(
 def null_of(system: ShootingSystem, point: Point) -> np.ndarray:
     """Return a null direction of the equations, (n_z,)."""
     size = system.sizes(point.z, point.passage)
-    return size * np.linalg.svd(point.slopes * size / _scale(point)[:, None])[2][-1]
+    return size * np.linalg.svd(scaled_slopes(point, size))[2][-1]
 
 
-def _scale(point: Point) -> np.ndarray:
+def scale_of(point: Point) -> np.ndarray:
     """Return the scales of the equations: the ranges of the states, and 1 for the others, (n_e,)."""
     scale = np.ones(point.rest.size)
     scale[: point.passage.ranges.size] = point.passage.ranges
     return scale
 
 
+def scaled_slopes(point: Point, size: np.ndarray, scale: np.ndarray | None = None) -> np.ndarray:
+    """Return the derivatives for unknowns in units `size` and equations in their scales, (n_e, n_z)."""
+    return point.slopes * size / (scale_of(point) if scale is None else scale)[:, None]
+
+
 def misfit(point: Point) -> float:
     """Return the largest residual relative to the ranges of the states; a large number if one is not finite."""
-    worst = float(np.max(np.abs(point.rest) / _scale(point)))
+    worst = float(np.max(np.abs(point.rest) / scale_of(point)))
     return worst if np.isfinite(worst) else np.inf

@@ -29,8 +29,8 @@ class Condition:
     Attributes
     ----------
     kind : str
-        "fold", "flip", "neimark-sacker", "stick-onset", "slip-onset", "grazing", or "half-range": that of the first
-        state is `level`.
+        "fold", "branch-point", "flip", "neimark-sacker", "stick-onset", "slip-onset", "grazing", or "half-range": that
+        of the first state is `level`.
     guard : int
         Index in `Passage.gaps` of the guard that touches zero; -1 if none does.
     landing : bool
@@ -50,6 +50,8 @@ class Condition:
     level : float
     spring : int
         Of an onset of slip, the place of the elongation among the states.
+    along : tuple of float, length n_z
+        Of a branch point or a flip, about the tangent of the branch on which it was found.
     """
 
     kind: str
@@ -61,6 +63,7 @@ class Condition:
     deep: float = 0.0
     level: float = 0.0
     spring: int = -1
+    along: tuple[float, ...] = ()
 
     @property
     def depth(self) -> float:

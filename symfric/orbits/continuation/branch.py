@@ -13,6 +13,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
+from symfric.orbits.continuation.branch_points import KIND, departures, doubled
 from symfric.orbits.continuation.hopf import birth
 from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
 from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, values_of
@@ -28,10 +29,11 @@ class Special:
     Attributes
     ----------
     kind : str
-        "hopf" (the orbit shrinks to steady sliding), "fold", "flip", "neimark-sacker", "stick-onset" (the orbit just
-        reaches zero slip and sticks beyond), "slip-onset" (a contact behind a spring slips on one side, and sticks all
-        the time on the other) or "grazing" (another guard is touched). A corner where the parameter turns back is a
-        fold as well.
+        "hopf" (the orbit shrinks to steady sliding), "fold" (the parameter turns back), "branch-point" (another branch
+        crosses; `continue_cycle` follows it from here), "flip", "neimark-sacker", "stick-onset" (the orbit just reaches
+        zero slip and sticks beyond), "slip-onset" (a contact behind a spring slips on one side, and sticks all the time
+        on the other) or "grazing" (another guard is touched, or a contact that already sticks touches zero slip once
+        more). A corner where the parameter turns back is a fold as well.
     value : float
         Of the parameter.
     orbit : Orbit
@@ -75,6 +77,20 @@ class Special:
         return f"Special({self.kind}, value={self.value:.14g}{', jump' if self.jump else ''})"
 
 
+REASONS = {
+    "span": "the end of the span",
+    "hopf": "the Hopf point",
+    "branch-point": "the branch point where it starts",
+    "flip": "the flip where it starts",
+    "grazing": "{}, without an orbit beyond",
+    "jump": "{}, beyond which the motion settles to no cycle",
+    "closed": "its start, as a closed curve",
+    "folded-back": "an orbit from which it runs back over itself",
+    "budget": "the largest number of orbits",
+    "lost": "an orbit beyond which none was found",
+}
+
+
 class Peak(NamedTuple):
     """The largest response along a branch.
 
@@ -105,9 +121,10 @@ class Branch:
     special : tuple of Special
         In the order of the branch.
     ends : (str, str)
-        Why it ends on either side: "span", "hopf", "grazing" (beyond, the motion misses the event), "jump" (static
-        friction above kinetic friction ends the orbits there, and beyond, the motion settles to no other orbit),
-        "closed", "budget", or "lost" if no orbit was found further on.
+        Why it ends on either side: "span", "hopf", "branch-point" or "flip" (where it starts), "grazing" (beyond, the
+        motion misses the event), "jump" (static friction above kinetic friction ends the orbits there, and beyond, the
+        motion settles to no other orbit), "closed", "folded-back" (it runs back over its own orbits), "budget", or
+        "lost" if no orbit was found further on. `reasons` says the same in words.
     peak : Peak or None
         Of a frequency response; see `symfric.frequency_response`.
 
@@ -131,6 +148,19 @@ class Branch:
     special: tuple[Special, ...]
     ends: tuple[str, str]
     peak: Peak | None = None
+
+    @property
+    def reasons(self) -> tuple[str, str]:
+        """Why the branch ends on either side, in words and with the value of the parameter there."""
+        one, other = (self._reason(self.ends[k], k) for k in (0, -1))
+        return one, other
+
+    def _reason(self, end: str, k: int) -> str:
+        value, words = float(self.values[k]), REASONS[end]
+        if end in ("grazing", "jump") and self.special:
+            corner = self.special[k]
+            value, words = corner.value, words.format(f"a {corner.kind}" + f" of {corner.contact}" * bool(corner.contact))
+        return f"{words.format('a corner')} at {self.parameter} = {value:.6g}"
 
     def plot(self, ax=None):
         """Draw the half range of the first coordinate against the parameter; return the Axes.
@@ -165,6 +195,7 @@ class Branch:
             "stable": [o.stable for o in self.orbits],
             "special": [{"kind": s.kind, "value": s.value, "jump": s.jump} for s in self.special],
             "ends": list(self.ends),
+            "reasons": list(self.reasons),
         }
 
     def to_xarray(self):
@@ -195,28 +226,30 @@ class Branch:
         kinds = ", ".join(f"{s.kind}{' with a jump' * s.jump} at {s.value:.9g}" for s in self.special)
         kinds = kinds or "no special points"
         low, high = np.min(self.values), np.max(self.values)
-        return f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds})"
+        ends = " and ".join(self.reasons)
+        return f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds}; ends: {ends})"
 
 
 def continue_cycle(
     scene: Scene,
     parameter: Key,
     span: tuple[float, float],
-    start: Orbit | HopfPoint | tuple[Sequence[float], float] | None = None,
+    start: Orbit | HopfPoint | Special | tuple[Sequence[float], float] | None = None,
     most: int = 1000,
     tolerance: float = 1e-13,
 ) -> Branch:
-    """Continue a limit cycle in a parameter, in both directions, to the ends of a span.
+    """Continue a limit cycle in a parameter, in both directions and round folds, to the ends of a span.
 
     Parameters
     ----------
     scene : Scene
-        The value of the parameter in it is where the branch starts.
+        The value of the parameter in it is where the branch starts, unless a Hopf point or a special point is given.
     parameter : Symbol or str
     span : (float, float)
-    start : Orbit, HopfPoint, or (state, period), optional
+    start : Orbit, HopfPoint, Special, or (state, period), optional
         The orbit to start from, or something near it; by default what the motion of the scene settles to. From a Hopf
-        point the branch starts with its small cycles.
+        point the branch starts with its small cycles. From a branch point the other branch is followed, to both sides;
+        from a flip the cycles of twice the period; from any other special point the branch on which it was found.
     most : int
         Orbits in each direction.
     tolerance : float
@@ -229,12 +262,15 @@ def continue_cycle(
     Raises
     ------
     NotFound
-        If there is no cycle to start from.
+        If there is no cycle to start from, or no other branch at the branch point.
     SceneError
         If the start lies outside the span, or names and numbers are wrong.
 
     Notes
     -----
+    Both sides of the start are followed, through stable and unstable parts alike, until the span ends or no orbit is
+    found; `Branch.reasons` tells which. The walk passes a branch point on the branch that it came along.
+
     The branch goes on across the onset of sticking, where it has a corner: the orbit that touches zero slip is found
     by Newton's method on orbits that ignore the touch, and the orbits beyond start there. A reversal begins to stick
     where static friction can just bear the force that holds the contact. Special points are located to the precision of
@@ -252,12 +288,16 @@ def continue_cycle(
     low, high = (finite(v, f"an end of the span of {name}") for v in span)
     if not low < high:
         raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")
-    begins = start.value if isinstance(start, HopfPoint) else values_of(scene)[name]
+    begins = start.value if isinstance(start, HopfPoint | Special) else values_of(scene)[name]
     if not low <= begins <= high:
         raise SceneError(f"{name} = {begins:g} lies outside the span from {low:g} to {high:g}")
     scene = scene.where({name: begins})
     if isinstance(start, HopfPoint):
         return _from_hopf(scene, name, (low, high), start, most, tolerance)
+    if isinstance(start, Special):
+        if start.kind in (KIND, "flip"):
+            return _across(scene, name, (low, high), start, most, tolerance)
+        start = start.orbit
     orbit = limit_cycle(scene, start, tolerance)
     system = _system(scene, name, (low, high), orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
@@ -291,6 +331,30 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
     walk = Walk(scene, system, span, most)
     begin = Found(special=[Met(Condition("hopf"), Placed(system, first), start.value)], end="hopf")
     return _joined(scene, system, first, begin, walk.go(first, grows))
+
+
+def _across(scene: Scene, name: str, span, start: Special, most: int, tolerance: float) -> Branch:
+    """Return the branch that crosses at a branch point, or that of twice the period from a flip."""
+    if list(start.orbit.values) != [name]:
+        known = ", ".join(start.orbit.values)
+        raise SceneError(f"the {start.kind} is one in {known}; find one in {name} for this branch")
+    system = _system(scene, name, span, start.orbit, tolerance)
+    z, along = system.pack(start.orbit.start, start.orbit.period, system.values), np.array(start.condition.along)
+    if start.kind == "flip":
+        system, z, along = doubled(system, z, along)
+    here, sides = departures(system, z, along)
+    met = Met(start.condition, Placed(system, here), start.value)
+    found = [Found(end=start.kind), Found(end=start.kind)]
+    for k, (new, way) in enumerate(sides):
+        if start.kind == "flip" and k:  # the same orbits, half a period later
+            break
+        inside = span[0] <= new.z[-1] <= span[1]
+        found[k] = Walk(scene, system, span, most).go(new, way) if inside else Found(end="span")
+        found[k].orbits[:0] = [Placed(system, new)] if inside else []
+        if found[k].end == "closed":
+            break
+    found[0].special.insert(0, met)
+    return _joined(scene, system, here, *found)
 
 
 def _joined(scene: Scene, system: ShootingSystem, first: Point, back: Found, there: Found) -> Branch:

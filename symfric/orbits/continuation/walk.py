@@ -7,6 +7,7 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
+from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
@@ -17,6 +18,7 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 # step lengths in units of the span, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
+_APART = 1e-3  # step length down to which a branch point and a turn of the parameter are told apart
 _TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
@@ -81,7 +83,7 @@ class Walk:
                 break
             again = self._passed_again(trail, point)
             if again is not None:
-                found.end = "closed" if again == 0 else "lost"
+                found.end = "closed" if again == 0 else "folded-back"
                 del found.special[known:]
                 break
             found.orbits.append(Placed(self._system, point))
@@ -131,7 +133,15 @@ class Walk:
             if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST and not passes:
                 step *= 0.4
                 continue
-            self._note_smooth(found, point, new, way, ahead)
+            crosses = not passes and self._is_crossed(point, way, new, ahead)
+            there = branch_points.located(self._system, point, new) if crosses else None
+            turns = way[-1] * ahead[-1] < 0
+            if crosses and ((there is None and step > _LEAST) or (there and turns and step > _APART)):
+                step *= 0.4
+                continue
+            if there:
+                found.special.append(self._met(branch_points.KIND, there, point, new))
+            self._note_smooth(found, point, new, turns and not there)
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _beyond(self, found: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
@@ -164,16 +174,24 @@ class Walk:
             found.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
         return onsets
 
-    def _note_smooth(self, found: Found, one: Point, other: Point, way: np.ndarray, ahead: np.ndarray) -> None:
+    def _is_crossed(self, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
+        """Whether another branch crosses between two orbits of one smooth piece, from their tangents."""
+        signs = [branch_points.orientation(self._system, p, t) for p, t in ((one, way), (other, ahead))]
+        return signs[0] * signs[1] < 0
+
+    def _met(self, kind: str, there: Point, one: Point, other: Point) -> Met:
+        """Return a special point of a smooth piece between two orbits."""
+        along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
+        return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
+
+    def _note_smooth(self, found: Found, one: Point, other: Point, turns: bool) -> None:
         """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
-            signs = (way[-1], ahead[-1]) if kind == "fold" else (test(p.passage, free) for p in (one, other))
-            met = np.prod(list(signs)) < 0
+            met = turns if kind == "fold" else np.prod([test(p.passage, free) for p in (one, other)]) < 0
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
-            there = self._located(kind, one, other)
-            found.special.append(Met(Condition(kind), Placed(self._system, there), float(there.z[-1])))
+            found.special.append(self._met(kind, self._located(kind, one, other), one, other))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point:
         free, span = self._system.free, np.abs(other.z - one.z)
