@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.mode_layout import gaps, is_slip_gap, slip_gap
+from symfric.lower.mode_layout import contact_of_gap, gaps, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import FAR
 from symfric.orbits.continuation.bifurcations import (
     Condition,
@@ -70,7 +70,7 @@ def corner_between(
     """Find the corner between two orbits of a branch with different events, in units `size` of the unknowns."""
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
-    kind = _kind(untouched.passage, touched.passage)
+    kind = kind_of(untouched.passage, touched.passage)
     reach = _REACH * np.linalg.norm((other.z - one.z) / size)
 
     def lies_there(corner: Corner | None) -> TypeGuard[Corner]:
@@ -86,7 +86,8 @@ def corner_between(
                 return corner._replace(beyond=other)
     peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
     for k in _guards(untouched, contact, system):
-        corner = _touch(system, untouched, Condition(kind, k, side=int(peaked)))
+        again = has_others(untouched.passage, k)
+        corner = touch(system, untouched, Condition("grazing" if again else kind, k, side=int(peaked or again)))
         if lies_there(corner):
             return corner._replace(beyond=other)
     first, _ = between(system, one, other, signature)
@@ -128,12 +129,12 @@ def corner_ahead(
             if other is None or ends:
                 continue
             for k in _guards(other, contact, system):
-                graze = _touch(system, other, Condition("grazing", k))
+                graze = touch(system, other, Condition("grazing", k))
                 if graze is None or not near(graze, _CLOSE):
                     continue
                 beyond = _other_side(system, point, graze.point, size)
                 if beyond is not None:
-                    kind = _kind(*(p.passage for p in _in_order(point, beyond)))
+                    kind = kind_of(*(p.passage for p in _in_order(point, beyond)))
                     return graze._replace(condition=Condition(kind, k), beyond=beyond)
     ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
     inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
@@ -147,7 +148,7 @@ def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
         for k in _guards(point, contact, system):
             kind = "stick-onset" if is_slip_gap(k) else "grazing"
-            found.append(_touch(system, point, Condition(kind, k, side=1)))
+            found.append(touch(system, point, Condition(kind, k, side=1)))
     return [corner for corner in found if corner]
 
 
@@ -167,7 +168,7 @@ def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind:
     return Corner(condition, system, found, jump=peaked and holding.rate > 0)
 
 
-def _touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Corner | None:
+def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Corner | None:
     """Return the nearby orbit that touches a guard, None if it is not found.
 
     Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
@@ -181,7 +182,8 @@ def _touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Co
     except NotFound:
         return None
     same = signature(found.passage) == signature(untouched.passage)
-    return Corner(condition, system, found, jump=bool(condition.side)) if same else None
+    jump = bool(condition.side) and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(found.z)[2])
+    return Corner(condition, system, found, jump=jump) if same else None
 
 
 def _landing(system: ShootingSystem, point: Point) -> Corner | None:
@@ -267,7 +269,8 @@ def _turns_that_differ(untouched: Passage, touched: Passage, contact: int) -> li
     return [k for k, (a, b) in enumerate(zip(*ends, strict=True)) if (a == 0) != (b == 0)]
 
 
-def _kind(untouched: Passage, touched: Passage) -> str:
+def kind_of(untouched: Passage, touched: Passage) -> str:
+    """Return the kind of the corner between two orbits."""
     sticks = [sum(b == 0 for _, _, _, b in p.events) for p in (untouched, touched)]
     return "stick-onset" if sticks[0] < sticks[1] else "grazing"
 

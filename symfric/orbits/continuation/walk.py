@@ -11,6 +11,7 @@ from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
+from symfric.orbits.continuation.grazing import grazing_ahead
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
 from symfric.orbits.continuation.slip_onset import SlipOnset, passes_the_start, slip_onsets, widest_ranges
@@ -112,6 +113,8 @@ class Walk:
             found.end = "span" if ends else ""
             if new is None and step <= _LEAST:
                 corner = corner_ahead(self._system, point, way, size, span)
+                if corner is None or not (corner.beyond or corner.jump):
+                    corner = grazing_ahead(self._system, point, way, size, span) or corner
                 if corner is None:
                     found.end = "lost"
                     return point, way, step
