@@ -81,7 +81,7 @@ REASONS = {
     "span": "the end of the span",
     "hopf": "the Hopf point",
     "branch-point": "the branch point where it starts",
-    "flip": "the flip where it starts",
+    "flip": "a flip of a branch with half its period",
     "grazing": "{}, without an orbit beyond",
     "jump": "{}, beyond which the motion settles to no cycle",
     "closed": "its start, as a closed curve",
@@ -121,10 +121,10 @@ class Branch:
     special : tuple of Special
         In the order of the branch.
     ends : (str, str)
-        Why it ends on either side: "span", "hopf", "branch-point" or "flip" (where it starts), "grazing" (beyond, the
-        motion misses the event), "jump" (static friction above kinetic friction ends the orbits there, and beyond, the
-        motion settles to no other orbit), "closed", "folded-back" (it runs back over its own orbits), "budget", or
-        "lost" if no orbit was found further on. `reasons` says the same in words.
+        Why it ends on either side: "span", "hopf", "branch-point" (where it starts), "flip" (on a branch with half its
+        period), "grazing" (beyond, the motion misses the event), "jump" (static friction above kinetic friction ends
+        the orbits there, and beyond, the motion settles to no other orbit), "closed", "folded-back" (it runs back over
+        its own orbits), "budget", or "lost" if no orbit was found further on. `reasons` says the same in words.
     peak : Peak or None
         Of a frequency response; see `symfric.frequency_response`.
 
@@ -159,7 +159,10 @@ class Branch:
         value, words = float(self.values[k]), REASONS[end]
         if end in ("grazing", "jump") and self.special:
             corner = self.special[k]
-            value, words = corner.value, words.format(f"a {corner.kind}" + f" of {corner.contact}" * bool(corner.contact))
+            value, words = (
+                corner.value,
+                words.format(f"a {corner.kind}" + f" of {corner.contact}" * bool(corner.contact)),
+            )
         return f"{words.format('a corner')} at {self.parameter} = {value:.6g}"
 
     def plot(self, ax=None):
@@ -227,7 +230,9 @@ class Branch:
         kinds = kinds or "no special points"
         low, high = np.min(self.values), np.max(self.values)
         ends = " and ".join(self.reasons)
-        return f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds}; ends: {ends})"
+        return (
+            f"Branch({self.parameter} from {low:.6g} to {high:.6g}, {len(self.orbits)} orbits; {kinds}; ends: {ends})"
+        )
 
 
 def continue_cycle(

@@ -26,6 +26,7 @@ _STILL = 1e-8  # change of the unknowns in these units that ends Newton's method
 _MEETS = 30.0  # largest b of a branch point, in units of the gap between end and start of a periodic orbit
 _SINGULAR = 1e-6  # largest singular value of F_z that counts as zero, relative to the largest
 _REGULAR = 1e-8  # least singular value of [F_z; t] with a sure sign of the determinant, relative to the largest
+_HALF = 1e-6  # difference of states half a period apart, relative to the ranges, up to which they count as the same
 _LENGTHS = (1e-2, 3e-3, 3e-2, 1e-3, 1e-4)  # distances of the first orbits of another branch, in units of the sizes
 
 
@@ -50,9 +51,8 @@ class Kernel(NamedTuple):
     next_least: float
 
 
-def orientation(system: ShootingSystem, point: Point, way: np.ndarray) -> float:
+def orientation(point: Point, way: np.ndarray, size: np.ndarray) -> float:
     """Return the sign of the determinant of [F_z; t] at an orbit with the tangent `way`; 0 if rounding decides it."""
-    size = system.sizes(point.z, point.passage)
     row = way / size
     bordered = np.vstack([scaled_slopes(point, size), row / np.linalg.norm(row)])
     singular = np.linalg.svd(bordered, compute_uv=False)
@@ -61,15 +61,14 @@ def orientation(system: ShootingSystem, point: Point, way: np.ndarray) -> float:
     return float(np.linalg.slogdet(bordered)[0])
 
 
-def located(system: ShootingSystem, one: Point, other: Point) -> Point | None:
-    """Return the branch point between two orbits of a branch; None if no other branch meets it there."""
-    size = system.sizes(one.z, one.passage)
+def located(system: ShootingSystem, one: Point, other: Point, size: np.ndarray) -> Point | None:
+    """Return the branch point between two orbits of a branch, in units `size`; None if none is there."""
     z, reach = 0.5 * (one.z + other.z), np.linalg.norm((other.z - one.z) / size)
     middle, anchor = z, z[: len(system.flow.states)]
     try:
         now = system.at(z, one.phase, anchor)
         for _ in range(_STEPS):
-            kernel = _kernel(system, now, size)
+            kernel = _kernel(now, size)
             step, b = _corrected(system, kernel, anchor)
             z = z + size * step
             if np.linalg.norm((z - middle) / size) > reach:
@@ -81,7 +80,7 @@ def located(system: ShootingSystem, one: Point, other: Point) -> Point | None:
             return None
     except (NotFound, np.linalg.LinAlgError):
         return None
-    kernel = _kernel(system, now, size)
+    kernel = _kernel(now, size)
     meets = abs(b) <= _MEETS * system.flow.closed
     return now if meets and kernel.least <= _SINGULAR < kernel.next_least else None
 
@@ -95,7 +94,23 @@ def doubled(system: ShootingSystem, z: np.ndarray, along: np.ndarray) -> tuple[S
     return system, twice * z, twice * along
 
 
-def departures(system: ShootingSystem, z: np.ndarray, along: np.ndarray) -> tuple[Point, list[tuple[Point, np.ndarray]]]:
+def halved(system: ShootingSystem, point: Point) -> ShootingSystem | None:
+    """Return the equations over half the period if an orbit repeats itself after it, as at a flip; else None."""
+    start, period, values = system.unpack(point.z)
+    if system.multiple % 2:
+        return None
+    try:
+        half = system.flow.run(start, values, 0.5 * period, system.lift)
+    except NotFound:
+        return None
+    if np.any(np.abs(half.end - start) > _HALF * point.passage.ranges):
+        return None
+    return replace(system, multiple=system.multiple // 2)
+
+
+def departures(
+    system: ShootingSystem, z: np.ndarray, along: np.ndarray
+) -> tuple[Point, list[tuple[Point, np.ndarray]]]:
     """Return the orbit at a branch point, and the first orbits of the other branch on both sides with their tangents.
 
     Parameters
@@ -117,7 +132,7 @@ def departures(system: ShootingSystem, z: np.ndarray, along: np.ndarray) -> tupl
     """
     anchor = z[: len(system.flow.states)]
     here = system.at(z, None, anchor)
-    kernel = _kernel(system, here, system.sizes(z, here.passage))
+    kernel = _kernel(here, np.maximum(system.sizes(z, here.passage), np.abs(along)))
     known, crossing = _tangents(system, kernel, along / kernel.size, anchor)
     normal = crossing - (crossing @ known) * known
     way, plane, found = kernel.size * crossing, normal / kernel.size, []
@@ -156,7 +171,7 @@ def _tangents(
     return ways[0], ways[1]
 
 
-def _kernel(system: ShootingSystem, point: Point, size: np.ndarray) -> Kernel:
+def _kernel(point: Point, size: np.ndarray) -> Kernel:
     left, singular, right = np.linalg.svd(scaled_slopes(point, size))
     share = singular / singular[0]
     next_least = float(share[-2]) if share.size > 1 else 1.0

@@ -205,6 +205,8 @@ def continue_special(
             f"the onset of slip of {special.contact!r} has no curve; repeat sf.continue_cycle for values of the other "
             "parameter"
         )
+    if special.kind == "branch-point":
+        raise SceneError("a branch point has no curve; repeat sf.continue_cycle for values of the other parameter")
     orbit = special.orbit
     scene = orbit.scene
     names = tuple(scene.parameter(p).name for p in parameters)

@@ -25,7 +25,7 @@ _TURN = 0.95  # least cosine of the angle between consecutive steps on one smoot
 _SMALL, _SMALLEST = 0.2, 0.03
 _RECENT = 3  # number of last orbits not compared with the new one when detecting a closed branch
 _SAME = 1e-7  # difference relative to the ranges of the states up to which two orbits count as one
-_ENDS = ("lost", "jump", "grazing")  # reasons for ending without a further orbit
+_ENDS = ("lost", "jump", "grazing", "flip")  # reasons for ending without a further orbit
 _NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if an event is so close to it
 
 
@@ -137,11 +137,13 @@ class Walk:
                 step *= 0.4
                 continue
             crosses = not passes and self._is_crossed(point, way, new, ahead)
-            there = branch_points.located(self._system, point, new) if crosses else None
+            there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
             if crosses and ((there is None and step > _LEAST) or (there and turns and step > _APART)):
                 step *= 0.4
                 continue
+            if there and self._ends_at_flip(found, there):
+                return point, way, step
             if there:
                 found.special.append(self._met(branch_points.KIND, there, point, new))
             self._note_smooth(found, point, new, turns and not there)
@@ -179,8 +181,24 @@ class Walk:
 
     def _is_crossed(self, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
         """Whether another branch crosses between two orbits of one smooth piece, from their tangents."""
-        signs = [branch_points.orientation(self._system, p, t) for p, t in ((one, way), (other, ahead))]
+        signs = [branch_points.orientation(p, t, self._units(other)) for p, t in ((one, way), (other, ahead))]
         return signs[0] * signs[1] < 0
+
+    def _ends_at_flip(self, found: Found, there: Point) -> bool:
+        """Whether a branch ends on one of half its period, where it is found; it would run back over its own orbits."""
+        half = branch_points.halved(self._system, there)
+        if half is None:
+            return False
+        start, period, values = self._system.unpack(there.z)
+        alone = np.append(np.zeros(there.z.size - 1), 1.0)
+        try:
+            orbit = solve(half, half.pack(start, 0.5 * period, values), alone)
+        except NotFound:
+            return False
+        condition = Condition("flip", along=tuple(alone.tolist()))
+        found.special.append(Met(condition, Placed(half, orbit), float(there.z[-1])))
+        found.end = "flip"
+        return True
 
     def _met(self, kind: str, there: Point, one: Point, other: Point) -> Met:
         """Return a special point of a smooth piece between two orbits."""
