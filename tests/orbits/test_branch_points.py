@@ -42,7 +42,8 @@ def test_the_other_branch_of_a_pitchfork(symmetric):
     assert other.values[0] == other.values[-1] == 2.9
     assert np.all(other.values[[*range(k), *range(k + 1, len(other.values))]] > other.special[0].value)
     one, two = other.orbits[0], other.orbits[-1]
-    assert one.stable and two.stable
+    assert one.stable
+    assert two.stable
     assert np.max(np.abs(one.start - two.start)) > 0.1
     assert np.allclose(one.x_max, -two.x_min, atol=1e-9)  # mirror images
     for orbit in (one, two):
@@ -90,22 +91,26 @@ def test_cycles_between_two_flips():
 
 
 def test_two_branches_that_cross():
-    """x'' + c x' + (p - x) x + ... has rest for every p; a second oscillator forces both, symmetric only in u = 0."""
+    """Rest of the first mass is a branch for every p; another one crosses it, and both change their stability."""
     p, y, v = sp.Symbol("p", real=True), sp.Symbol("y", real=True), sp.Symbol("v", real=True)
-    force = [-U / 2 + p * X - X**2 - X**3 / 5 + X * y / 10, -v / 2 - 2 * y + sp.cos(sf.TIME)]
-    scene = sf.Scene(
-        sf.System([X, y], [U, v], [[1, 0], [0, 1]], force), [], {p: 0.3}, {X: 0.4, U: 0, y: 0, v: 0}, 200.0
-    )
-    branch = sf.continue_cycle(scene, p, (-0.5, 0.5))
-    points = [s for s in branch.special if s.kind == "branch-point"]
-    assert len(points) == 1
-    assert abs(points[0].value) < 0.02
-    other = sf.continue_cycle(scene, p, (-0.5, 0.5), start=points[0])
+    force = [-U / 2 + p * X - X**2 - X**3 / 5 + 2 * X * y, -v / 2 - 2 * y + sp.cos(sf.TIME)]
+    scene = sf.Scene(sf.System([X, y], [U, v], np.eye(2), force), [], {p: 0.3}, {X: 0, U: 0, y: 0, v: 0}, 200.0)
+    start = sf.limit_cycle(scene, ([0, 0.8, 0, 0.4], 2 * np.pi))
+    rest = sf.continue_cycle(scene, p, (-2, 0.5), start=start)
+    points = [s for s in rest.special if s.kind == "branch-point"]
+    assert len(points) == 2
+    for point, before in zip(points, (True, False), strict=True):
+        near = [o for o, a in zip(rest.orbits, rest.values, strict=True) if abs(a - point.value) < 0.1]
+        sides = {bool(o.values["p"] < point.value): o.stable for o in near}
+        assert sides == {True: before, False: not before}
+    other = sf.continue_cycle(scene, p, (-2, 0.5), start=points[0])
     assert other.ends == ("span", "span")
-    assert {round(abs(v), 9) for v in other.values[[0, -1]]} == {0.5}
-    flat = [max(abs(o.x_max[0]), abs(o.x_min[0])) for o in other.orbits]
-    bent = [max(abs(o.x_max[0]), abs(o.x_min[0])) for o in branch.orbits]
-    assert min(max(flat), max(bent)) < 1e-6 < 0.1 < max(max(flat), max(bent))  # one of them is rest in x
+    again = [s.value for s in other.special if s.kind == "branch-point"]
+    assert again == pytest.approx([s.value for s in points], abs=1e-8)
+    moves = np.array([o.half_range[0] for o in other.orbits])
+    assert np.sum(moves < 1e-6) < 20  # it crosses rest, and does not follow it
+    assert np.max(moves) > 0.1
+    assert kinds(other).count("fold") == 2
 
 
 def test_manners(symmetric):

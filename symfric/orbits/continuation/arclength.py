@@ -4,10 +4,12 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.orbits.shooting import Point, ShootingSystem, solve, step_of
+from symfric.orbits.sizes import kinds
 
 CORRECTIONS = 8
 REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
 _SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
+_FAINT = 1e-3  # the same relative to the largest range of a state of its kind, for states that do not move as yet
 
 
 def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.ndarray) -> np.ndarray:
@@ -24,6 +26,8 @@ def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.
     """
     period = system.unpack(point.z)[1]
     own = np.maximum(point.passage.ranges, _SHARE * largest)
+    for kind in kinds(len(system.flow.scene.system.q), own.size):
+        own[kind] = np.maximum(own[kind], _FAINT * np.max(own[kind], initial=0.0))
     return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.orbits.shooting import Point, ShootingSystem, scale_of, scaled_slopes, solve
+from symfric.orbits.shooting import Point, ShootingSystem, scaled_slopes, solve
 
 KIND = "branch-point"
 _STEPS = 12  # most steps of Newton's method
@@ -54,7 +54,7 @@ class Kernel(NamedTuple):
 def orientation(point: Point, way: np.ndarray, size: np.ndarray) -> float:
     """Return the sign of the determinant of [F_z; t] at an orbit with the tangent `way`; 0 if rounding decides it."""
     row = way / size
-    bordered = np.vstack([scaled_slopes(point, size), row / np.linalg.norm(row)])
+    bordered = np.vstack([_scaled(point, size), row / np.linalg.norm(row)])
     singular = np.linalg.svd(bordered, compute_uv=False)
     if not singular[-1] > _REGULAR * singular[0]:
         return 0.0
@@ -171,8 +171,18 @@ def _tangents(
     return ways[0], ways[1]
 
 
+def _scale(point: Point, size: np.ndarray) -> np.ndarray:
+    """Return the scales of the equations: the units of the states, and 1 for the others, (n_e,)."""
+    n = point.passage.end.size
+    return np.append(size[:n], np.ones(point.rest.size - n))
+
+
+def _scaled(point: Point, size: np.ndarray) -> np.ndarray:
+    return scaled_slopes(point, size, _scale(point, size))
+
+
 def _kernel(point: Point, size: np.ndarray) -> Kernel:
-    left, singular, right = np.linalg.svd(scaled_slopes(point, size))
+    left, singular, right = np.linalg.svd(_scaled(point, size))
     share = singular / singular[0]
     next_least = float(share[-2]) if share.size > 1 else 1.0
     return Kernel(point, size, right[-2:].T, left[:, -1], float(share[-1]), next_least)
@@ -182,13 +192,13 @@ def _bend(system: ShootingSystem, kernel: Kernel, way: np.ndarray, anchor: np.nd
     """Return the derivative of w F_z along a direction, (n_z,), by a central difference, in units of the sizes."""
     point, size = kernel.point, kernel.size
     ends = (system.at(point.z + s * _DIFFERENCE * size * way, point.phase, anchor) for s in (1, -1))
-    ahead, behind = (scaled_slopes(p, size, scale_of(point)) for p in ends)
+    ahead, behind = (_scaled(p, size) for p in ends)
     return kernel.left @ (ahead - behind) / (2 * _DIFFERENCE)
 
 
 def _corrected(system: ShootingSystem, kernel: Kernel, anchor: np.ndarray) -> tuple[np.ndarray, float]:
     """Return a step of Newton's method to a branch point in units of the sizes, and b."""
-    A, scale = scaled_slopes(kernel.point, kernel.size), scale_of(kernel.point)
+    A, scale = _scaled(kernel.point, kernel.size), _scale(kernel.point, kernel.size)
     bends = np.array([_bend(system, kernel, v, anchor) for v in kernel.right.T])
     matrix = np.block([[A, kernel.left[:, None]], [bends, np.zeros((2, 1))]])
     rest = np.concatenate([kernel.point.rest / scale, kernel.left @ A @ kernel.right])

@@ -239,8 +239,10 @@ class Walk:
         """
         marks = np.array([_marks(old) for old in trail])
         mark = _marks(Placed(self._system, new))
-        size = np.ptp(np.vstack([marks, mark]), axis=0)
-        marks, mark = (e / np.where(size > 0, size, 1.0) for e in (marks, mark))
+        every = np.vstack([marks, mark])
+        size = np.ptp(every, axis=0)
+        moves = size > _SAME * np.max(np.abs(every), axis=0)  # what stays the same along the branch differs by rounding
+        marks, mark = (np.where(moves, e / np.where(moves, size, 1.0), 0.0) for e in (marks, mark))
         ways = np.diff(marks[: max(len(trail) - _RECENT, 0) + 1], axis=0)
         from_start = mark - marks[: len(ways)]
         lengths = np.linalg.norm(ways, axis=1)
