@@ -288,6 +288,8 @@ def continue_cycle(
     >>> branch = sf.continue_cycle(belt, "v_b", (0.38, 0.42))
     >>> [(p.kind, round(p.value, 6)) for p in branch.special]
     [('stick-onset', 0.39579)]
+    >>> branch.reasons
+    ('the end of the span at v_b = 0.38', 'the end of the span at v_b = 0.42')
     """
     name = scene.parameter(parameter).name
     low, high = (finite(v, f"an end of the span of {name}") for v in span)
