@@ -14,6 +14,9 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, field_of
 from symfric.theory.stability import linearise
 
+_HALVINGS = 50  # of a bracket within which an equilibrium ends
+_BEYOND = 1e-4  # distance beyond, relative to the bracket, at which the equilibrium is sought once more
+_SMALL = 0.05  # eigenvalue of the last equilibrium found before a fold, relative to the largest
 DEGENERATE = 1e-9  # cubic coefficient relative to the sum of its terms' magnitudes that counts as zero
 NEUTRAL = 1e-12  # growth rate relative to the largest eigenvalue that counts as zero
 SIDES = (
@@ -105,7 +108,8 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     ------
     NotFound
         If the growth rate keeps its sign on the bracket, is zero on a part of it (a neutral system), touches zero
-        without a change of sign, jumps, or a real eigenvalue crosses instead of a pair.
+        without a change of sign, jumps, or a real eigenvalue crosses instead of a pair: at a branch point of the
+        equilibria, where steady sliding goes on, or at a fold, where it ends.
     SceneError
         As `equilibrium` does, or if the bracket is empty.
 
@@ -142,8 +146,8 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
         )
     if abs(eigenvalue.imag) < 1e-6 * size:
         raise NotFound(
-            f"a real eigenvalue crosses zero at {symbol.name} = {value:.12g}: steady sliding is lost without "
-            "oscillation, and this is no Hopf point"
+            f"a real eigenvalue crosses zero at {symbol.name} = {value:.12g}: a branch point, where another "
+            "equilibrium crosses and steady sliding is lost without oscillation; this is no Hopf point"
         )
     a, terms = cubic_coefficient(field, p, x)
     together = np.sum(np.linalg.eigvals(linearise(field, p, x)[3]).real > -1e-9 * size) > 2
@@ -159,9 +163,9 @@ def _tracker(scene: Scene, symbol, low: float, high: float):
     numbers, others = ends[0].numbers(), ends[0].parameter_values()
     last = [np.array([numbers[s] for s in field.states])]
 
-    def leading(value: float):
+    def leading(value: float, start: np.ndarray | None = None):
         p = field.vector({**others, symbol: value})
-        x = solve(field, p, last[0])
+        x = solve(field, p, last[0] if start is None else start)
         last[0] = x
         eigenvalues = np.linalg.eigvals(linearise(field, p, x)[3])
         k = int(np.argmax(eigenvalues.real))
@@ -177,7 +181,9 @@ def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
     def growth(value):
         return leading(value)[0].real
 
-    at_low, at_high = (growth(end) * _sign(leading(end)) ** 2 for end in (low, high))
+    first = leading(low)
+    at_low, begins = first[0].real * _sign(first) ** 2, first[2]
+    at_high = growth(high) * _sign(leading(high)) ** 2
     if at_low * at_high > 0:
         word = "unstable" if at_low > 0 else "stable"
         between = [v for v in np.linspace(low, high, _SURVEY + 2)[1:-1].tolist() if at_low * _sign(leading(v)) < 0]
@@ -190,6 +196,8 @@ def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
         )
     if at_low == 0 or at_high == 0:
         return low if at_low == 0 else high
+    if growth(low) * at_low < 0:  # another equilibrium, found from the one at the other end
+        return _followed(leading, name, (low, high), at_low, begins)
     return float(optimize.brentq(growth, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=300))
 
 
@@ -229,6 +237,28 @@ def _side(leading: Callable, value: float, ends: tuple[float, float]) -> int | N
         if ends[0] <= value <= ends[1]:
             raise
         return None
+
+
+def _followed(leading: Callable, name: str, bracket: tuple[float, float], at_low: float, x: np.ndarray) -> float:
+    """Return where the growth rate of the equilibrium x at the lower end changes its sign; raise if it ends before."""
+    low, high = bracket
+    eigenvalue, size, *_ = leading(low, x)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        found, scale, there, _ = leading(middle, x)
+        if found.real * at_low > 0:
+            low, x, eigenvalue, size = middle, there, found, scale
+        else:
+            high = middle
+    beyond = leading(min(high + _BEYOND * (bracket[1] - bracket[0]), bracket[1]), x)[2]
+    ends = np.linalg.norm(beyond - x) > 0.1 * max(np.linalg.norm(beyond), np.linalg.norm(x))
+    if ends and eigenvalue.imag == 0 and abs(eigenvalue) < _SMALL * size:
+        raise NotFound(
+            f"steady sliding ends at a fold at {name} = {high:.9g}, where a real eigenvalue reaches zero and beyond "
+            "which another equilibrium takes over; this is no Hopf point"
+        )
+    leading(low, x)  # from here on the eigenvalues are those of this equilibrium
+    return low
 
 
 def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float, float]:

@@ -184,7 +184,7 @@ def test_real_eigenvalue_is_no_hopf_point():
     k = sp.Symbol("k", real=True)
     system = sf.System(q=[x], u=[u], mass=[[1]], force=[-k * x - x**3 - 0.2 * u])
     scene = sf.Scene(system=system, values={k: 1.0}, initial={x: 0.0, u: 0.0}, horizon=1.0)
-    with pytest.raises(sf.NotFound, match="real eigenvalue"):
+    with pytest.raises(sf.NotFound, match="real eigenvalue crosses zero.*a branch point"):
         hopf(scene, "k", (-1.0, 1.3))
 
 
@@ -245,3 +245,14 @@ def test_points_of_slow_and_fast_systems(scale):
 def test_growth_that_does_not_cross_zero_is_no_hopf_point(damping, bracket, words):
     with pytest.raises(sf.NotFound, match=words):
         hopf(damped(damping, slip=lambda u: u - 1 - P), "p", bracket)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_fold_of_equilibria_is_no_hopf_point(way):
+    """x = -1 is the last equilibrium below, and x = 2, which vibrates, takes over; or mirrored."""
+    x, u = sp.symbols("x u", real=True)
+    k = sp.Symbol("k", real=True)
+    system = sf.System(q=[x], u=[u], mass=[[1]], force=[way * k + 3 * x - x**3 - (0.5 - way * x) * u / 5])
+    scene = sf.Scene(system=system, values={k: 1.0}, initial={x: -2.0 * way, u: 0.0}, horizon=1.0)
+    with pytest.raises(sf.NotFound, match=r"ends at a fold at k = (2,|2.0000|1.9999)"):
+        hopf(scene, "k", (1.0, 2.5))
