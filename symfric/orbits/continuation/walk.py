@@ -153,7 +153,7 @@ class Walk:
         """Continue beyond a corner at which the walk stopped, on a nearby orbit or the one the motion settles to."""
         if corner.beyond is not None:
             self._note_corner(found, corner, point)
-            return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.point.z), _FIRST
+            return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.edge), _FIRST
         span = tuple(self._limits[0])
         settled = settled_beyond(self._scene, self._system, corner.point, corner.value, way[-1], span)
         self._note_corner(found, corner._replace(jump=corner.jump or settled is not None), point)
@@ -257,6 +257,8 @@ class Walk:
         try:
             there = solve(old.system, np.append(old.point.z[:-1], new.z[-1]), alone, most=8)
         except NotFound:
+            return False
+        if signature(there.passage) != signature(old.point.passage):  # of another arm at a corner
             return False
         apart = np.abs(_marks(Placed(old.system, there)) - _marks(Placed(self._system, new)))
         size = np.tile(np.maximum(new.passage.ranges, there.passage.ranges), 2)
