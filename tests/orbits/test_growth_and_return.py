@@ -95,6 +95,14 @@ def test_a_motion_that_fades_or_grows_has_no_period_yet(rate, settles):
     assert np.isfinite(recurrence.period_of(run, 2 * np.pi, np.zeros(0)).period) == settles
 
 
+@pytest.mark.parametrize("state", [0, 1])
+def test_one_state_that_fades_fast_has_settled(state):
+    functions = swing(1.0)
+    functions[state] = lambda t, f=functions[state]: f(t) * (1 + np.exp(-0.3 * t))
+    run = made(functions, 2 * np.pi * 12.5)
+    assert recurrence.period_of(run, 2 * np.pi, np.zeros(0)).period == pytest.approx(2 * np.pi)
+
+
 def test_two_frequencies_have_no_period():
     run = made([lambda t: np.sin(t) + 0.3 * np.sin(np.sqrt(2) * t), lambda t: np.cos(t)], 2 * np.pi * 60.5)
     assert np.isnan(recurrence.period_of(run, 2 * np.pi, np.zeros(0)).period)
@@ -217,3 +225,18 @@ def test_growth_after_the_transient():
     assert growth == pytest.approx(np.outer(lengths[2:], [0.2, -0.4]))
     assert end == pytest.approx([np.exp(0.2 * 8.5), 2 * np.exp(-0.4 * 8.5)])
     assert doubtful == 1
+
+
+class Shear:
+    """Maps that add a multiple of the first state to the second one; the states move between 1 and 5, and 10 and 18."""
+
+    scene = SimpleNamespace(system=SimpleNamespace(q=(None,)))
+
+    def run(self, y, values, time):
+        low, high = np.array([1.0, 10.0]), np.array([5.0, 18.0])
+        return SimpleNamespace(end=y, by_start=np.array([[1.0, 0.0], [3.0, 1.0]]), low=low, high=high, doubtful=False)
+
+
+def test_growth_is_that_of_lengths_in_units_of_the_ranges():
+    growth, _, _ = lyapunov._grow(Shear(), {}, np.array([1.0, 10.0]), np.array([20.0]), 0)
+    assert growth[0] == pytest.approx(np.log(np.hypot(1.0, 3.0 * 4.0 / 8.0)) * np.array([1.0, -1.0]))
