@@ -51,14 +51,11 @@ class Kernel(NamedTuple):
     next_least: float
 
 
-def orientation(point: Point, way: np.ndarray, size: np.ndarray) -> float:
-    """Return the sign of the determinant of [F_z; t] at an orbit with the tangent `way`; 0 if rounding decides it."""
-    row = way / size
-    bordered = np.vstack([_scaled(point, size), row / np.linalg.norm(row)])
-    singular = np.linalg.svd(bordered, compute_uv=False)
-    if not singular[-1] > _REGULAR * singular[0]:
-        return 0.0
-    return float(np.linalg.slogdet(bordered)[0])
+def orientations_differ(one: Point, way: np.ndarray, other: Point, ahead: np.ndarray, size: np.ndarray) -> bool:
+    """Whether the determinant of [F_z; t] changes its sign between two orbits with the tangents `way` and `ahead`."""
+    both = [np.vstack([_scaled(p, size), t / size]) for p, t in ((one, way), (other, ahead))]
+    signs = [float(np.linalg.slogdet(matrix)[0]) for matrix in both]
+    return signs[0] * signs[1] < 0 and all(np.linalg.cond(matrix) * _REGULAR < 1 for matrix in both)
 
 
 def located(system: ShootingSystem, one: Point, other: Point, size: np.ndarray) -> Point | None:

@@ -136,7 +136,7 @@ class Walk:
             if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST and not passes:
                 step *= 0.4
                 continue
-            crosses = not passes and self._is_crossed(point, way, new, ahead)
+            crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
             there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
             if crosses and ((there is None and step > _LEAST) or (there and turns and step > _APART)):
@@ -178,11 +178,6 @@ class Walk:
         for condition, there in onsets:
             found.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
         return onsets
-
-    def _is_crossed(self, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
-        """Whether another branch crosses between two orbits of one smooth piece, from their tangents."""
-        signs = [branch_points.orientation(p, t, self._units(other)) for p, t in ((one, way), (other, ahead))]
-        return signs[0] * signs[1] < 0
 
     def _ends_at_flip(self, found: Found, there: Point) -> bool:
         """Whether a branch ends on one of half its period, where it is found; it would run back over its own orbits."""
