@@ -22,13 +22,23 @@ class select(sp.Function):  # noqa: N801  (a SymPy function is named as it is ca
 
 
 def _guarded(function):
-    def call(x):
+    def call(*x):
         try:
-            return function(x)
-        except (ValueError, OverflowError):
+            return function(*x)
+        except (ValueError, ArithmeticError):
             return math.nan
 
     return call
+
+
+# Roots and inverse functions in two forms. Trial steps evaluate a mode beyond its end, where the argument of a root may
+# be negative: the first form goes on with the value at the edge of its domain, the second is not a number there.
+EXTENDED = {
+    "power": lambda x, p: max(x, 0.0) ** p,
+    "asin": lambda x: math.asin(min(max(x, -1.0), 1.0)),
+    "acos": lambda x: math.acos(min(max(x, -1.0), 1.0)),
+}
+STRICT = {"power": math.pow, "asin": math.asin, "acos": math.acos}
 
 
 def _exp(x):
@@ -47,11 +57,14 @@ SCALAR = {
     "falling": lambda x: 2 / (_exp(abs(x)) + math.exp(-abs(x))),
     "erf": math.erf,
     "select": _pick,
+    **{f"extended_{name}": _guarded(f) for name, f in EXTENDED.items()},
 }
+INSIDE = {**SCALAR, **{f"extended_{name}": _guarded(f) for name, f in STRICT.items()}}
 ARRAY = {
     "erf": special.erf,
     "select": _pick,
     "falling": lambda x: 2 * np.exp(-np.abs(x)) / (1 + np.exp(-2 * np.abs(x))),
+    **{f"extended_{name}": np.vectorize(_guarded(f), otypes=[float]) for name, f in EXTENDED.items()},
 }
 
 
@@ -136,9 +149,6 @@ class Equations:
         smooth = lambda e: kinks.pieces(e.xreplace(real))  # noqa: E731
         slips = [smooth(c.slip) for c in contacts]
         speeds = [m * w for m, w in zip(modes, slips, strict=True)]
-        # a law with an infinite slope at rest is undefined beyond zero slip, where trial steps evaluate it
-        steep = [bool(c.law.steep) or c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in contacts]
-        speeds = [smooth(sp.Max(v, 0)) if s else v for v, s in zip(speeds, steep, strict=True)]
         load = [smooth(c.normal * c.profile) for c in contacts]
         kinetic = [
             smooth(m * coefficient(c, m) if c.law.memory else c.law.kinetic.subs(SPEED, v))
@@ -169,8 +179,8 @@ class Equations:
         self.cuts = tuple(int(k) for k in np.cumsum(sizes))
         self._scales = [*(_terms(f) for f in force), *(_terms(w) for w in slips), *(_terms(g) for g in self.guards)]
 
-    def _scalar(self, expressions):
-        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [SCALAR, "math"], cse=True)
+    def _scalar(self, expressions, functions=SCALAR):
+        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [functions, "math"], cse=True)
 
     def _array(self, expressions):
         return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [ARRAY, "numpy"], cse=True)
@@ -181,9 +191,11 @@ class Equations:
         return self._scalar(self._core)
 
     @cached_property
-    def core_array(self):
-        """The same for arrays of times."""
-        return self._array(self._core)
+    def inside(self):
+        """The same, but not a number outside the domains of roots and inverse functions; None if there are none."""
+        if not any(_plain(e).has(*_EDGED.values()) for e in self._core):
+            return None
+        return self._scalar(self._core, INSIDE)
 
     @cached_property
     def watched(self):
@@ -224,9 +236,18 @@ class falling(sp.Function):  # noqa: N801
     nargs = 1
 
 
+_EDGED = {name: sp.Function(f"extended_{name}") for name in EXTENDED}
+
+
+def _has_edge(e: sp.Expr) -> bool:
+    return isinstance(e, sp.Pow) and e.exp.is_integer is False and not e.base.is_positive
+
+
 def _plain(expr: sp.Expr) -> sp.Expr:
-    """Rewrite functions that the math module lacks, and quotients of hyperbolic functions that overflow."""
+    """Rewrite functions that the math module lacks or that have an edge, and hyperbolic quotients that overflow."""
     expr = expr.replace(sp.sech, lambda x: 1 / sp.cosh(x))
+    expr = expr.replace(_has_edge, lambda e: _EDGED["power"](e.base, e.exp))
+    expr = expr.replace(sp.asin, _EDGED["asin"]).replace(sp.acos, _EDGED["acos"])
     if expr.has(sp.cosh):
         expr = expr.replace(sp.sinh, lambda x: sp.tanh(x) * sp.cosh(x))
         secants = {

@@ -203,13 +203,20 @@ class _Motion:
             event = _first_event(grid, guards, function, noise if first else None)
             if event is not None:
                 te, row = event
+                self._check(0.5 * (t + te), dense, mode)
                 self._keep(t, te, dense)
                 return te, dense(te), self._zero(mode, row), False
+            self._check(0.5 * (t + solver.t), dense, mode)
             self._keep(t, solver.t, dense)
             t, y, first = solver.t, solver.y.copy(), False
             self.choice.see(t, y, mode)
             if solver.status == "finished":
                 return t, y, self._zero(mode), True
+
+    def _check(self, t: float, dense, mode: SmoothMode) -> None:
+        """Raise if a root or an inverse function has left its domain inside a mode."""
+        if self.e.inside is not None and not np.all(np.isfinite(self.e.inside(*self.m.arguments(t, dense(t), mode)))):
+            raise GaveUp(f"not a number at t = {t:.17g}")
 
     def _keep(self, t: float, te: float, dense) -> None:
         inside = (self.times > t) & (self.times <= te)
