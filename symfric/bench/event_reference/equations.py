@@ -135,6 +135,7 @@ class Equations:
         self.scene = scene
         self.n, self.n_z, self.n_c = len(system.q), len(system.z), len(contacts)
         self.parameters = tuple(sorted(scene.parameters, key=str))
+        self.remembers = tuple(c.law.memory is not None for c in contacts)  # contacts that never stick
         signals = tuple(scene.inputs)
         slopes = tuple(sp.Symbol(f"{s.name}_slope", real=True) for s in signals)
         modes = sp.symbols(f"mode_:{self.n_c}", real=True) if self.n_c else ()

@@ -206,7 +206,8 @@ class Choice:
         self.see(t, y, SmoothMode((1,) * e.n_c, signs))
         scales = self._scales
         rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, small, strict=False)]
-        options = [(0, -1, 1) if r else (int(np.sign(w)),) for r, w in zip(rest, slips, strict=True)]
+        still = [(-1, 1) if remembers else (0, -1, 1) for remembers in e.remembers]
+        options = [s if r else (int(np.sign(w)),) for r, w, s in zip(rest, slips, still, strict=True)]
         candidates = [
             (modes, signs, edge)
             for modes in itertools.product(*options)
@@ -279,7 +280,7 @@ class Choice:
                 reach = float(np.abs(slopes[k, 1 : 1 + e.n]) @ np.abs(inverse) @ np.full(e.n, forces))
                 side = first if abs(first) > 1e-9 * size else second if abs(second) > TIE * reach else 0.0
                 if side == 0.0:
-                    side = self._side_later(t, y, mode, int(k), reach)
+                    side = self._side_later(t, y, mode, int(k), reach, ROUNDING * scales[e.n + e.n_c + k])
                     resting[k] = side == 0.0
                 if side * mode.signs[k] < 0:
                     return None
@@ -294,12 +295,16 @@ class Choice:
             return None
         return mode
 
-    def _side_later(self, t: float, y, mode: SmoothMode, k: int, reach: float) -> float:
-        """Return the sign of a guard that starts at zero without slope and curvature; zero if it stays there."""
+    def _side_later(self, t: float, y, mode: SmoothMode, k: int, reach: float, noise: float) -> float:
+        """Return the sign of a guard that starts at zero without slope and curvature; zero if it stays there.
+
+        It starts at zero to the error of the state there, which is not the guard's sign: only its change counts.
+        """
+        guard_of = lambda t, y: float(self.m.e.watched(*self.m.arguments(t, y, mode))[self.m.e.n_c + k])  # noqa: E731
+        start = guard_of(t, y)
         for lead in LEADS[1:]:
-            after, state = self._later(t, y, mode, lead)
-            guard = float(self.m.e.watched(*self.m.arguments(after, state, mode))[self.m.e.n_c + k])
-            if abs(guard) > 1e-9 * reach * (lead * self.m.time_scale) ** 2:
+            guard = guard_of(*self._later(t, y, mode, lead)) - start
+            if abs(guard) > 1e-9 * reach * (lead * self.m.time_scale) ** 2 + noise:
                 return float(np.sign(guard))
         return 0.0
 

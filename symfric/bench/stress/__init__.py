@@ -7,7 +7,9 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from symfric.bench.stress.comparison import SceneComparison
+from symfric.bench.stress.derivative_comparison import DerivativeComparison
 from symfric.bench.stress.families import FAMILIES, family
+from symfric.bench.stress.lane_comparison import LaneComparison
 from symfric.bench.stress.orbit_comparison import OrbitComparison
 from symfric.bench.stress.verdict import VERDICTS, StressResult, Verdict
 from symfric.errors import SceneError
@@ -15,6 +17,8 @@ from symfric.errors import SceneError
 __all__ = [
     "FAMILIES",
     "VERDICTS",
+    "DerivativeComparison",
+    "LaneComparison",
     "OrbitComparison",
     "SceneComparison",
     "StressResult",
@@ -91,9 +95,18 @@ def scene_named(name: str) -> tuple[str, int, int]:
     return family(parts[0]).name, int(parts[1]), int(parts[2])
 
 
-def comparison_of(name: str, seed: int) -> SceneComparison | OrbitComparison:
+_COMPARISONS = {
+    "": SceneComparison,
+    "lanes": LaneComparison,
+    "derivatives": DerivativeComparison,
+    "cycle": OrbitComparison,
+    "branch": OrbitComparison,
+}
+
+
+def comparison_of(name: str, seed: int) -> SceneComparison | LaneComparison | DerivativeComparison | OrbitComparison:
     """Return the comparison of one structure of a family."""
-    return (OrbitComparison if family(name).orbits else SceneComparison)(name, seed)
+    return _COMPARISONS[family(name).sought](name, seed)
 
 
 def examine(name: str, seed: int, numbers: Sequence[int]) -> list[Verdict]:

@@ -1,6 +1,7 @@
 """Comparison of one random structure, run by the automatic route, with the reference simulator."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -9,6 +10,7 @@ from symfric.bench.event_reference import ReferenceSimulator
 from symfric.bench.stress.families import family
 from symfric.bench.stress.random_scenes import Draw
 from symfric.bench.stress.verdict import Verdict
+from symfric.errors import NoRoute, SceneError
 from symfric.lower.energy import energy_functions
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
@@ -67,30 +69,29 @@ class SceneComparison:
     def _compared(self, number: int, draw: Draw) -> Verdict:
         units = self.structure.units(self.seed, number)
         values, initial = self.structure.in_units(draw, units)
-        run, fine = (p.run(values, initial) for p in (self.chosen, self.fine))
-        states, finer_states = self.states(run, units), self.states(fine, units)
-        sizes = self.sizes(run, units)
-        finer = difference(states, finer_states, sizes)
-        second, energy, change = math.nan, math.nan, math.nan
-        allowed = WRONG * self.tolerance
-        note = ""
+        run = self.chosen.run(values, initial)
+        states = self.states(run, units)
         if states is None:
             verdict = "status" if ADVICE[run.status] and np.isfinite(run.t_final) else "silent failure"
             options = {"times": self.times, "sizes": np.ones(len(self.scene.system.states))}
             note = self.reference.run(draw.values, draw.initial, **options).reason or "the reference runs to the end"
-        else:
-            second, note = self.second(draw, states, sizes, allowed)
-            energy = imbalance(run, *self.energies, {self.symbols[k]: v for k, v in values.items()})
-            if energy <= allowed and not (finer > allowed or second > allowed):
-                verdict = "agrees" if second == second else "alone" if finer == finer else "unconfirmed"
-            elif second <= allowed and energy <= allowed:
-                verdict = "agrees"  # the finer run is the wrong one; it has scenes of its own
-            else:
-                change = self.change(draw, sizes)
-                within = energy <= allowed and np.nanmax([finer, second, 0.0]) <= CHANGE * change  # not if it is NaN
-                verdict = "sensitive" if within else "silent failure"
+            none = (math.nan, math.nan, math.nan, math.nan)
+            return self._verdict(number, draw.kind, verdict, run.route, run.status.name, none, note)
+        sizes, allowed = self.sizes(run, units), WRONG * self.tolerance
+        finer = difference(states, self.states(self.fine.run(values, initial), units), sizes)
+        second, unique, note = self.second(draw, states, sizes, allowed)
+        energy = imbalance(run, *self.energies, {self.symbols[k]: v for k, v in values.items()})
+        change, differ = math.nan, np.nanmax([finer, second, 0.0])
+        if second != second or max(differ, energy) > allowed:
+            third = difference(states, self.third(values, initial, units), sizes)
+            note += f"{note and '; '}{third:.1e} from the route integrators"
+            if second != second:
+                second = third
+                differ = np.fmax(differ, third)
+        if differ > allowed:
+            change = self.change(number, draw, run, sizes)
         found = finer, second, energy, change
-        return self._verdict(number, draw.kind, verdict, run.route, run.status.name, found, note)
+        return self._verdict(number, draw.kind, judged(found, allowed, unique), run.route, run.status.name, found, note)
 
     def _verdict(
         self, number: int, kind: str, verdict: str, route: str, status: str, found: tuple[float, ...], note: str
@@ -112,18 +113,23 @@ class SceneComparison:
     def sizes(self, run: Run, units) -> np.ndarray:
         """Return the size of every state, by its largest value."""
         size = np.max(np.abs(run.x), axis=1) / self.structure.state_units(units)
-        n = len(self.scene.system.q)
-        # states below a millionth of the largest of their kind count as noise
-        for part in np.split(np.arange(size.size), [n, 2 * n]):
-            if part.size:
-                size[part] = np.maximum(size[part], 1e-6 * np.max(size[part]))
+        n, horizon = len(self.scene.system.q), self.scene.horizon
+        q, u, z = np.split(size, [n, 2 * n])
+        way, speed = np.max(q), np.max(u)
+        # states below a millionth of the largest of their kind, or of what the others make of it, count as noise
+        q, u = (
+            np.maximum(part, 1e-6 * least)
+            for part, least in ((q, max(way, speed * horizon)), (u, max(speed, way / horizon)))
+        )
+        z = np.maximum(z, 1e-6 * np.max(z, initial=0.0))
+        size = np.concatenate([q, u, z])
         return np.maximum(size, max(1e-12 * np.max(size), 1e-300))
 
-    def second(self, draw: Draw, states: np.ndarray, sizes: np.ndarray, allowed: float) -> tuple[float, str]:
-        """Return the difference from the reference, NaN if that has no answer, and a note.
+    def second(self, draw: Draw, states: np.ndarray, sizes: np.ndarray, allowed: float) -> tuple[float, bool, str]:
+        """Return the difference from the reference, whether it holds for its first choice of modes, and a note.
 
-        Where it is too large the reference runs again at a finer tolerance; and where several modes were admissible,
-        with another choice among them.
+        The difference is NaN if the reference has no answer. Where it is too large the reference runs again at a finer
+        tolerance; and where several modes were admissible, with another choice among them.
         """
         note, found = "", math.nan
         for tolerance, preference in ((None, 0), (_REFEREE, 0), (_REFEREE, 1)):
@@ -136,25 +142,70 @@ class SceneComparison:
                 continue
             note, found = "", np.fmin(found, difference(states, reference.x, sizes))
             if found <= allowed or (tolerance is not None and not reference.alternatives):
-                break
-        return float(found), note
+                return float(found), preference == 0, ""
+        return float(found), True, note
 
-    def change(self, draw: Draw, sizes: np.ndarray) -> float:
-        """Return the largest change of the reference when start and values change by a tolerance, or by far less."""
+    @cached_property
+    def _integrators(self) -> Program | None:
+        try:
+            return prepare(self.chosen.scene, max(self.tolerance * _FINER, 1e-12), "integrators")
+        except (NoRoute, SceneError):
+            return None
+
+    def third(self, values: dict, initial: dict, units) -> np.ndarray | None:
+        """Return the states by the route integrators, which shares neither series nor event loop with the others."""
+        return None if self._integrators is None else self.states(self._integrators.run(values, initial), units)
+
+    def change(self, number: int, draw: Draw, run: Run, sizes: np.ndarray) -> float:
+        """Return by how much perturbations at the level of the tolerance, and far below it, change run and reference.
+
+        The smaller of the largest changes of the two; NaN if one of them has none.
+        """
         options = {"times": self.times, "sizes": sizes, "tolerance": _REFEREE}
-        base = self.reference.run(draw.values, draw.initial, **options)
+        units = self.structure.units(self.seed, number)
+        base, states = self.reference.run(draw.values, draw.initial, **options), self.states(run, units)
         rng = np.random.default_rng(0)
-        names, changes = [s.name for s in self.scene.system.states], []
-        for part in (_PERTURBATION, _PERTURBATION, self.tolerance, self.tolerance):
+        names = [s.name for s in self.scene.system.states]
+        ours, theirs = [], []
+        for part in (*[_PERTURBATION] * 2, *[self.tolerance] * 6):
             moved = part * sizes * rng.choice([-1, 1], len(names))
-            start = {k: draw.initial[k] + float(d) for k, d in zip(names, moved, strict=True)}
+            start = {k: draw.initial.get(k, 0.0) + float(d) for k, d in zip(names, moved, strict=True)}
             values = {k: v * (1 + part * rng.choice([-1, 1])) for k, v in draw.values.items()}
             for given, drawn in ((start, draw.initial), (values, draw.values)):
                 given |= {k: v for k, v in drawn.items() if k in self.structure.exact}
+            perturbed = Draw(draw.kind, values, start)
+            ours.append(
+                difference(
+                    self.states(self.chosen.run(*self.structure.in_units(perturbed, units)), units), states, sizes
+                )
+            )
             other = self.reference.run(values, start, **options)
-            if not (other.reason or base.reason):
-                changes.append(difference(other.x, base.x, sizes))
-        return max((c for c in changes if c == c), default=math.nan)
+            theirs.append(math.nan if other.reason or base.reason else difference(other.x, base.x, sizes))
+        return float(min(np.fmax.reduce(ours), np.fmax.reduce(theirs)))
+
+
+def judged(found: tuple[float, float, float, float], allowed: float, unique: bool) -> str:
+    """Return the verdict on a run that ended well.
+
+    Parameters
+    ----------
+    found : tuple of float
+        Differences from a finer tolerance and from what is independent, residual of the energies, change by
+        perturbations; NaN where there is none.
+    allowed : float
+        Largest difference of runs that agree.
+    unique : bool
+        Whether the reference agrees with its first choice of modes.
+    """
+    finer, second, energy, change = found
+    if not energy <= allowed:
+        return "silent failure"
+    differ = np.fmax(finer, second)
+    if differ > allowed:
+        return "sensitive" if differ <= CHANGE * change else "silent failure"
+    if not second <= allowed:
+        return "unconfirmed"
+    return "agrees" if unique else "not unique"
 
 
 def difference(a: np.ndarray | None, b: np.ndarray | None, sizes: np.ndarray) -> float:

@@ -40,7 +40,7 @@ class OrbitComparison:
         draw = self.family.draw(self.structure, self.seed, number)
         off, status, note = math.nan, "OK", ""
         try:
-            off, note = self._cycle(number, draw) if self.family.orbits == "cycle" else self._branch(draw)
+            off, note = self._cycle(number, draw) if self.family.sought == "cycle" else self._branch(draw)
             verdict = "agrees" if off <= ALLOWED and not note else "silent failure"
             if off != off and not note:
                 verdict = "unconfirmed"

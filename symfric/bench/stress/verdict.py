@@ -3,7 +3,8 @@
 from collections import Counter
 from dataclasses import asdict, dataclass
 
-VERDICTS = ("agrees", "alone", "unconfirmed", "status", "sensitive", "silent failure")
+VERDICTS = ("agrees", "not unique", "sensitive", "status", "unconfirmed", "silent failure")
+UNEXPLAINED = ("unconfirmed", "silent failure")
 
 
 @dataclass(frozen=True)
@@ -18,10 +19,11 @@ class Verdict:
     kind : str
         Kind of its numbers, where the family has several.
     verdict : str
-        "agrees" with the reference; "alone" if that had no answer: agrees with itself at a finer tolerance;
-        "unconfirmed" if that had none either; the energies balance in all three. "status": ended early, with advice;
-        "sensitive": runs differ, but by no more than the change of the reference when the start is perturbed; "silent
-        failure": none of these.
+        "agrees" with the reference, and with a run at a finer tolerance if that ended well. "not unique": agrees with
+        the reference only where that takes another of several admissible modes, which move differently. "sensitive":
+        runs differ, but a perturbation at the level of the tolerance changes both the run and the reference as much.
+        "status": ended early, with advice. "unconfirmed": nothing independent had an answer. "silent failure": none of
+        these, whichever side is wrong. The last two are unexplained.
     route, status : str
         Of the chosen run.
     tolerance : float
@@ -29,9 +31,11 @@ class Verdict:
         Largest difference from the run at a finer tolerance and from the reference, relative to each state's largest
         value, and the residual of the energies; NaN where there is none.
     change : float
-        Largest change of the reference by perturbations of the start, relative likewise; NaN where it was not needed.
+        The smaller of the largest changes of the run and of the reference by the same perturbations of start and
+        values, relative likewise; NaN where it was not needed.
     note : str
-        Why the reference had no answer; whether it had one where the run ended early.
+        Why the reference had no answer, and which method had; whether it had one where the run ended early; how a third
+        method judges a difference.
     """
 
     family: str
@@ -75,10 +79,15 @@ class StressResult:
         """The silent failures."""
         return tuple(v for v in self.verdicts if v.verdict == "silent failure")
 
+    @property
+    def unexplained(self) -> tuple[Verdict, ...]:
+        """The silent failures, and the runs that nothing confirmed."""
+        return tuple(v for v in self.verdicts if v.verdict in UNEXPLAINED)
+
     def to_dict(self) -> dict[str, object]:
         """Return counts and all scenes without the verdict "agrees", as plain data."""
         statuses = Counter(v.status for v in self.verdicts if v.verdict == "status")
-        notable = [asdict(v) for v in self.verdicts if v.verdict not in ("agrees", "alone")]
+        notable = [asdict(v) for v in self.verdicts if v.verdict != "agrees"]
         plain = [{k: None if x != x else x for k, x in row.items()} for row in notable]
         return {
             "scenes": len(self.verdicts),

@@ -1,8 +1,8 @@
 """The families of random scenes."""
 
-from symfric.bench.stress.families import loads, orbits, pulses, rescaled, surfaces, systems
+from symfric.bench.stress.families import loads, orbits, pulses, redundant, rescaled, surfaces, systems
 from symfric.bench.stress.families.family import Family, RandomStructure, random_family
-from symfric.bench.stress.random_scenes import Dice, structure
+from symfric.bench.stress.random_scenes import KINDS, Dice, structure
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
 
@@ -10,6 +10,13 @@ from symfric.model.symbols import nearest
 def _mixed(seed: int) -> RandomStructure:
     scene = structure(seed)
     return RandomStructure(scene, drawn=Dice(scene).draw)
+
+
+def _moderate(seed: int) -> RandomStructure:
+    """Return a mixed structure whose draws are all of moderate numbers, off the switching surfaces."""
+    scene = structure(seed)
+    dice = Dice(scene)
+    return RandomStructure(scene, drawn=lambda seed, number: dice.draw(seed, len(KINDS) * number))
 
 
 _TABLE = (
@@ -25,13 +32,18 @@ _TABLE = (
     random_family("profile", surfaces.profiles),
     random_family("belt", surfaces.belts),
     random_family("parallel", surfaces.parallel),
+    random_family("redundant", redundant.redundant),
     random_family("state", systems.states),
+    random_family("memory", systems.memory),
+    random_family("switched", loads.switched),
     random_family("mass", systems.masses),
     random_family("sampled", systems.sampled, runs=25),
     random_family("no-contact", systems.smooth),
     random_family("rescaled", rescaled.rescaled, runs=25),
-    random_family("cycle", orbits.cycles, 10, weight=0.2, orbits="cycle"),
-    random_family("branch", orbits.branches, 1, weight=0.01, orbits="branch"),
+    Family("lanes", _mixed, runs=48, sought="lanes"),
+    Family("derivatives", _moderate, runs=10, weight=0.2, sought="derivatives"),
+    random_family("cycle", orbits.cycles, 10, weight=0.2, sought="cycle"),
+    random_family("branch", orbits.branches, 1, weight=0.01, sought="branch"),
 )
 FAMILIES = {f.name: f for f in _TABLE}
 

@@ -108,15 +108,16 @@ class Family:
         Draws of numbers for each structure, whose compilation takes as long as some dozens of runs.
     weight : float
         Share of a stress run, relative to that of the others.
-    orbits : str
-        What is looked for: "" for motions, "cycle" for their limit cycles, "branch" for branches of these.
+    sought : str
+        What is compared: "" for motions, "lanes" for many cases at once with single runs, "derivatives" of the final
+        state, "cycle" for limit cycles, "branch" for branches of these.
     """
 
     name: str
     build: Callable[[int], RandomStructure]
     runs: int = 50
     weight: float = 1.0
-    orbits: str = ""
+    sought: str = ""
 
     def draw(self, structure: RandomStructure, seed: int, number: int) -> Draw:
         """Return the numbers of one run; the same for the same seed of the structure and number of the run."""

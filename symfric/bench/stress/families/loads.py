@@ -73,3 +73,22 @@ def opening(rng: np.random.Generator) -> RandomStructure:
     load = [e + q[-1], sp.sin(omega * TIME), -q[-1], e - q[0] ** 2][rng.integers(4)]
     contacts = [plain_contact(rng, "c1", slip, ranges, load=g * sp.Max(load, 0))]
     return structure_of(q, u, forces, contacts, ranges)
+
+
+def switched(rng: np.random.Generator) -> RandomStructure:
+    """Forces and loads that begin, bend and end at given times, which are parameters."""
+    q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
+    f, on, off = parameter("F"), parameter("t_on"), parameter("t_off")
+    ranges |= {"F": (0.2, 2.0), "t_on": (0.1, 2.0), "t_off": (2.1, 3.9)}
+    shape = [
+        sp.Min(TIME / on, 1),
+        sp.Piecewise((0, TIME < on), (sp.sin(3 * (TIME - on)), True)),
+        sp.Piecewise((0, TIME < on), ((TIME - on) / (off - on), TIME < off), (1, True)),
+        sp.Max((TIME - on) * (off - TIME), 0),
+    ][rng.integers(4)]
+    slips, loaded = pair_of_slips(rng, u, 1 + int(rng.random() < 0.4), ranges), rng.random() < 0.3
+    if not loaded:
+        forces[int(rng.integers(len(q)))] += f * shape
+    load = 1 + f * shape**2 if loaded else 1
+    contacts = [plain_contact(rng, f"c{i + 1}", s, ranges, load=load if i == 0 else 1) for i, s in enumerate(slips)]
+    return structure_of(q, u, forces, contacts, ranges)

@@ -12,8 +12,9 @@ from symfric.bench.stress.families.family import (
     real,
     structure_of,
 )
+from symfric.model import laws
 from symfric.model.symbols import TIME
-from symfric.model.system import Signal
+from symfric.model.system import Contact, Signal
 
 
 def _some_contacts(rng, u, ranges, least: int, most: int):
@@ -46,6 +47,32 @@ def states(rng: np.random.Generator) -> RandomStructure:
     z, rate = _with_state(rng, q, u, forces, ranges)
     contacts = _some_contacts(rng, u, ranges, 0, 2)
     return structure_of(q, u, forces, contacts, ranges, z=[z], z_rate=[rate])
+
+
+def memory(rng: np.random.Generator) -> RandomStructure:
+    """Contacts whose friction remembers: bristles and sliders, some beside a dry contact."""
+    q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
+    if rng.random() < 0.5:
+        ranges |= {"F": (0.2, 2.0), "Omega": (0.5, 5.0)}
+        forces[0] += parameter("F") * sp.sin(parameter("Omega") * TIME)
+    contacts = []
+    for i, slip in enumerate(pair_of_slips(rng, u, 1 + int(rng.random() < 0.3), ranges)):
+        names = ("N", "mu", "r", "w", "stiff", "damp")
+        n, mu, r, w, stiff, damp = (parameter(f"{name}c{i + 1}") for name in names)
+        ranges |= {n.name: (0.1, 1.5), mu.name: (0.1, 0.6), r.name: (0.01, 0.5), w.name: (0.1, 1.0)}
+        ranges |= {stiff.name: (2.0, 30.0), damp.name: (0.01, 0.3)}
+        law = [
+            laws.dahl(mu, stiff),
+            laws.dahl(mu, stiff, 2),
+            laws.lugre(mu * (1 + r), mu, w, stiff, damp),
+            laws.lugre(mu * (1 + r), mu, w, stiff),
+            laws.elasto_plastic(mu * (1 + r), mu, w, stiff, damp, z_ba=mu / stiff / 2),
+            laws.maxwell_slip([stiff, stiff / 2], [mu / 2, mu]),
+        ][rng.integers(6)]
+        contacts.append(Contact(f"c{i + 1}", slip, n, law))
+    if rng.random() < 0.3:
+        contacts.append(plain_contact(rng, "dry", u[-1], ranges))
+    return structure_of(q, u, forces, contacts, ranges)
 
 
 def masses(rng: np.random.Generator) -> RandomStructure:
