@@ -262,7 +262,7 @@ class Choice:
             if mode.modes[i] == 0:
                 if excess[i] > TIE * (forces + bounds[i]):
                     return None
-                tied |= excess[i] > -TIE * (forces + bounds[i])
+                tied |= excess[i] >= -TIE * (forces + bounds[i])
             elif rest[i]:
                 ahead = mode.modes[i] * float(rows[i] @ a + drift[i])
                 rounding = TIE * float(np.sum(np.abs(rows[i]) @ np.abs(inverse)) * forces + np.abs(drift[i]))

@@ -303,7 +303,8 @@ def _first_zero(grid: np.ndarray, g: np.ndarray, function, noise: float | None) 
     if g[0] <= 0 or noise is not None:  # it may begin at zero, and below it by rounding
         above = np.flatnonzero(g > max(-4 * g[0], 0.0))
         if not above.size:
-            return grid[-1] if g[-1] < -1e-9 * np.max(np.abs(g)) - 1e-13 else None
+            below = np.flatnonzero(g < -1e-9 * np.max(np.abs(g)) - 1e-13)
+            return grid[below[0]] if below.size and below[-1] == g.size - 1 else None
         start = int(above[0])
     clear = np.flatnonzero(np.abs(g[start:]) > (noise or 0.0))
     if clear.size and g[start + clear[0]] > 0:  # until then it is zero
