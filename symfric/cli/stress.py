@@ -16,7 +16,8 @@ from symfric.cli.console import common_options, print_json, progress_on_stderr, 
 def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: bool):
     """Run random scenes by the automatic route and compare each with an independent reference simulator.
 
-    Exit status 1 if a run differs by more than 1000 tolerances without a status that reports it.
+    Exit status 1 if a run differs by more than 1000 tolerances without a status or a sensitivity that explains it, or
+    if nothing independent confirms it.
 
     \b
     Example: symfric stress --scenes 200 --family pulse-in-time --seed 3
@@ -43,14 +44,14 @@ def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: boo
         print_json(result.to_dict())
     elif not quiet:
         _print_table(result)
-    for found in result.failures:
+    for found in result.unexplained:
         say(
-            f"silent failure: {found.name} ({found.route}): {found.second:.1e} from the reference, "
+            f"{found.verdict}: {found.name} ({found.route}): {found.second:.1e} from the reference, "
             f"{found.finer:.1e} from a finer tolerance, energy {found.energy:.1e}{found.note and '; ' + found.note}; "
             f"again with --scene {found.name}",
             err=True,
         )
-    if result.failures:
+    if result.unexplained:
         raise click.exceptions.Exit(1)
 
 

@@ -53,7 +53,7 @@ class DerivativeComparison:
             if run.status != Status.OK:
                 found, status, note, off, change = "status", run.status.name, "", none, none
             else:
-                found, note, off, change = self._compared(run.sensitivities[direction], run.final, draw, direction)
+                found, note, off, change = self.compared(run.sensitivities[direction], run.final, draw, direction)
                 status = "OK"
         except Exception as error:  # a failure of the package, since the numbers of a family are valid
             found, status, note = "silent failure", "raised", f"{type(error).__name__}: {error}"
@@ -62,7 +62,7 @@ class DerivativeComparison:
             self.family.name, name, draw.kind, found, "taylor", status, TOLERANCE, none, off, none, change, note
         )
 
-    def _compared(self, derivative: np.ndarray, final: np.ndarray, draw: Draw, direction: str):
+    def compared(self, derivative: np.ndarray, final: np.ndarray, draw: Draw, direction: str):
         """Return the verdict, a note, the difference and the scatter of the differences over their steps."""
         size = max(float(np.max(np.abs(derivative))), float(np.max(np.abs(final))))
         slopes = [self._slope(draw, direction, step) for step in _STEPS]
