@@ -95,7 +95,8 @@ def scene_named(name: str) -> tuple[str, int, int]:
     return family(parts[0]).name, int(parts[1]), int(parts[2])
 
 
-_COMPARISONS = {
+Comparison = SceneComparison | LaneComparison | DerivativeComparison | OrbitComparison
+_COMPARISONS: dict[str, Callable[[str, int], Comparison]] = {
     "": SceneComparison,
     "lanes": LaneComparison,
     "derivatives": DerivativeComparison,
@@ -104,7 +105,7 @@ _COMPARISONS = {
 }
 
 
-def comparison_of(name: str, seed: int) -> SceneComparison | LaneComparison | DerivativeComparison | OrbitComparison:
+def comparison_of(name: str, seed: int) -> Comparison:
     """Return the comparison of one structure of a family."""
     return _COMPARISONS[family(name).sought](name, seed)
 

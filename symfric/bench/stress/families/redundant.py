@@ -29,7 +29,8 @@ def redundant(rng: np.random.Generator) -> RandomStructure:
         e, other = parameter(f"e{i}"), slips[rng.integers(len(slips))]
         ranges[e.name] = (1e-12, 1e-6)
         slips.append([other, 2 * other, other * (1 + e), other + e * u[-1], other + e * u[0], -other][rng.integers(6)])
-    contacts, choices = [], {}
+    contacts: list[Contact] = []
+    choices: dict[str, tuple[float, ...]] = {}
     for i, slip in enumerate(slips[:_MOST]):
         mu, r, load = parameter(f"mu{i}"), parameter(f"r{i}"), parameter(f"N{i}")
         ranges |= {mu.name: (0.1, 0.6), r.name: (0.01, 0.5), load.name: (0.1, 1.0)}
