@@ -45,7 +45,8 @@ def pytest_xdist_setupnodes():
 
 def parameters(item):
     """Return the numbers and words among the parameters of a case; other objects are no two the same."""
-    return {k: v for k, v in item.callspec.params.items() if isinstance(v, str | float | int | None)}
+    given = item.callspec.params if hasattr(item, "callspec") else {}
+    return {k: v for k, v in given.items() if isinstance(v, str | float | int | None)}
 
 
 @pytest.hookimpl(tryfirst=True)
