@@ -13,7 +13,8 @@ def test_every_subject_runs_by_default(request):
     """Of all files that this run collects; the whole package in the default run."""
     if any("::" in argument for argument in request.config.args) or request.config.option.lf:
         pytest.skip("only some cases of a file were collected")
-    assert uncovered(request.config.stash[ALL]) == []
+    wrong = uncovered(request.config.stash[ALL])
+    assert not wrong, "\n".join(wrong)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def test_a_new_file_runs_as_it_is(model, tmp_path):
     place = tmp_path / "scene.toml"
     assert call("new", model, place).exit_code == 0
     scene = sf.read(place)
-    assert sf.simulate(scene.until(min(scene.horizon, 10.0))).status == sf.Status.OK
+    assert sf.simulate(scene.until(min(scene.horizon, 10.0), {"end": sf.End()})).status == sf.Status.OK
     assert f"symfric study {place}" in place.read_text(encoding="utf-8")
 
 

@@ -296,6 +296,8 @@ class Contact:
             name = getattr(self.law, "__name__", "")
             cure = f"call it: sf.laws.{name}(...)" if callable(self.law) and name else "use one of sf.laws"
             raise SceneError(f"the law of contact {self.name!r} is {name or shortened(self.law)}; {cure}")
+        for e in (self.law.kinetic, self.law.stick, *self.law.breaks):  # a law alone may stand for any function
+            expression(e, f"law of contact {self.name!r}")
         refuse_jumps(self.law.kinetic, f"law of contact {self.name!r}")
         for e in self.law.memory.expressions if self.law.memory else ():
             refuse_jumps(e, f"law of contact {self.name!r}")

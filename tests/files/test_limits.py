@@ -231,7 +231,7 @@ def test_the_numbers_of_entries_and_rows_are_limited(tmp_path, monkeypatch):
 
 @posix
 @pytest.mark.parametrize("what", ["pipe", "device", "folder", "socket"])
-def test_what_is_no_regular_file_is_never_waited_for(what, tmp_path):
+def test_what_is_no_regular_file_is_never_waited_for(what, tmp_path, monkeypatch):
     place = tmp_path / "r.csv"
     if what == "pipe":
         os.mkfifo(place)
@@ -243,7 +243,7 @@ def test_what_is_no_regular_file_is_never_waited_for(what, tmp_path):
         import socket
 
         server = socket.socket(socket.AF_UNIX)
-        os.chdir(tmp_path)
+        monkeypatch.chdir(tmp_path)
         server.bind("r.csv")
         server.close()
     with pytest.raises(OSError, match="folder" if what == "folder" else "regular file"):

@@ -135,7 +135,7 @@ def call(*words):
     return done
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_names_come_out_whole_in_units_for_co_simulation")
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_come_out_whole_in_pages_and_tables(name, tmp_path):
     (tmp_path / "s.toml").write_text(TOML % (json.dumps(name), json.dumps("top")), encoding="utf-8")

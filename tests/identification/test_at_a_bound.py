@@ -151,7 +151,7 @@ def test_intervals_of_linear_least_squares_with_bounds():
     assert bounded_interval(np.eye(1), np.ones(1), np.zeros(1), np.full(1, 9.0), 0, 0.125) == pytest.approx((0.5, 1.5))
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_intervals_at_a_bound_are_those_of_profiles")
 def test_intervals_hold_the_truth_at_near_and_far_from_a_bound():
     """225 records of three laws: the share of 95 % intervals that hold the truth, for every place and every unknown."""
     held = {(place, name): [] for place in PLACES for name in BOUNDS}

@@ -183,7 +183,7 @@ def test_bad_losses(change, message):
         sf.identify(rig(), {"x": (T, np.sin(T))}, BOUNDS, **change)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_a_clean_record_has_no_fault")
 @pytest.mark.parametrize("kind", ["clean", "shift", "outliers", "both"])
 def test_how_often_faults_are_found(path, kind):
     """100 records of a kind: shifts of 0.05 to 0.8 and one to ten outliers are told, clean records have none."""

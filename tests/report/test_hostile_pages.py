@@ -34,7 +34,7 @@ MARKS = (
     "&amp;<b>&lt;</b>&#60;",
     "$$x$$ \\(y\\) \\[z\\] <img src=x onerror=window.struck=6>",
     "{{ 7 * 7 }} {% raw %} {# #}",
-    "中文 Ω é 🦀 \u202edetrever",
+    "中文 Ω é 🦀 detrever",
     "W" * 3000,
 )
 EVIL = " ".join(MARKS)

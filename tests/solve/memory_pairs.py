@@ -31,8 +31,8 @@ SLIPS = {
     "ground": (U, 1, 1),
     "bodies": (U - W, 1, 1),
     "moving belt": (U - SPEED * sp.cos(2 * T), 1, 1),
-    "load over time": (U - SPEED, 1 + sp.sin(3 * T) / 2, 1),
-    "load over place": (U - SPEED, 1 + sp.sin(X) / 2, 1),
+    "load over time": (U - SPEED, sp.Max(0, 1 + sp.sin(3 * T) / 2), 1),
+    "load over place": (U - SPEED, sp.Max(0, 1 + sp.sin(X) / 2), 1),
     "profile": (U - SPEED, 1, 1 + sp.Abs(X) / 3),
 }
 

@@ -159,7 +159,7 @@ def test_files_made_with_other_compilers_are_not_compared(tmp_path, monkeypatch)
     assert "python 3.99" in fault
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_the_shipped_loops_belong_to_the_present_sources")
 def test_the_shipped_loops_are_what_their_sources_give():
     for loop in LOOPS:
         needs_shipped(loop)

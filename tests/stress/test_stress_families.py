@@ -241,7 +241,7 @@ def test_a_bit_that_differs_in_a_lane_would_be_seen(monkeypatch):
     assert [comparison.verdict(n).verdict for n in (4, 5)] == ["agrees", "silent failure"]
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_a_wrong_run_would_be_seen")
 def test_a_wrong_derivative_would_be_seen():
     comparison = prepared("derivatives", 0)
     draw = comparison.family.draw(comparison.structure, 0, 0)

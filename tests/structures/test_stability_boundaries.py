@@ -22,7 +22,7 @@ def test_no_loss_of_stability_is_missing_or_false(kind):
     assert sum(check(seed, kind, n, 60) for seed, n in ((0, 2), (1, 2), (2, 3), (3, 5))) > 0
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_no_loss_of_stability_is_missing_or_false")
 @pytest.mark.parametrize("seed", range(100, 600))
 def test_no_loss_of_stability_is_missing_or_false_in_many(seed):
     n = int(np.random.default_rng(seed).integers(2, 11 if seed % 10 else 31))

@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
-from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed
+from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar
 
 _REGULARISATIONS = {  # by shape, what is done to a law
     "linear": "straight up to v_s, then the law moved by v_s",
@@ -78,9 +78,9 @@ class Law:
 
     @alone(SYMBOLIC)
     def __post_init__(self):
-        object.__setattr__(self, "kinetic", expression(self.kinetic, "the kinetic coefficient"))
-        object.__setattr__(self, "stick", expression(self.stick, "the static coefficient"))
-        object.__setattr__(self, "breaks", tuple(expression(b, "a break of the law") for b in self.breaks))
+        object.__setattr__(self, "kinetic", scalar(self.kinetic, "the kinetic coefficient"))
+        object.__setattr__(self, "stick", scalar(self.stick, "the static coefficient"))
+        object.__setattr__(self, "breaks", tuple(scalar(b, "a break of the law") for b in self.breaks))
         for what, value in (("static coefficient", self.stick), ("breaks", self.breaks), ("steep", self.steep)):
             refuse_speed(value, f"the {what} of a law")
         if self.stick.is_number and self.stick < 0:
