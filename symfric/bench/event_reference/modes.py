@@ -11,6 +11,7 @@ EPS = 2.2e-16
 ROUNDING = 64 * EPS  # rounding error relative to the forces
 TIE = 1e-11  # force relative to the others below which the sign is decided by the motion a moment later
 _RANK = 1e-13  # singular value of slip rows relative to the largest that counts as zero
+_ROUNDING = 8 * 2.0**-52  # slip relative to the sum of its terms that counts as zero
 LEADS = (1e-7, 1e-5, 1e-3)  # times after which a tie is evaluated, relative to the time scale
 
 
@@ -205,7 +206,8 @@ class Choice:
         slips = watched[: e.n_c]
         self.see(t, y, SmoothMode((1,) * e.n_c, signs))
         scales = self._scales
-        rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, small, strict=False)]
+        least = np.maximum(small[: e.n_c], _ROUNDING * scales[e.n : e.n + e.n_c])
+        rest = [bool(z) or abs(w) <= limit for z, w, limit in zip(at_zero[: e.n_c], slips, least, strict=False)]
         still = [(-1, 1) if remembers else (0, -1, 1) for remembers in e.remembers]
         options = [s if r else (int(np.sign(w)),) for r, w, s in zip(rest, slips, still, strict=True)]
         candidates = [
