@@ -265,6 +265,12 @@ class _Clock:
         e = sp.sympify(e)
         if TIME not in e.free_symbols:
             return e
+        found = self._read(e)
+        if any(not p.free_symbols.isdisjoint(self.states) for p in found.atoms(sp.Piecewise)):
+            raise NoRoute("a Piecewise holds functions of time, which would be states and continuous with time only")
+        return found
+
+    def _read(self, e: sp.Expr) -> sp.Expr:
         waves = {w: self._wave(w) for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols}
         e = e.xreplace(waves)
         if not e.has(sp.Pow) or TIME not in e.free_symbols:
