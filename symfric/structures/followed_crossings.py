@@ -15,6 +15,7 @@ from symfric.structures.structure import Structure
 from symfric.structures.tracking import Followed, assurance
 
 _NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
+_ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue: growth, or decay, that is rounding
 _TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
 
 
@@ -62,26 +63,37 @@ class FollowedSearch:
 
     def _damped_changes(self) -> list[tuple[Critical, bool]]:
         mu, values, found = self.seen.mu, self.seen.values, []
+        floors = np.array([self._floors(k) for k in range(mu.size)]).T
+        growing = values.real > floors
         for i, row in enumerate(values):
             growth = row.real
             for k in range(mu.size - 1):
-                if (growth[k] > 0) != (growth[k + 1] > 0):
-                    found += self._crossing(i, k, mu[k], mu[k + 1], growth[k + 1] > 0)
+                if growing[i, k] != growing[i, k + 1]:
+                    floor = max(floors[i, k], floors[i, k + 1])
+                    found += self._crossing(i, k, mu[k], mu[k + 1], growing[i, k + 1], floor)
             for k in range(1, mu.size - 1):
                 a, b, c = growth[k - 1 : k + 2]
-                if b < 0 and a < b > c and b > _TURN * min(a, c):
-                    found += self._hidden(i, k)
-        for i, j, k in self._near_pairs(values.real > 0):
+                if b < 0 and a < b > c and b > _TURN * min(a, c) and min(a, c) < -floors[i, k]:
+                    found += self._hidden(i, k, floors[i, k])
+        for i, j, k in self._near_pairs(growing):
+            floor = max(floors[i, k], floors[j, k])
             test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
             best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
             growth_of = lambda e, i=i, j=j, k=k: float(np.max((1j * np.sqrt(self._pair(i, j, k, e))).real))  # noqa: E731
-            if growth_of(best.x) > 0:
+            if growth_of(best.x) > floor:
                 for low, high, begins in ((mu[k - 1], best.x, True), (best.x, mu[k + 1], False)):
-                    root = _root(growth_of, low, high)
+                    root = _passage(growth_of, low, high, floor)
                     if root is not None:
                         omega = float(np.mean(np.sqrt(self._pair(i, j, k, root)).real))
                         found.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
         return found
+
+    def _floors(self, k: int) -> np.ndarray:
+        """Return what growth the modes at a grid point may have by rounding alone, shape (count,)."""
+        pencil, sizes = self.structure.pencil(float(self.seen.mu[k])), np.abs(self.seen.shapes[k])
+        values = np.maximum(np.abs(self.seen.values[:, k]), 1e-8 * self.size)
+        terms = np.sum(sizes * (abs(pencil.A) @ sizes), axis=0) / values + np.sum(sizes * (abs(pencil.C) @ sizes), axis=0)
+        return _ROUNDING * (terms / np.sum(sizes * (abs(pencil.M) @ sizes), axis=0) + values)
 
     def _value(self, i: int, k: int, mu: float) -> complex:
         """Return eigenvalue i near grid point k at another mu: the one of the most similar shape among the nearest."""
@@ -95,8 +107,10 @@ class FollowedSearch:
         spread = max(float(np.max(np.abs(new - guess))), 1e-300)
         return complex(new[np.argmax(like - 0.5 * np.abs(new - guess) / spread)])
 
-    def _crossing(self, i: int, k: int, low: float, high: float, begins: bool) -> list[tuple[Critical, bool]]:
-        root = _root(lambda e: self._value(i, k, e).real, low, high)
+    def _crossing(
+        self, i: int, k: int, low: float, high: float, begins: bool, floor: float
+    ) -> list[tuple[Critical, bool]]:
+        root = _passage(lambda e: self._value(i, k, e).real, low, high, floor)
         if root is None:
             return []
         value = self._value(i, k, root)
@@ -107,14 +121,14 @@ class FollowedSearch:
         partner = int(np.argmin(others)) if others.size > 1 else i
         return [(Critical(root, abs(value.imag), (i, partner)), begins)]
 
-    def _hidden(self, i: int, k: int) -> list[tuple[Critical, bool]]:
+    def _hidden(self, i: int, k: int, floor: float) -> list[tuple[Critical, bool]]:
         """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
         decay = lambda e: -self._value(i, k, e).real  # noqa: E731
         low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
         best = minimize_scalar(decay, bounds=(low, high), method="bounded", options={"maxiter": 20})
-        if best.fun >= 0:
+        if best.fun >= -floor:
             return []
-        return self._crossing(i, k, low, best.x, True) + self._crossing(i, k, best.x, high, False)
+        return self._crossing(i, k, low, best.x, True, floor) + self._crossing(i, k, best.x, high, False, floor)
 
     # Without damping: the discriminant of a pair
 
@@ -177,6 +191,12 @@ class FollowedSearch:
                 a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
                 if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (1e-9 * self.size**2) ** 2:
                     yield i, j, k
+
+
+def _passage(growth: Callable[[float], float], low: float, high: float, floor: float) -> float | None:
+    """Return where growth passes zero; where it is rounding at an end, as without any damping, where it exceeds that."""
+    clear = min(abs(growth(low)), abs(growth(high))) > floor
+    return _root(growth if clear else lambda mu: growth(mu) - floor, low, high)
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float | None:

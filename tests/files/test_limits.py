@@ -72,6 +72,13 @@ def test_sparse_parts_that_disagree_are_refused(fault, kind, tmp_path):
     assert "M in m.npz" in refused(place)
 
 
+@pytest.mark.parametrize("part", ["indices", "indptr", "shape"])
+@pytest.mark.parametrize("number", [2**63, 2**64 - 1])
+def test_numbers_beyond_whole_ones_are_told_as_they_stand(part, number, tmp_path):
+    huge = np.array([0, number], np.uint64)
+    assert f"{number}, which is too large" in refused(npz(tmp_path / "m.npz", **{**WHOLE, part: huge}))
+
+
 @pytest.mark.parametrize("part", ["row", "col"])
 @pytest.mark.parametrize("value", [[0, 2], [-1, 0], [0], [0.0, 1.0]])
 def test_pairs_of_indices_are_checked(part, value, tmp_path):

@@ -117,3 +117,16 @@ def test_a_chaotic_record():
     for name, value in true.items():
         assert abs(found.values[name] - value) < 4 * found.standard_errors[name]
     assert sf.identify(far, record, bounds, starts=1).sigma["x"] > 0.1  # one run does not get there
+
+
+@pytest.mark.parametrize("seen", ["x", "u"])
+def test_pieces_begin_at_what_the_record_shows_whatever_the_values(seen):
+    """Of ``x'' = -k x`` with k = 1, seen at uneven times; what no record shows is that of the run with the wrong k."""
+    k = sp.Symbol("k", positive=True)
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-k * X]), [], {k: 1.0}, {X: 1.0, U: 0.0}, 12.0)
+    t = np.sort(np.random.default_rng(4).uniform(0.0, 12.0, 400))
+    problem = problem_of(scene, {seen: (t, np.cos(t) if seen == "x" else -np.sin(t))}, {"k": (0.5, 2.0)})
+    x, u = Pieces(problem.predictor, 4).first_nodes(np.array([1.21])).reshape(-1, 2).T
+    at = t[-1] / 4 * np.arange(1, 4)
+    assert u == pytest.approx(-np.sin(at), abs=2e-3)
+    assert x == pytest.approx(np.cos(at) if seen == "x" else np.cos(1.1 * at), abs=2e-4)

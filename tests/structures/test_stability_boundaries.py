@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sps
 from stability_boundaries import KINDS, differences, random_structure
 
 import symfric as sf
@@ -122,3 +123,54 @@ def test_damping_ratios_have_the_sign_of_the_decay():
     modes = st.Structure([[1.0]], [[4.0]], [[0.4]]).complex_modes(1)
     assert modes.damping == pytest.approx([0.1])  # c/(2 sqrt(k m))
     assert st.Structure([[1.0]], [[4.0]], [[-0.4]]).complex_modes(1).damping == pytest.approx([-0.1])
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_divergence_at_an_end_of_a_range_about_zero_hides_no_other(sign):
+    s = st.Structure(np.eye(2), np.diag([1.0, 3.0]), 0.1 * np.eye(2), sign * np.diag([1.0, -4.0]))
+    found = st.flutter(s, (-1.0, 1.0), count=2)
+    begins, ends = (found.critical, found.regained) if sign > 0 else (found.regained, found.critical)
+    assert [p.mu for p in begins] == pytest.approx([0.75 * sign], abs=1e-9)
+    assert [p.mu for p in ends] == pytest.approx([-sign], abs=1e-9)
+
+
+def many(n, low, damping, pair):
+    """Uncoupled masses, but for what is given of the first ones; more than all of whose eigenvalues are searched."""
+    squares = np.concatenate([low, np.linspace(20.0, 60.0, n - len(low))])
+    F = sps.lil_array((n, n))
+    F[: len(pair), : len(pair)] = pair
+    C = None if damping is None else sps.diags_array(np.concatenate([damping, np.full(n - len(damping), 0.1)]))
+    return squares, C, sps.csr_array(F)
+
+
+def test_a_mode_without_damping_in_a_large_damped_structure_neither_gains_nor_loses_stability():
+    squares, C, F = many(70, [1.0, 1.5, 2.0], [0.0, 0.1, 0.1], [[0.0, 0.0, 0.0], [0.0, 0.0, 0.3], [0.0, -0.2, 0.0]])
+    found = st.flutter(st.Structure(sps.eye_array(70), sps.diags_array(squares), C, F), (0.0, 0.5), count=3, near=1.0)
+    assert np.max(np.abs(found.eigenvalues.real[0])) < 1e-12
+    assert (found.critical, found.regained) == ((), ())
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
+def test_flutter_of_a_large_structure_beside_a_mode_that_takes_no_part_in_any_unit_of_time(unit):
+    """``1 + mu`` and 1.5 merge at ``0.5/(1 + 2 eps)`` and part at ``0.5/(1 - 2 eps)``, at squares near to 1.5."""
+    eps = 0.1
+    squares, _, F = many(70, [1.0, 1.5, 1.44], None, [[1.0, eps], [-eps, 0.0]])
+    s = st.Structure(sps.eye_array(70), sps.diags_array(squares) / unit**2, None, F / unit**2)
+    found = st.flutter(s, (0.0, 1.0), count=3, near=1.2 / unit, grid=12)
+    assert [p.mu for p in found.critical] == pytest.approx([0.5 / (1 + 2 * eps)], rel=1e-8)
+    assert [p.mu for p in found.regained] == pytest.approx([0.5 / (1 - 2 * eps)], rel=1e-8)
+    for point in (*found.critical, *found.regained):
+        assert (point.omega * unit) ** 2 == pytest.approx(0.5 * (1 + point.mu + 1.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [3, 70])
+def test_steps_over_which_shapes_turn_are_halved_within_the_range(n):
+    squares, _, F = many(n, [1.0, 1.5, 4.0], None, [[1.0, 0.3, 0.0], [0.3, 0.0, 0.01], [0.0, 0.01, -1.0]])
+    s = st.Structure(sps.eye_array(n), sps.diags_array(squares), None, F)
+    found = st.flutter(s, (0.2, 2.0), count=3, near=1.0, grid=4)
+    assert found.mu.size > 4
+    assert found.mu[[0, -1]].tolist() == [0.2, 2.0]
+    assert np.all(np.diff(found.mu) > 0)
+    for k, mu in enumerate(found.mu):
+        exact = np.sqrt(np.linalg.eigvals((s.K + mu * s.friction).toarray()).real)
+        assert np.max(np.min(np.abs(found.eigenvalues[:, k].imag[:, None] - exact), axis=1)) < 1e-9
