@@ -5,6 +5,7 @@ root finding on the full matrices, between values of mu at which the modes are k
 """
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -92,8 +93,8 @@ class FollowedSearch:
         """Return what growth the modes at a grid point may have by rounding alone, shape (count,)."""
         pencil, sizes = self.structure.pencil(float(self.seen.mu[k])), np.abs(self.seen.shapes[k])
         values = np.maximum(np.abs(self.seen.values[:, k]), 1e-8 * self.size)
-        terms = np.sum(sizes * (abs(pencil.A) @ sizes), axis=0) / values + np.sum(sizes * (abs(pencil.C) @ sizes), axis=0)
-        return _ROUNDING * (terms / np.sum(sizes * (abs(pencil.M) @ sizes), axis=0) + values)
+        strain, loss, mass = (np.sum(sizes * (abs(e) @ sizes), axis=0) for e in (pencil.A, pencil.C, pencil.M))
+        return _ROUNDING * ((strain / values + loss) / mass + values)
 
     def _value(self, i: int, k: int, mu: float) -> complex:
         """Return eigenvalue i near grid point k at another mu: the one of the most similar shape among the nearest."""
@@ -194,7 +195,8 @@ class FollowedSearch:
 
 
 def _passage(growth: Callable[[float], float], low: float, high: float, floor: float) -> float | None:
-    """Return where growth passes zero; where it is rounding at an end, as without any damping, where it exceeds that."""
+    """Return where growth passes zero, or what may be rounding if it is no more than that at an end."""
+    growth = cache(growth)
     clear = min(abs(growth(low)), abs(growth(high))) > floor
     return _root(growth if clear else lambda mu: growth(mu) - floor, low, high)
 

@@ -136,7 +136,9 @@ CIRCULATORY = [[0.0, 1.0], [-1.0, 0.0]]
 def test_no_stability_is_proved_without_damping_or_with_a_driving_one():
     """Large damping of the wrong sign outweighs circulatory forces in size alone."""
     K = np.diag([4.0, 5.0])
-    driven, undamped, damped = (st.Structure(np.eye(2), K, c, CIRCULATORY) for c in (-3 * np.eye(2), None, 3 * np.eye(2)))
+    driven, undamped, damped = (
+        st.Structure(np.eye(2), K, c, CIRCULATORY) for c in (-3 * np.eye(2), None, 3 * np.eye(2))
+    )
     assert driven.definiteness(0.1).definiteness == undamped.definiteness(0.1).definiteness == "undecided"
     assert np.max(upper(driven, 0.1).real) > 0
     assert damped.definiteness(0.1).definiteness == "stable"

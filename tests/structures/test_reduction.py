@@ -137,7 +137,10 @@ def test_the_error_of_a_response_is_that_of_the_flexibilities(modes):
     def flexibility(s, at, omega):
         return np.sum(at * np.linalg.solve((s.K - omega**2 * s.M).toarray(), at.T).T, axis=1)
 
-    pairs = [[flexibility(s, at, part * told.upto) for s, at in ((full, units), (small, inside))] for part in (0.31, 0.62, 0.97)]
+    pairs = [
+        [flexibility(s, at, part * told.upto) for s, at in ((full, units), (small, inside))]
+        for part in (0.31, 0.62, 0.97)
+    ]
     exact, own = np.moveaxis(np.array(pairs), 1, 0)
     off = np.max(np.abs(exact - own), axis=0) / np.max(np.abs(exact), axis=0)
     assert told.response == pytest.approx(off, rel=1e-6)
