@@ -155,7 +155,9 @@ def test_a_mode_without_damping_in_a_large_damped_structure_neither_gains_nor_lo
 def test_flutter_of_a_large_structure_beside_a_mode_that_takes_no_part_in_any_unit_of_time(unit):
     """``1 + mu`` and 1.5 merge at ``0.5/(1 + 2 eps)`` and part at ``0.5/(1 - 2 eps)``, at squares near to 1.5."""
     eps = 0.1
-    squares, _, F = many(70, [1.0, 1.5, 1.44], None, [[1.0, eps], [-eps, 0.0]])
+    squares, _, F = many(
+        70, [1.0, 1.5, 1.25 + 73 / 352], None, [[1.0, eps], [-eps, 0.0]]
+    )  # just before they merge their mean
     s = st.Structure(sps.eye_array(70), sps.diags_array(squares) / unit**2, None, F / unit**2)
     found = st.flutter(s, (0.0, 1.0), count=3, near=1.2 / unit, grid=12)
     assert [p.mu for p in found.critical] == pytest.approx([0.5 / (1 + 2 * eps)], rel=1e-8)
