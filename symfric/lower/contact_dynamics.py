@@ -20,8 +20,9 @@ import sympy as sp
 
 from symfric.lower.averaged_series import bridged
 from symfric.lower.cell_edges import Edges, edges_of
-from symfric.lower.constraint_forces import AT_BOUND, HOLDS, hold
+from symfric.lower.constraint_forces import AT_BOUND, HOLDS, constraint_basis
 from symfric.lower.contact_space import ContactSpace, contact_space
+from symfric.lower.held_velocities import held_velocities
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.printer import Printer, Switches
@@ -356,26 +357,30 @@ class ContactDynamics:
             return self.solve(self.force), ca.SX(0, 1)
         slipping = defined(self.friction_unless_held(tested))
         sticking, drift, holds = self.held_by_sticking
-        drift = defined(drift)
+        rows, drift = self.slopes[sticking, :], defined(drift)
         space = self.contact_space
-        if space is not None:
-            applied = self.solve(self.force)
-            pulled = space.factor @ slipping
-            held, gain, own = space.hold(sticking, space.felt @ applied + pulled, drift, holds, tested)
-            free, gain = applied, space.response @ (pulled + gain)
-        else:
-            free = self.solve(self.force + self.slopes.T @ slipping)
-            if sticking:
-                rows = self.slopes[sticking, :]
-                held, gain, own = hold(rows, self.solve(rows.T), free, drift, holds, tested)
         if not sticking:
-            return (free if space is None else free + gain), slipping
-        friction, rate = ca.SX(slipping), ca.densify(free + gain)
+            if space is None:
+                return self.solve(self.force + self.slopes.T @ slipping), slipping
+            return self.solve(self.force) + space.response @ (space.factor @ slipping), slipping
+        if space is not None:
+            free = self.solve(self.force)
+            pulled = space.factor @ slipping
+            a, basis = space.felt @ free + pulled, space.basis(sticking, holds, tested)
+        else:
+            a = free = self.solve(self.force + self.slopes.T @ slipping)
+            basis = constraint_basis(rows, self.solve(rows.T), holds, tested)
+        held, gain = basis.forces(a, drift)
+        rate = ca.densify(free + (gain if space is None else space.response @ (pulled + gain)))
+        friction = ca.SX(slipping)
+        found = held_velocities(rows, self.mass, basis, drift, ca.vertcat(self.y, self.t), space)
+        for k, flag, own_rate in zip(found.places, found.held, found.rates, strict=True):
+            rate[k] = ca.if_else(flag, own_rate, rate[k])
         for k, i in enumerate(sticking):
             friction[i] = slipping[i] + held[k]
             index, factor = self.anchor(i)
             if index >= 0:  # exact, so that a body held by the ground follows it without rounding
-                rate[index - n] = ca.if_else(own[k], -drift[k] / factor, rate[index - n])
+                rate[index - n] = ca.if_else(basis.own[k], -drift[k] / factor, rate[index - n])
         return rate, friction
 
     def anchor(self, i: int) -> tuple[int, float]:

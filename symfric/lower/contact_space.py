@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from symfric.lower.constraint_forces import hold
+from symfric.lower.constraint_forces import ConstraintBasis, constraint_basis
 
 _NOTHING = 1e-15  # of the largest entry of a row: what rounding leaves of a zero
 
@@ -36,24 +36,18 @@ class ContactSpace:
     factor: ca.DM
     response: ca.DM
 
-    def hold(
-        self, sticking: Sequence[int], felt: ca.SX, drift: ca.SX, holds: ca.SX, tested: bool
-    ) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Return the forces that hold the sticking contacts, their effect in these directions, and which hold anything.
+    def basis(self, sticking: Sequence[int], holds: ca.SX, tested: bool) -> ConstraintBasis:
+        """Return the orthogonal rows of the contacts that can stick, in these directions.
 
         Parameters
         ----------
         sticking : sequence of int
             Contacts that can stick.
-        felt : SX, shape (r,)
-            Effect of the applied forces and of the friction of slipping contacts.
-        drift, holds, tested
-            See `symfric.lower.constraint_forces.hold`.
+        holds, tested
+            See `symfric.lower.constraint_forces.constraint_basis`.
         """
-        if not sticking:
-            return ca.SX(0, 1), ca.SX(felt.numel(), 1), ca.SX(0, 1)
         columns = ca.SX(self.factor[:, list(sticking)])
-        return hold(columns.T, columns, felt, drift, holds, tested)
+        return constraint_basis(columns.T, columns, holds, tested)
 
 
 def contact_space(mass: ca.SX, slopes: ca.SX) -> ContactSpace:

@@ -20,6 +20,7 @@ from symfric.errors import NoRoute
 from symfric.lower.automaton import observed
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.contact_space import ContactSpace, contact_space
+from symfric.lower.held_velocities import HeldVelocities, held_velocities
 from symfric.lower.linear_modes import Matrices, matrices_of
 from symfric.model.constant_parameters import constants
 from symfric.model.linear_part import LinearPart
@@ -37,7 +38,8 @@ class StructureMatrices(Matrices):
     """The equations of a structure in every mode; the arrays are numbers.
 
     The data are ``(p, m) -> (entries of D, d_1, d_0, factors s_k)``, the columns of D as above, the rows: phi, rates of
-    first-order states, rates that contacts hold which depend on one velocity alone, guards, rows wanted.
+    first-order states, rates that contacts hold which depend on one velocity alone, for each of `joint` whether
+    contacts hold it together and its rate then, guards, rows wanted.
 
     Attributes
     ----------
@@ -45,6 +47,8 @@ class StructureMatrices(Matrices):
         R_q, R_u, F and the transposed B, one below the other.
     sizes : (int, int, int, int)
         Numbers of their rows.
+    joint : tuple of int
+        The velocities that several contacts can hold together.
     own : tuple of int
         The states that are felt one by one.
     operators : ndarray, shape (1 + n_s, n_o)
@@ -56,6 +60,7 @@ class StructureMatrices(Matrices):
 
     weights: np.ndarray
     sizes: tuple[int, int, int, int]
+    joint: tuple[int, ...]
     own: tuple[int, ...]
     operators: np.ndarray
     places: np.ndarray
@@ -94,9 +99,10 @@ def structure_matrices(
     space = contact_space(ca.SX(ca.DM(mass)), ca.SX(ca.DM(slips))) if len(slips) else None
     spread = np.linalg.solve(mass, pushes.T).T
     felt = ca.SX.sym("b", 0 if space is None else space.felt.rows())
-    phi, friction = _forces(model, space, unheld, felt, spread, loads)
+    phi, friction, together = _forces(model, space, unheld, felt, spread, slips, loads)
     guards, wanted, _ = observed(model, friction, rows)
     held = [-model.drift[i] / factor if place >= 0 else ca.SX(0) for i, (place, factor) in _anchors(model)]
+    held += [e for pair in zip(together.held, together.rates, strict=True) for e in pair]
     forces = ca.vertcat(phi, model.z_rate, *held)
     out = ca.vertcat(forces, guards, wanted)
     own = tuple(k for k in range(model.y.numel()) if ca.depends_on(out, model.y[k]))
@@ -115,6 +121,7 @@ def structure_matrices(
         **vars(small),
         weights=np.array([row for rows in stack for row in rows], dtype=float).reshape(-1, n),
         sizes=(len(stack[0]), len(stack[1]), len(stack[2]), len(stack[3])),
+        joint=tuple(together.places),
         own=own,
         operators=operators,
         places=places,
@@ -146,18 +153,24 @@ def _forces(
     unheld: ca.SX,
     felt: ca.SX,
     spread: np.ndarray,
+    slips: np.ndarray,
     loads: ca.SX,
-) -> tuple[ca.SX, ca.SX]:
-    """Return the effect of contacts in their directions and the loads, and the friction forces."""
+) -> tuple[ca.SX, ca.SX, HeldVelocities]:
+    """Return the effect of contacts in their directions and the loads, the friction forces, and what contacts hold."""
     if space is None:
-        return loads, ca.SX(0, 1)
+        return loads, ca.SX(0, 1), HeldVelocities([], [], [])
     friction, pulled = ca.SX(unheld), space.factor @ unheld
     sticking, drift, holds = model.held_by_sticking
+    if not sticking:
+        return ca.vertcat(pulled, loads), friction, HeldVelocities([], [], [])
     applied = felt + ca.sparsify(space.felt @ ca.DM(spread.T)) @ loads + pulled
-    held, gain, _ = space.hold(sticking, applied, drift, holds, tested=False)
+    basis = space.basis(sticking, holds, tested=False)
+    held, gain = basis.forces(applied, drift)
+    rows, moving = ca.SX(ca.DM(slips[sticking])), ca.vertcat(model.y, model.t)
+    together = held_velocities(rows, model.mass, basis, drift, moving, space)
     for k, i in enumerate(sticking):
         friction[i] += held[k]
-    return ca.vertcat(pulled + gain, loads), friction
+    return ca.vertcat(pulled + gain, loads), friction, together
 
 
 def _operators(part: LinearPart) -> tuple[np.ndarray, np.ndarray]:

@@ -129,7 +129,14 @@ def _try_sticking(w, n_x, n_c):
         for i in range(n_c):
             if w.passes[i]:
                 w.m[i], passing = 0.0, True
-    if _project(w, n_c) or passing:  # then the slips of dependent contacts are zero too
+    projected = _project(w, n_c)
+    sticking = 0
+    for i in range(n_c):
+        sticking += w.m[i] > 0.5
+    if projected and sticking > 1:  # twice, because impulses that cancel leave their rounding
+        measure(w, w.y, w.gauge)
+        _project(w, n_c)
+    if projected or passing:  # then the slips of dependent contacts are zero too
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):

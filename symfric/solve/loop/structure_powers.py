@@ -75,7 +75,8 @@ def structure_powers(w, c):
     along_q, along_u, felt, pushes = w.limits.along_q, w.limits.along_u, w.limits.felt, w.limits.pushes
     states, owned = along_q + along_u, w.own.size
     held = pushes + n_x - 2 * n
-    others, count, some = held + n_c, w.filled[0], w.filled[1] > 0
+    joint = held + n_c
+    others, count, some = joint + 2 * w.joint.size, w.filled[0], w.filled[1] > 0
     base = w.pattern.shape[0]
     slope, rest = w.aux[base : base + n_r], w.aux[base + n_r : base + 2 * n_r]
     weights, given, answers, a, own = w.weights, w.given, w.answers, w.pushed, w.own
@@ -104,8 +105,11 @@ def structure_powers(w, c):
                 push = weights[states + felt + j]
                 for i in range(n):
                     a[i] += force * push[i]
+        for i in range(w.joint.size):  # exact, so that what is held does not creep by rounding
+            if rest[joint + 2 * i] != 0.0:
+                a[w.joint[i]] = answers[joint + 2 * i + 1]
         for i in range(n_c):
-            if anchor[i] >= 0 and mode[i] == HOLDS:  # exact, so that what is held does not creep by rounding
+            if anchor[i] >= 0 and mode[i] == HOLDS:
                 a[anchor[i] - n] = answers[held + i]
         inverse = 1.0 / (k + 1)
         for i in range(n):

@@ -42,7 +42,18 @@ SHARED = frozenset(
         "first_due",
     }
 )
-SHARED |= {"segment_t", "segment_p", "exposed", "other_guards", "shown", "weights", "operators", "places", "own"}
+SHARED |= {
+    "segment_t",
+    "segment_p",
+    "exposed",
+    "other_guards",
+    "shown",
+    "weights",
+    "operators",
+    "places",
+    "own",
+    "joint",
+}
 
 
 class LoopLimits(Limits, kind=int):
@@ -98,11 +109,12 @@ class LoopArrays(RunArrays):
     column: Integers
     entry: Reals
     damping: Reals  # weights of the coefficients in such steps, (order + 1,)
-    weights: Matrix  # of a structure, see `symfric.lower.structure_modes`; also operators, places and own
+    weights: Matrix  # of a structure, see `symfric.lower.structure_modes`; also operators, places, own and joint
     operators: Matrix
     combined: Reals  # the operators in one with the present factors
     places: IntegerMatrix
     own: Integers
+    joint: Integers
     given: Reals  # what is felt of one coefficient, the columns of D
     answers: Reals  # what follows from it, the rows of D
     pushed: Reals  # the accelerations, (n_q,)
@@ -309,6 +321,7 @@ def _structure_arrays(matrices: StructureMatrices | None, n_q: int) -> dict[str,
             **dict.fromkeys(("combined", "given", "answers", "pushed"), nothing.ravel()),
             "places": none.reshape(0, 2),
             "own": none,
+            "joint": none,
         }
     along_q, along_u, felt, _ = matrices.sizes
     return {
@@ -317,6 +330,7 @@ def _structure_arrays(matrices: StructureMatrices | None, n_q: int) -> dict[str,
         "combined": matrices.operators[0].copy(),
         "places": matrices.places,
         "own": np.array(matrices.own, dtype=np.int64),
+        "joint": np.array(matrices.joint, dtype=np.int64),
         "given": np.zeros(along_q + along_u + len(matrices.own) + felt),
         "answers": np.zeros(matrices.n_r),
         "pushed": np.zeros(n_q),
