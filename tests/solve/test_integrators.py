@@ -12,6 +12,7 @@ from symfric.bench.problems import named
 from symfric.solve.integrators.hermite import first_fall
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.route import Integrators
+from symfric.solve.integrators.sizes import first_sizes
 
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}
 
@@ -224,6 +225,17 @@ def test_a_stiff_motion_crosses_a_kink_slowly(tolerance):
     scene = named("P4").scene.until(20.0)
     run = sf.simulate(scene, tolerance, route="integrators").checked()
     assert np.max(np.abs(run.final - sf.simulate(scene, 1e-13).final)) < 10 * tolerance
+
+
+@pytest.mark.parametrize("Omega", [3.0, 40.0, 300.0])
+def test_a_body_that_is_shaken_is_as_fast_as_the_force_and_its_frequency_make_it(Omega):
+    """Under F sin(Omega t) a nearly free mass m has a velocity of amplitude F/(m Omega), however soft its spring."""
+    x, u = sp.symbols("x u", real=True)
+    system = sf.System(q=[x], u=[u], mass=[[4]], force=[2 * sp.sin(Omega * sf.TIME) - x / 10_000])
+    scene = sf.Scene(system=system, initial={x: 0.0, u: 0.0}, horizon=100.0)
+    program = IntegratorsProgram(scene, 1e-8, Integrators("rosenbrock"))
+    none = np.zeros(0)
+    assert first_sizes(program._sizing, np.zeros(2), 0.0, none, none)[1] == pytest.approx(0.5 / Omega, rel=0.05)
 
 
 def polynomial_rows(t, *coefficients):

@@ -157,6 +157,17 @@ def test_iwan_closed_forms_against_quadrature():
     assert sf.theory.presliding.iwan_dissipation(1.0, -0.5, 0.7) == pytest.approx(0.43729430720181, rel=1e-13)
 
 
+@pytest.mark.parametrize("chi", [-1.0, -1.5, -3.0])
+def test_densities_of_infinite_stiffness_are_refused(chi):
+    """The stiffness at rest is R phi_max^(chi + 1)/(chi + 1), infinite from chi = -1 on."""
+    with pytest.raises(sf.SceneError, match="above -1"):
+        sf.theory.presliding.iwan_backbone(1.0, chi, 1.0, 0.5)
+    with pytest.raises(sf.SceneError, match="above -1"):
+        sf.theory.presliding.iwan_dissipation(1.0, chi, 0.5)
+    with pytest.raises(sf.SceneError, match="above -1"):
+        sf.laws.iwan(1.0, chi, 1.0)
+
+
 @pytest.mark.parametrize("start", [0.0, 1.0])  # with 0, two sliders return to their limits at one time
 def test_sensitivities_through_yielding_and_reversal(start):
     law = sf.laws.maxwell_slip([K, 20.0], [L, 0.2])

@@ -13,6 +13,7 @@ from symfric.codegen.instructions import read
 from symfric.lower.automaton import lower
 from symfric.solve.taylor import expansion, recurrences
 from symfric.solve.taylor.expansion import expand
+from symfric.solve.taylor.long_sums import long_sums
 from symfric.solve.taylor.table import OperationTable, length
 from tests.solve.test_jets import OPERATIONS, ORDER, POINT, field_of
 from tests.threads.together import difference, together
@@ -154,6 +155,25 @@ def test_a_force_of_hundreds_of_terms_is_a_table(monkeypatch):
         fields[name] = automaton.field
     assert expansion.is_long(fields["long"], 17)
     assert not expansion.is_long(fields["short"], 17)
+
+
+def test_a_long_sum_is_taken_apart_into_terms_that_add_up_to_it():
+    """Through signs, brackets and multiples; a part that is used elsewhere is computed once, and is one term."""
+    y, t, p, m = ca.SX.sym("y", 2), ca.SX.sym("t"), ca.SX.sym("p", 3), ca.SX.sym("m")
+    part = y[0] + ca.sin(y[0]) - ca.cos(t) + p[0] * y[1] - ca.exp(y[1])
+    whole = p[1] * y[0] - (p[2] * ca.tan(y[1]) - ca.sin(t)) - ca.exp(-t) + y[0] * y[1] + part
+    nodes, outputs = read(ca.Function("field", [y, t, p, m], [ca.vertcat(whole, ca.tanh(part))]))
+    given, values = ([0.7, -0.4], [0.3], [1.3, 0.2, -2.0], [1.0]), []
+    for node in nodes:
+        known = given[node.place[0]][node.place[1]] if node.place else node.number
+        of = [ca.SX(values[a]) for a in node.args]
+        values.append(float({1: ca.SX.unary, 2: ca.SX.binary}[len(of)](node.op, *of)) if of else known)
+    sums = long_sums(nodes, set(outputs[0]))
+    assert sorted(len(terms) for terms in sums.values()) == [5, 6]
+    assert len(sums[outputs[0][0]]) == 6
+    for i, terms in sums.items():
+        added = sum(e.sign * values[e.atom] * (1 if e.factor is None else values[e.factor]) for e in terms)
+        assert added == pytest.approx(values[i], rel=1e-14)
 
 
 def test_the_length_is_that_of_the_series_written_out():
