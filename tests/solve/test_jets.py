@@ -8,6 +8,7 @@ import pytest
 
 from symfric.codegen import llvm_ir, target
 from symfric.codegen.functions import compile_functions
+from symfric.codegen.instructions import read
 from symfric.errors import SceneError
 from symfric.solve.loop.series import reach
 from symfric.solve.taylor import expansion
@@ -87,6 +88,19 @@ def test_coefficients_taken_out_of_the_chain_change_nothing(most, monkeypatch):
         aux = series.prelude(POINT[2], [POINT[3]])
         rows.append(np.array(series.series([*POINT[0], POINT[1]], aux)).ravel())
     assert rows[1] == pytest.approx(rows[0], rel=1e-11, abs=1e-13)
+
+
+@pytest.mark.parametrize("most", [1, 2])
+def test_coefficients_taken_out_of_the_chain_shorten_it(most, monkeypatch):
+    """The longest chain of operations, each of which waits for the one before, sets the time of a call."""
+    lengths = []
+    for taken_out in (0, most):
+        monkeypatch.setattr(expansion, "_taken_out", lambda n_x, moving, most=taken_out: most)
+        chain = []
+        for node in read(expand(field_of(ca.sin(x * u) / (1 + ca.exp(x)))[0], 16).series)[0]:
+            chain.append(1 + max((chain[a] for a in node.args), default=0))
+        lengths.append(max(chain))
+    assert lengths[1] < 0.9 * lengths[0]
 
 
 @pytest.mark.parametrize("part", [None, 500, 37, 1])
