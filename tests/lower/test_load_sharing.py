@@ -6,7 +6,10 @@ from types import SimpleNamespace
 import casadi as ca
 import numpy as np
 import pytest
+import sympy as sp
 
+import symfric as sf
+from symfric.lower.automaton import lower
 from symfric.lower.constraint_forces import HOLDS, SHARES
 from symfric.lower.load_sharing import rooms_left
 
@@ -70,6 +73,23 @@ def test_rooms_and_forces_are_those_written_out(factors, jumps):
             found, expected = shared(factors, modes, forces, jumps), by_hand(factors, modes, forces, jumps)
             assert found[0] == pytest.approx(expected[0], abs=1e-14)
             assert np.array(found[1]) == pytest.approx(np.array(expected[1]), abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_slips_that_are_multiples_up_to_rounding_are_parallel(seed):
+    """A third contact, whose slip differs from the first by more than rounding, is of its own."""
+    draw = np.random.default_rng(seed)
+    row, factor = draw.standard_normal(4), draw.uniform(-2.0, -0.5)
+    q, u = sp.symbols("q0:4", real=True), sp.symbols("u0:4", real=True)
+    near = row + 1e-9 * np.eye(4)[3]
+    slips = [sum(float(e) * v for e, v in zip(r, u, strict=True)) for r in (row, factor * row, near)]
+    scene = sf.Scene(
+        system=sf.System(q=q, u=u, mass=sp.eye(4), force=[-e for e in q]),
+        contacts=[sf.Contact(f"floor {i}", slip, 1, sf.laws.coulomb(0.3)) for i, slip in enumerate(slips)],
+        initial=dict.fromkeys((*q, *u), 0.0),
+        horizon=1.0,
+    )
+    assert lower(scene, [], frozenset()).parallels == (0, 0, 2)
 
 
 def test_contacts_without_load_share_nothing():

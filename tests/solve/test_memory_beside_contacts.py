@@ -42,6 +42,17 @@ def test_the_implicit_integrator_and_the_series_agree_where_both_can_run(slip, o
     assert [e.t for e in own] == pytest.approx([e.t for e in theirs], abs=1e-6)
 
 
+@pytest.mark.parametrize("other", ["spring", "maxwell slip"])
+def test_sliders_beside_creep_yield_and_return_either_way(other):
+    scene = scene_of("aging, soft", "bodies", other, horizon=6.0, events=sf.Events()).starting({"w": 1.0})
+    run, series = sf.simulate(scene), sf.simulate(scene, 1e-11, "taylor")
+    assert (run.route, run.status, series.status) == ("integrators", sf.Status.OK, sf.Status.OK)
+    own, theirs = ([e for e in r.events if e.contact == "b"] for r in (run, series))
+    assert {1, -1} <= {e.after for e in theirs}
+    assert [(e.before, e.after) for e in own] == [(e.before, e.after) for e in theirs]
+    assert [e.t for e in own] == pytest.approx([e.t for e in theirs], abs=1e-5)
+
+
 def creeping(times, mu_b=0.2):
     """The states x, y at times of a body on a rate-and-state contact, and of one on dry ground; by Radau and events."""
     mu0, a, b, D_c, V0, least = 0.6, 0.01, 0.015, 0.05, 0.1, 1e-18

@@ -44,6 +44,12 @@ def test_every_profile_agrees_with_the_series(profile, seed):
     assert exact.stats["events"] == series.stats["events"]
 
 
+@pytest.mark.parametrize("profile", PROFILES)
+def test_every_profile_is_taken_in_closed_form(profile):
+    scene = isolated(shaking(0), profile=profile)
+    assert "from sample to sample in closed form" in sf.explain(scene).answers["exact"]
+
+
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), dt=st.sampled_from([0.005, 0.02, 0.3]), C=st.sampled_from([0.0, 0.1, 3.0, 20.0]))
 def test_random_records_and_dampings(seed, dt, C):

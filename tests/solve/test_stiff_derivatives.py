@@ -53,6 +53,24 @@ def test_derivatives_are_those_of_the_explicit_route(law):
         assert run.output_sensitivities["heat"][name] == pytest.approx(heat[name], rel=1e-6, abs=1e-9)
 
 
+def test_a_parameter_that_is_zero_has_a_derivative():
+    x, u, c = sp.symbols("x u c", real=True)
+    law = sf.laws.lugre(0.4, 0.3, 0.1, 200.0, 5.0, 0.1)
+    scene = sf.Scene(
+        system=sf.System([x], [u], [[1]], [-x - c * u]),
+        contacts=[sf.Contact("belt", u - sp.Rational(1, 5), 1, law)],
+        values={c: 0.0},
+        initial={x: 1.0, u: 0.0},
+        horizon=3.0,
+    )
+    found, right = (
+        sf.simulate(scene, 1e-9, route=route, sensitivities=["c"]).sensitivities["c"]
+        for route in (sf.Integrators("cvodes"), "taylor")
+    )
+    assert np.max(np.abs(right)) > 0.1
+    assert found == pytest.approx(right, abs=1e-6)
+
+
 def test_an_input_changes_its_slope_between_the_samples():
     pull = sp.Symbol("pull", real=True)
     signal = sf.Signal(np.array([0.0, 0.3, -0.2, 0.1, 0.0]), 1.0)
