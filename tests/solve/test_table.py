@@ -94,6 +94,25 @@ def test_coefficients(name, tables):
         assert np.array_equal(aux[:count], fixed)
 
 
+def test_coefficients_of_a_long_sum(tables):
+    """Signs, terms that are constant multiples, lines in time, and the mode as a factor."""
+    y, t, p, m = (ca.SX.sym(name, n) for name, n in (("y", 2), ("t", 1), ("p", 2), ("m", 1)))
+    whole = p[0] * y[0] - ca.sin(y[1]) + m * ca.cos(y[0]) - p[1] * ca.exp(-t) + m * t - m * y[1] + y[0] * y[1]
+    rate = ca.vertcat(y[1], -y[0] + 0.1 * whole)
+    field = ca.Function("field", [y, t, p, m], [rate, ca.densify(whole), ca.SX(0, 1)])
+    plain, state = expand(field, ORDER).series, np.array([*POINT[0], POINT[1]])
+    right = np.array(plain(state, expand(field, ORDER).prelude(POINT[2], [POINT[3]]))).ravel()
+    made = tables()
+    table = expand(field, ORDER)
+    fixed = np.array(table.prelude(POINT[2], [POINT[3]])).ravel()
+    aux, found = np.concatenate([fixed, np.full(table.room, np.nan)]), np.full(right.size, np.nan)
+    code = compile_functions([table.series])
+    call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(code.addresses["series"])
+    call(state.ctypes.data, aux.ctypes.data, found.ctypes.data)
+    assert made
+    assert found == pytest.approx(right, rel=1e-12, abs=1e-14)
+
+
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SCENES)
 def test_motions(name, tables):
