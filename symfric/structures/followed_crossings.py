@@ -92,6 +92,7 @@ class FollowedSearch:
     def _floors(self, k: int) -> np.ndarray:
         """Return what growth the modes at a grid point may have by rounding alone, shape (count,)."""
         pencil, sizes = self.structure.pencil(float(self.seen.mu[k])), np.abs(self.seen.shapes[k])
+        assert pencil.C is not None  # only asked for with damping
         values = np.maximum(np.abs(self.seen.values[:, k]), 1e-8 * self.size)
         strain, loss, mass = (np.sum(sizes * (abs(e) @ sizes), axis=0) for e in (pencil.A, pencil.C, pencil.M))
         return _ROUNDING * ((strain / values + loss) / mass + values)
