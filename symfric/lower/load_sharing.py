@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
 
+_NO_BOUND = 1e-290  # added to bounds that may vanish, so that the share of one alone is the whole
 _NEARLY = 1e-6  # relative remainder of a row, orthogonal to others, below which it counts as dependent
 
 if TYPE_CHECKING:
@@ -175,10 +176,14 @@ def _in_proportion(
         sticks = {i: (model.s[i] == HOLDS) + (model.s[i] == SHARES) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
         reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
-        loaded = ca.SX(1)
-        if not ca.depends_on(reach, ca.vertcat(model.y, model.t)):
+        loaded, least = ca.SX(1), 0.0
+        if ca.depends_on(reach, ca.vertcat(model.y, model.t)):  # no condition: series have none on the state
+            least = _NO_BOUND
+            reach += least * sum(sticks.values())
+        else:
             loaded = ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
-            shared[i] = ca.if_else(sticks[i] * loaded, _sign(factor) * bounds[i] * whole / reach, friction[i])
+            part = _sign(factor) * (bounds[i] + least) * whole / reach
+            shared[i] = ca.if_else(sticks[i] * loaded, part, friction[i])
     return shared

@@ -7,6 +7,8 @@ for the complementarity problem ``0 <= bound -+ lambda  complementary to  +- acc
 decided by the next derivatives.
 """
 
+import numpy as np
+
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.calls import measure, prelude, probe
@@ -31,6 +33,7 @@ AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by 
 NO_DROP = 1e-9  # relative drop of friction from rest to slip below which there is none
 
 _OK, _UNDECIDED, _LOST = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
+_NAN = int(Status.NOT_FINITE)
 
 
 @compiled
@@ -107,6 +110,9 @@ def _select(w, n_x, n_c):
         if n_s > 0 and _change_switch(w, n_x, n_c, n_s, edges):
             continue
         _hold_more(w, n_x, n_c, horizon, edges)
+        for i in range(n_c):
+            if w.m[i] > 0.5 and not abs(w.probe[n_x + backward(i), 0]) < np.inf:
+                return _NAN  # it would contradict nothing
         _mark_fresh(w, n_x, n_c, n_s)
         return _OK
     return _UNDECIDED

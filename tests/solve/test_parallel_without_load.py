@@ -1,0 +1,31 @@
+"""Parallel contacts of which one has no load at zero slip: it never holds what the other could not."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+
+X, U = sp.symbols("x u", real=True)
+PATH = {"path": sf.Trajectory()}
+
+
+def scene(load, order):
+    k = sp.Symbol("k", positive=True)
+    contacts = [
+        sf.Contact("vanishing", U, load, sf.laws.coulomb(0.5, 0.4)),
+        sf.Contact("b", U, 0.2, sf.laws.coulomb(0.1)),
+    ]
+    system = sf.System([X], [U], [[1]], [-k * X - U / 30])
+    return sf.Scene(system, contacts[::order], {k: 3.0}, {X: -0.2, U: 0.7}, 4.0, PATH)
+
+
+@pytest.mark.parametrize(("load", "order"), [(sp.Abs(U) / 2, 1), (U**2, 1), (sp.Abs(U) * (1 + X**2), -1)], ids=str)
+def test_contacts_of_one_slip_have_one_mode(load, order):
+    fine, *programs = (sf.prepare(scene(load, order), tolerance, "taylor") for tolerance in (1e-13, 1e-10, 1e-8))
+    for k, u in np.random.default_rng(7).uniform([2.0, 0.5], [4.0, 1.0], (20, 2)):
+        exact = fine.run({"k": k}, {"u": u}).checked()
+        for program in programs:
+            run = program.run({"k": k}, {"u": u}).checked()
+            assert run.final == pytest.approx(exact.final, abs=100 * program.tolerance)
+            assert np.all(run.mode[0] == run.mode[1])
