@@ -53,12 +53,12 @@ def slip_onsets(system: ShootingSystem, springs: Mapping[int, Widest], one: Poin
 
 
 def passes_the_start(one: Passage, other: Passage) -> bool:
-    """Whether an event of a slider passes from the end of the period to its start, or back.
+    """Whether an event passes from the end of the period to its start, or back.
 
-    The elongation at the start is then at its limit on one side and not on the other: a corner of the unknowns that is
-    none of the branch.
+    The state at the start then moves with another rate along the branch: a corner of the unknowns that is none of the
+    branch.
     """
-    a, b = ([e[1:] for e in passage.sliders] for passage in (one, other))
+    a, b = ([e[1:] for e in passage.changes] for passage in (one, other))
     return a != b and len(a) == len(b) and any(a[k:] + a[:k] == b for k in range(1, len(a)))
 
 
