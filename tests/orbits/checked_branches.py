@@ -27,7 +27,9 @@ def law(r):
 
 def one_mass(seed):
     r = np.random.default_rng([1, seed])
-    own = Sliders((1.0,), (float(r.uniform(0.5, 2)),), (float(r.uniform(0.01, 0.2)),), (float(r.uniform(0.3, 2)),), law(r))
+    own = Sliders(
+        (1.0,), (float(r.uniform(0.5, 2)),), (float(r.uniform(0.01, 0.2)),), (float(r.uniform(0.3, 2)),), law(r)
+    )
     return Case(own.at("v_b", 0.3), "v_b", (0.02, 1.2), (0.2, 0.1, 0.4, 0.6))
 
 

@@ -54,6 +54,11 @@ class Corner(NamedTuple):
     jump: bool = False
 
     @property
+    def located(self) -> bool:
+        """Whether it solves the equations of a condition, and was not only enclosed between orbits."""
+        return self.condition.guard >= 0 or self.condition.turn is not None or self.condition.event >= 0
+
+    @property
     def edge(self) -> np.ndarray:
         """The unknowns at the grazing, (n_z,)."""
         return self.point.z + at_the_edge(self.system, self.point, self.condition)

@@ -19,7 +19,7 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 # step lengths in units of the span, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
-_APART = 1e-3  # step length down to which a branch point and a turn of the parameter are told apart
+_APART = 1e-3  # step length down to which a turn of the parameter is told apart from a branch point or a corner
 _TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
@@ -127,8 +127,12 @@ class Walk:
                 corner = corner_between(self._system, point, new, size, span)
                 if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
                     return self._beyond(found, corner._replace(beyond=None), point, way)
+                ahead = self.tangent(new, new.z - corner.point.z)
+                if step > _APART and not corner.jump and _hides_a_turn(corner, point, way, new, ahead):
+                    step *= 0.4
+                    continue
                 self._note_corner(found, corner, point)
-                return new, self.tangent(new, new.z - corner.point.z), min(step, _FIRST)
+                return new, ahead, min(step, _FIRST)
             if onsets:
                 return new, self.tangent(new, new.z - onsets[-1].point.z), min(step, _FIRST)
             ahead = self.tangent(new, way)
@@ -273,6 +277,12 @@ class Walk:
         carried = passage.by_start @ way[:n] + passage.by_value @ way[n + 1 :]
         moved = solve(system, np.concatenate([passage.end, point.z[n:]]), np.append(np.zeros(n + 1), 1.0))
         return moved, self.tangent(moved, np.concatenate([carried, way[n:]]))
+
+
+def _hides_a_turn(corner: Corner, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
+    """Whether the parameter may turn between a corner and one of the orbits beside it, of tangents `way`, `ahead`."""
+    beside = way[-1] * (corner.value - one.z[-1]) < 0 or ahead[-1] * (other.z[-1] - corner.value) < 0
+    return beside or way[-1] * ahead[-1] < 0 or not corner.located
 
 
 def _marks(orbit: Placed) -> np.ndarray:

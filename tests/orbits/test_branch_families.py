@@ -1,0 +1,129 @@
+"""Families of branches with dry friction: what they claim, against SciPy's simulation and settled motions."""
+
+import numpy as np
+import pytest
+
+import symfric as sf
+from tests.orbits.checked_branches import (
+    branch_of,
+    forced,
+    one_mass,
+    own_multipliers,
+    silent_changes,
+    swept,
+    twins,
+    two_masses,
+    wrong_orbits,
+    wrong_specials,
+)
+
+
+def check(case, seed):
+    branch = branch_of(case)
+    if branch is None:
+        pytest.skip("the motion settles to no cycle")
+    rng = np.random.default_rng(seed)
+    assert "lost" not in branch.ends
+    assert silent_changes(case, branch) == []
+    assert wrong_specials(case, branch) == []
+    wrong, _ = wrong_orbits(case, branch, rng)
+    assert wrong == []
+    _, wrong = swept(case, branch, rng)
+    assert wrong == []
+
+
+@pytest.mark.one_in(40)
+@pytest.mark.parametrize("seed", range(40))
+def test_one_mass_on_a_belt(seed):
+    check(one_mass(seed), seed)
+
+
+@pytest.mark.one_in(40)
+@pytest.mark.parametrize("seed", range(40))
+def test_forced_oscillators(seed):
+    check(forced(seed), seed)
+
+
+@pytest.mark.one_in(40)
+@pytest.mark.parametrize("seed", range(40))
+def test_two_masses_on_a_belt(seed):
+    check(two_masses(seed), seed)
+
+
+@pytest.mark.one_in(40)
+@pytest.mark.parametrize("seed", range(40))
+def test_two_masses_of_a_kind(seed):
+    check(twins(seed), seed)
+
+
+def own_location(case, branch, value, apart):
+    """Return where the leading multiplier of the tests' own, linear between cycles on both sides, passes 1."""
+    near = branch.orbits[int(np.argmin(np.abs(branch.values - value)))]
+    ends = []
+    for there in (value - apart, value + apart):
+        orbit = sf.limit_cycle(case.own.at(case.name, there).scene(), guess=near)
+        ends.append(float(np.max(np.abs(own_multipliers(case, orbit)))) - 1)
+    assert ends[0] * ends[1] < 0
+    return value - apart + 2 * apart * ends[0] / (ends[0] - ends[1])
+
+
+def test_a_branch_point_of_an_autonomous_cycle_with_sticking():
+    """Two masses in phase stick and slip together, up to where they leave each other."""
+    case = twins(1005)._replace(span=(0.47, 0.56), starts=(0.5,))
+    branch = branch_of(case)
+    (point,) = [s for s in branch.special if s.kind == "branch-point"]
+    assert point.orbit.stick_fraction > 0.1
+    assert point.value == pytest.approx(own_location(case, branch, point.value, 1e-3), abs=3e-5)
+    assert all(abs(o.half_range[0] - o.half_range[1]) < 1e-9 for o in branch.orbits)
+    other = sf.continue_cycle(case.own.scene(), case.name, case.span, start=point)
+    assert other.ends == ("span", "span")
+    for orbit in (other.orbits[0], other.orbits[-1]):
+        end, _ = case.own.at(case.name, orbit.values[case.name]).run(orbit.start, orbit.period)
+        assert np.max(np.abs(end - orbit.start) / orbit.half_range) < 1e-7
+        middle = orbit.run(np.linspace(0, orbit.period, 200))
+        assert np.max(np.abs(middle[0] - middle[1])) > 0.01 * orbit.half_range[0]
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    case = forced(1001)._replace(span=(0.42, 0.6))
+    case = case._replace(own=case.own.at("w", 0.5), starts=(0.5,))
+    return case, branch_of(case)
+
+
+def test_branch_points_of_a_forced_cycle_with_sticking(shaken):
+    case, branch = shaken
+    points = [s for s in branch.special if s.kind == "branch-point"]
+    assert [s.orbit.stick_fraction > 0 for s in points] == [True, False]
+    for point in points:
+        assert point.value == pytest.approx(own_location(case, branch, point.value, 1e-4), abs=1e-5)
+
+
+def test_the_other_branch_of_a_forced_cycle_closes(shaken):
+    """It leads from one point to the other and back over the mirror images; events pass the start of the period."""
+    case, branch = shaken
+    points = [s.value for s in branch.special if s.kind == "branch-point"]
+    for point in (s for s in branch.special if s.kind == "branch-point"):
+        other = sf.continue_cycle(case.own.scene(), case.name, case.span, start=point)
+        assert "closed" in other.ends
+        assert sorted({round(s.value, 8) for s in other.special if s.kind == "branch-point"}) == pytest.approx(points)
+        (met,) = [s.value for s in other.special if s.kind == "branch-point" and abs(s.value - point.value) > 1e-6]
+        k = [s.value for s in other.special].index(met)
+        one, two = sorted(s.value for s in other.special[:k]), sorted(s.value for s in other.special[k + 1 :])
+        one, two = ([v for v in e if min(abs(v - p) for p in points) > 1e-6] for e in (one, two))
+        assert one == pytest.approx(two, abs=1e-7)  # each arm is the mirror image of the other
+        assert silent_changes(case, other) == []
+        assert wrong_specials(case, other) == []
+        wrong, judged = wrong_orbits(case, other, np.random.default_rng(0))
+        assert wrong == []
+        assert judged
+
+
+def test_an_event_at_the_start_of_the_period_is_no_special_point():
+    case = forced(3)._replace(span=(0.42, 0.47))
+    case = case._replace(own=case.own.at("w", 0.43), starts=(0.43,))
+    branch = branch_of(case)
+    times = np.array([o.events[0].t / o.period for o in branch.orbits])
+    assert np.min(times) < 0.02 < 0.1 < np.max(times)
+    assert branch.special == ()
+    assert branch.ends == ("span", "span")
