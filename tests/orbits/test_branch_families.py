@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import symfric as sf
+from symfric.orbits.continuation.hopf import vanishing_point
 from tests.orbits.checked_branches import (
     branch_of,
     forced,
@@ -127,3 +129,24 @@ def test_an_event_at_the_start_of_the_period_is_no_special_point():
     assert np.min(times) < 0.02 < 0.1 < np.max(times)
     assert branch.special == ()
     assert branch.ends == ("span", "span")
+
+
+def test_a_branch_ends_at_a_hopf_point_of_a_pair_beside_an_unstable_one():
+    """Steady sliding is unstable on both sides, by the other pair of eigenvalues; slopes of friction by hand."""
+    own = two_masses(2).own
+    (m1, m2), (k1, k2), k, (mu_s, mu_k, v_s) = own.m, own.k, own.k_c, own.law
+
+    def pairs(v):
+        slope = np.array(own.N) * (mu_s - mu_k) / v_s * np.exp(-v / v_s)  # of friction by the velocity of the mass
+        K, C = np.array([[k1 + k, -k], [-k, k2 + k]]), np.diag(np.array(own.c) - slope)
+        M = np.diag([m1, m2])
+        A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+        found = np.linalg.eigvals(A)
+        return sorted(found[found.imag > 0], key=lambda e: e.imag)
+
+    value = brentq(lambda v: pairs(v)[0].real, 0.5, 0.65, xtol=1e-13)
+    slow, fast = pairs(value)
+    assert fast.real > 1e-3
+    sizes = np.sqrt([0.002, 0.001])
+    found = vanishing_point(own.scene(), "v_b", value + np.array([0.002, 0.001]), sizes, 2 * np.pi / slow.imag)
+    assert found == pytest.approx(value, abs=1e-11)

@@ -1,6 +1,7 @@
 """Ends of a branch of limit cycles at Hopf points, and branches that start there."""
 
 import numpy as np
+from scipy.optimize import brentq
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.scene import Scene
@@ -8,6 +9,7 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.orbits.sizes import filled
 from symfric.theory import equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
+from symfric.theory.stability import stability
 
 _SHARE = 0.02  # slip amplitude of the first cycle, relative to the slips at the equilibrium
 _GENTLE = 1e-3  # first amplitude, relative to the one at which cubic terms give a growth rate equal to the frequency
@@ -40,8 +42,10 @@ def birth(scene: Scene, system: ShootingSystem, at: HopfPoint) -> tuple[Point, n
     return solve(system, guess, normal), direction
 
 
-def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.ndarray) -> HopfPoint | None:
-    """Return the Hopf point at the end of a branch, None if there is none.
+def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.ndarray, period: float) -> float | None:
+    """Return the value of the parameter at the Hopf point at the end of a branch, None if there is none.
+
+    Steady sliding may be unstable on both sides of it, by another pair of eigenvalues.
 
     Parameters
     ----------
@@ -49,11 +53,23 @@ def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.
     parameter : str
     values, sizes : ndarray, shape (2,)
         Parameter and size of the last two cycles; the square of the size is nearly linear in the parameter.
+    period : float
+        Of the last cycle.
     """
     squares = sizes**2
     guess = values[1] - squares[1] * (values[1] - values[0]) / (squares[1] - squares[0])
     reach = _REACH * max(abs(guess - values[1]), 1e-6 * abs(guess))
     try:
-        return hopf(scene, parameter, (guess - reach, guess + reach))
+        return hopf(scene, parameter, (guess - reach, guess + reach)).value
     except (NotFound, SceneError):
+        pass
+
+    def growth(value: float) -> float:
+        """Return the growth rate of the vibration of steady sliding with the frequency of the cycle."""
+        found = stability(scene.where({parameter: value})).eigenvalues
+        return float(found[np.argmin(np.abs(found.imag - 2 * np.pi / period))].real)
+
+    try:
+        return float(brentq(growth, guess - reach, guess + reach, xtol=1e-14, rtol=1e-14))
+    except (NotFound, SceneError, ValueError):  # the last one: no change of sign
         return None

@@ -89,9 +89,9 @@ class Walk:
                 break
             found.orbits.append(Placed(self._system, point))
             trail.append(found.orbits[-1])
-            hopf = hopf or self._hopf_ahead(before, point)
-            if hopf and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
-                found.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf.value))
+            hopf = self._hopf_ahead(before, point) if hopf is None else hopf
+            if hopf is not None and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
+                found.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf))
                 found.end = "hopf"
             if not found.end:
                 point, way = self._moved(point, way)
@@ -223,13 +223,14 @@ class Walk:
             pass
         return between(self._system, one, other, lambda passage: SMOOTH[kind](passage, free) > 0)[0]
 
-    def _hopf_ahead(self, before: Point, point: Point):
-        """Return the Hopf point towards which the orbits shrink, or None."""
+    def _hopf_ahead(self, before: Point, point: Point) -> float | None:
+        """Return the parameter at the Hopf point towards which the orbits shrink, or None."""
         sizes = np.array([p.passage.ranges[0] for p in (before, point)])
         if not self._system.free or sizes[1] >= sizes[0] or sizes[1] > _SMALL * self._largest[0]:
             return None
         name = self._system.flow.parameters[0]
-        return vanishing_point(self._scene, name, np.array([before.z[-1], point.z[-1]]), sizes)
+        values, period = np.array([before.z[-1], point.z[-1]]), self._system.unpack(point.z)[1]
+        return vanishing_point(self._scene, name, values, sizes, period)
 
     def _passed_again(self, trail: list[Placed], new: Point) -> int | None:
         """Return the index of the orbit that a closed branch has passed again, None if it has not.
