@@ -78,7 +78,8 @@ def twin(case):
 
 def own_multipliers(case, orbit):
     """Return the multipliers of an orbit by central differences of a simulation of SciPy's."""
-    own, n, columns = case.own.at(case.name, orbit.values[case.name]), orbit.start.size, []
+    value = orbit.values.get(case.name, getattr(case.own, case.name))
+    own, n, columns = case.own.at(case.name, value), orbit.start.size, []
     size = np.maximum(orbit.half_range, 1e-3)
     for k in range(n):
         step = 1e-5 * size * np.eye(n)[k]
