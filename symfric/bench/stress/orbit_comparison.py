@@ -98,7 +98,7 @@ class OrbitComparison:
 
     def _bisected(self, scene: Scene, branch: Branch, onset: Special) -> str:
         """Narrow the bracket of an onset by limit cycles confirmed by the reference; report if it is wrong."""
-        values, sticks = branch.values, np.array([o.stick_fraction > 0 for o in branch.orbits])
+        values, sticks = branch.values, [_sticks(o) for o in branch.orbits]
         brackets = [
             (i, i + 1)
             for i in range(len(values) - 1)
@@ -115,12 +115,17 @@ class OrbitComparison:
                 return ""
             if self.misfit(orbit, _values(orbit))[0] > ALLOWED:
                 return f"the orbit at {middle:.9g} does not close"
-            one, other = (orbit, other) if (orbit.stick_fraction > 0) == (one.stick_fraction > 0) else (one, orbit)
+            one, other = (orbit, other) if _sticks(orbit) == _sticks(one) else (one, orbit)
         ends = sorted(_values(o)[PARAMETER] for o in (one, other))
         slack = 1e-5 * onset.value
         if ends[0] - slack <= onset.value <= ends[1] + slack:
             return ""
         return f"an onset of sticking lies between {ends[0]:.9g} and {ends[1]:.9g}, not at {onset.value:.9g}"
+
+
+def _sticks(orbit: Orbit) -> int:
+    """Return how often contacts begin to stick in a period."""
+    return sum(event.after == 0 for event in orbit.events)
 
 
 def _values(orbit: Orbit) -> dict[str, float]:
