@@ -179,7 +179,7 @@ def _in_proportion(
         loaded, least = ca.SX(1), 0.0
         if ca.depends_on(reach, ca.vertcat(model.y, model.t)):  # no condition: series have none on the state
             least = _NO_BOUND
-            reach += least * sum(sticks.values())
+            reach = ca.SX(reach + least * sum(sticks.values()))
         else:
             loaded = ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
