@@ -23,9 +23,7 @@ def changed(model, **values):
 
 
 def test_a_long_horizon_is_left_out_with_its_reason():
-    begin = time.thread_time()
     found = study(read_scene_text(changed("wavy_belt", horizon="1e6")), limit=0.3)
-    assert time.thread_time() - begin < 30  # the whole run would take some hundred
     assert found.motion.value is None
     for part in ("motion", "steady vibration"):
         assert re.match(r"stopped after 0\.3 s; shorten the horizon, .* --limit$", found.skipped()[part])
