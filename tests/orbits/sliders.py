@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import symfric as sf
 
@@ -77,18 +78,33 @@ class Sliders:
         def left(t, y, i):
             return N[i] * mu_s - abs(pull(t, y)[i]) if mode[i] == 0 else mode[i] * (y[n + i] - self.v_b)
 
+        def falls(t, y, i):  # where a slip turns: between two of its zeros within one step
+            return 1.0 if mode[i] == 0 else mode[i] * rates(t, y)[n + i]
+
         events = [lambda t, y, i=i: left(t, y, i) for i in range(n)]
-        for event in events:
-            event.terminal, event.direction = True, -1
+        turns = [lambda t, y, i=i: falls(t, y, i) for i in range(n)]
+        for event, turn in zip(events, turns, strict=True):
+            event.terminal, event.direction, turn.direction = True, -1, 1
         y, t, count = np.array(start, dtype=float), 0.0, [0] * n
         slip, force = y[n:] - self.v_b, pull(0.0, y)
         mode = np.where(np.abs(slip) > 1e-9, np.sign(slip), np.where(np.abs(force) <= N * mu_s, 0.0, np.sign(force)))
         for _ in range(1000):
-            found = solve_ivp(rates, (t, period), y, "DOP853", events=events, rtol=rtol, atol=1e-12, max_step=0.02)
-            y, t = found.y[:, -1].copy(), found.t[-1]
-            if found.status == 0:
+            options = {"rtol": rtol, "atol": 1e-12, "max_step": 0.02, "dense_output": True}
+            found = solve_ivp(rates, (t, period), y, "DOP853", events=[*events, *turns], **options)
+            begin, y, t = t, found.y[:, -1].copy(), found.t[-1]
+            passed = [
+                (brentq(lambda s, j=j: left(s, found.sol(s), j), max(turn - 0.02, begin), turn, xtol=1e-15), j)
+                for j in range(n)
+                for turn in found.t_events[n + j]
+                if left(turn, found.sol(turn), j) < -1e-12 and left(begin, found.y[:, 0], j) > 0
+            ]
+            if passed:
+                t, i = min(passed)
+                y = found.sol(t)
+            elif found.status == 0:
                 return y, count
-            i = next(j for j in range(n) if found.t_events[j].size)
+            else:
+                i = next(j for j in range(n) if found.t_events[j].size)
             force, y[n + i] = pull(t, y)[i], self.v_b
             holds = mode[i] != 0 and abs(force) <= N[i] * mu_s
             mode[i] = 0.0 if holds else np.sign(force)

@@ -143,7 +143,8 @@ class Walk:
             crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
             there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
-            if crosses and ((there is None and step > _LEAST) or (there and turns and step > _APART)):
+            hidden = turns and not there and self._located("fold", point, new) is None
+            if (step > _LEAST and (hidden or (crosses and there is None))) or (there and turns and step > _APART):
                 step *= 0.4
                 continue
             if there and self._ends_at_flip(found, there):
@@ -211,9 +212,10 @@ class Walk:
             met = turns if kind == "fold" else np.prod([test(p.passage, free) for p in (one, other)]) < 0
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
-            found.special.append(self._met(kind, self._located(kind, one, other), one, other))
+            found.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
 
-    def _located(self, kind: str, one: Point, other: Point) -> Point:
+    def _located(self, kind: str, one: Point, other: Point) -> Point | None:
+        """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""
         free, span = self._system.free, np.abs(other.z - one.z)
         try:
             there = solve(Condition(kind).system(self._system, 1.0), 0.5 * (one.z + other.z))
@@ -221,6 +223,9 @@ class Walk:
                 return there
         except NotFound:
             pass
+        positive = [SMOOTH[kind](p.passage, free) > 0 for p in (one, other)]
+        if positive[0] == positive[1]:
+            return None
         return between(self._system, one, other, lambda passage: SMOOTH[kind](passage, free) > 0)[0]
 
     def _hopf_ahead(self, before: Point, point: Point) -> float | None:
