@@ -23,6 +23,7 @@ _SAME = 1e-8  # difference relative to the ranges of the states up to which moti
 _ZERO = 1e-11  # relative to the largest: a multiplier below it is zero, its direction lost by sticking
 _NEUTRAL = 1e-10  # largest rounding error of a multiplier of 1
 _CARRIED = 1e-3  # largest relative change of the rate of the motion under the map over a period
+_AT_START = 1e-9  # fraction of the period within which a slip of the size of rounding ends
 _PATIENCE = (1, 4, 16, 64)  # horizons of the scene for settling, tried in turn; near a fold settling is slow
 
 
@@ -295,7 +296,12 @@ def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
         multipliers=multipliers,
         trivial=trivial,
         stable=bool(np.all(np.abs(others) < 1 + _NEUTRAL)),
-        events=tuple(Event(t, flow.contacts[i], a, b) for t, i, a, b in passage.changes),
+        events=tuple(
+            Event(t, flow.contacts[i], a, b)
+            for t, i, a, b in passage.changes
+            # a stick that lasts beyond the end of the period does not begin with it; the slip there is rounding
+            if not (b == passage.modes[i] == 0 and t <= _AT_START * period)
+        ),
         names=flow.states,
         differentiable=not passage.doubtful,
         base=scene,

@@ -93,7 +93,7 @@ class Sliders:
             found = solve_ivp(rates, (t, period), y, "DOP853", events=[*events, *turns], **options)
             begin, y, t = t, found.y[:, -1].copy(), found.t[-1]
             passed = [
-                (brentq(lambda s, j=j: left(s, found.sol(s), j), max(turn - 0.02, begin), turn, xtol=1e-15), j)
+                (brentq(lambda s, j=j, sol=found.sol: left(s, sol(s), j), max(turn - 0.02, begin), turn, xtol=1e-15), j)
                 for j in range(n)
                 for turn in found.t_events[n + j]
                 if left(turn, found.sol(turn), j) < -1e-12 and left(begin, found.y[:, 0], j) > 0

@@ -107,6 +107,11 @@ def test_an_event_at_the_start_of_the_period_is_no_special_point():
     assert branch.ends == ("span", "span")
 
 
+def test_a_stick_through_the_start_of_the_period_begins_once():
+    for orbit in branch_of(forced(25)).orbits:
+        assert sum(e.after == 0 for e in orbit.events) == sum(e.before == 0 for e in orbit.events)
+
+
 def test_a_branch_ends_at_a_hopf_point_of_a_pair_beside_an_unstable_one():
     """Steady sliding is unstable on both sides, by the other pair of eigenvalues; slopes of friction by hand."""
     own = two_masses(2).own
