@@ -76,19 +76,29 @@ def twin(case):
     return len(own.m) == 2 and all(len(set(e)) == 1 for e in (own.m, own.k, own.c, own.N))
 
 
-def own_multipliers(case, orbit, part=1e-5):
-    """Return the multipliers of an orbit by central differences of a simulation of SciPy's, of parts of its ranges."""
+def own_multipliers(case, orbit):
+    """Return the multipliers of an orbit by central differences of a simulation of SciPy's, the nearest to 1 first."""
     value = orbit.values.get(case.name, getattr(case.own, case.name))
     own, n, columns = case.own.at(case.name, value), orbit.start.size, []
     size = np.maximum(orbit.half_range, 1e-3)
     for k in range(n):
-        step = part * size * np.eye(n)[k]
+        step = 1e-5 * size * np.eye(n)[k]
         ends = [own.run(orbit.start + way * step, orbit.period, 1e-12)[0] for way in (1, -1)]
-        columns.append((ends[0] - ends[1]) / (2 * part * size))
+        columns.append((ends[0] - ends[1]) / (2e-5 * size))
     found = np.linalg.eigvals((np.array(columns)).T)
-    if case.own.A == 0:
-        found = np.delete(found, int(np.argmin(np.abs(found - 1.0))))
-    return found
+    return found[np.argsort(np.abs(found - 1.0))]
+
+
+def nontrivial(case, orbit):
+    """Return the same without the one of the direction of motion."""
+    return own_multipliers(case, orbit)[int(case.own.A == 0) :]
+
+
+def off_fold(case, found):
+    """Return how far multipliers are from those of a fold; two that are 1 are known by their sum and product only."""
+    if case.own.A:
+        return abs(found[0] - 1)
+    return max(abs(found[0] + found[1] - 2), abs((found[0] - 1) * (found[1] - 1)))
 
 
 def misclosed(case, orbit):
@@ -126,10 +136,12 @@ def wrong_specials(case, branch):
     for point in branch.special:
         if point.kind not in FACTS or point.value in corners:
             continue
-        # of a double multiplier, 1 by the direction of motion and 1 at the fold, the error is the root of that of a simple one
-        found = own_multipliers(case, point.orbit, 1e-5 if case.own.A else 1e-6)
-        aim = {"flip": found + 1, "neimark-sacker": np.abs(found) - 1}.get(point.kind, found - 1)
-        if np.min(np.abs(aim)) > 3e-3:
+        found = own_multipliers(case, point.orbit)
+        least = {
+            "flip": np.min(np.abs(found + 1)),
+            "neimark-sacker": np.min(np.abs(np.abs(found[found.imag != 0]) - 1), initial=9),
+        }
+        if least.get(point.kind, off_fold(case, found)) > 3e-3:
             wrong.append((point.kind, point.value, np.abs(found).tolist()))
     return wrong
 
@@ -146,7 +158,7 @@ def wrong_orbits(case, branch, rng, number=2):
         if others:
             wrong.append(("sticks", orbit.values[case.name], off))
         if abs(most - 1) > NEUTRAL:
-            own = own_multipliers(case, orbit)
+            own = nontrivial(case, orbit)
             judged += 1
             if (np.max(np.abs(own), initial=0.0) < 1) != orbit.stable:
                 wrong.append(("stable", orbit.values[case.name], most, np.abs(own).tolist()))

@@ -6,11 +6,12 @@ from scipy.optimize import brentq
 
 import symfric as sf
 from symfric.orbits.continuation.hopf import vanishing_point
+from symfric.orbits.flow_map import FlowMap
 from tests.orbits.checked_branches import (
     branch_of,
     forced,
+    nontrivial,
     one_mass,
-    own_multipliers,
     silent_changes,
     swept,
     twins,
@@ -64,7 +65,7 @@ def own_location(case, branch, value, apart):
     ends = []
     for there in (value - apart, value + apart):
         orbit = sf.limit_cycle(case.own.at(case.name, there).scene(), guess=near)
-        ends.append(float(np.max(np.abs(own_multipliers(case._replace(own=case.own.at(case.name, there)), orbit)))) - 1)
+        ends.append(float(np.max(np.abs(nontrivial(case._replace(own=case.own.at(case.name, there)), orbit)))) - 1)
     assert ends[0] * ends[1] < 0
     return value - apart + 2 * apart * ends[0] / (ends[0] - ends[1])
 
@@ -105,6 +106,21 @@ def test_an_event_at_the_start_of_the_period_is_no_special_point():
     assert np.min(times) < 0.02 < 0.1 < np.max(times)
     assert branch.special == ()
     assert branch.ends == ("span", "span")
+
+
+def test_a_slip_that_begins_is_no_least_slip():
+    """It starts from zero and turns there by rounding; the least slip of the orbit comes later."""
+    own = two_masses(18).own.at("v_b", 0.10295088036057867)
+    start = [0.3908864687986829, 0.3824089489524858, 0.07473976760936349, -0.1566786679835926]
+    passage = FlowMap(own.scene(), ["v_b"]).run(np.array(start), {}, 42.19979817890113)
+    sticks = [t for t, i, _, after in passage.events if i == 0 and after == 0]
+    t = np.linspace(0, 42.2, 400_001)
+    slip = own.v_b - np.asarray(sf.simulate(own.scene(42.2, start), 1e-13)(t))[2]
+    turns = t[1:-1][(slip[1:-1] < slip[:-2]) & (slip[1:-1] <= slip[2:]) & (slip[1:-1] > 1e-9)]
+    least = min(np.interp(turns, t, slip))
+    assert len(sticks) == 11
+    assert passage.gaps[0] == pytest.approx(least, abs=1e-8)
+    assert passage.gaps[0] > 1e-10
 
 
 def test_a_stick_through_the_start_of_the_period_begins_once():

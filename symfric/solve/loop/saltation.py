@@ -16,6 +16,7 @@ from symfric.solve.loop.tolerances import natural_time
 from symfric.solve.loop.workspace import JUMP
 
 APART = 1e-6  # relative difference of event times up to which events count as simultaneous
+_ROUNDING = 1e-13  # value of a row relative to its change over a step that is zero
 
 
 @compiled
@@ -160,7 +161,8 @@ def turn_lowest(w, e):
         for k in range(order - 1, 0, -1):
             curve = curve * at + k * w.slope[k]
         here = value(w.poly, order, at)
-        if curve > 0.0 and here < w.total[e, 0]:
+        # where a contact has just been released its slip is zero and turns there by rounding only
+        if curve > 0.0 and here < w.total[e, 0] and abs(here) > _ROUNDING * change:
             w.total[e, 0], w.total[e, 2] = here, at
 
 
