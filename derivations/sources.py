@@ -1,16 +1,13 @@
 """The one list of sources, and the checks of their entries, in parallel."""
 
-import contextlib
 import importlib
-import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import replace
-from multiprocessing import active_children, get_context
-
-from joblib import cpu_count
 
 from derivations.ledger import Ledger, Row, evaluate, stated
+from symfric.solve.case_values import processors
+from symfric_evidence.processes import interrupts_ignored, processes
 
 SOURCES = (
     "thomsen",
@@ -64,37 +61,14 @@ def checked(sources: Iterable[str], progress: Callable[[str, float], None]) -> d
     sources = tuple(sources)
     chunks = list(_chunks(sources))
     found = {}
-    with _processes(min(cpu_count(), len(chunks))) as pool:
-        with _interrupts_ignored():  # the processes start here, and leave an interrupt to this one
+    with processes(min(processors(), len(chunks))) as pool:
+        with interrupts_ignored():  # the processes start here, and leave an interrupt to this one
             waiting = {pool.submit(rows_of, *chunk): chunk for chunk in chunks}
         for done in as_completed(waiting):
             source, first, last = waiting[done]
             found[source, first] = done.result()
             progress(f"{source}, rows {first + 1} to {last}", len(found) / len(chunks))
     return {s: [row for source, first, _ in chunks if source == s for row in found[source, first]] for s in sources}
-
-
-@contextlib.contextmanager
-def _processes(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield processes that end with this one."""
-    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
-    try:
-        yield pool
-    except BaseException:
-        for process in active_children():
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-@contextlib.contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _chunks(sources: Iterable[str]) -> Iterator[tuple[str, int, int]]:

@@ -262,7 +262,7 @@ def test_what_is_typed_wrong_is_one_line(arguments, message, tmp_path):
 
 
 def test_an_interrupted_reproduction_keeps_what_is_finished(monkeypatch, tmp_path):
-    from symfric.report.sources import reproduction
+    from symfric_evidence.sources import reproduction
 
     def stop(_inputs):
         raise KeyboardInterrupt

@@ -11,9 +11,10 @@ import symfric
 
 ROOT = Path(symfric.__file__).parent
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
+EVIDENCE = Path(__file__).parents[1] / "derivations" / "evidence"
 IMPORTED_AS = {"pyharm-os": "pyharm", "scikit-sundae": "sksundae", "salib": "salib"}
 PARTS = {  # extras beside the dependencies of a part of the package
-    "bench/peers": {"bench"},
+    "bench/peers": {"peers"},
     "report/explorer": {"explore"},
     "cli/explore.py": {"explore"},
     "ensemble": {"distributed", "sensitivity"},
@@ -23,15 +24,16 @@ PART_OF = {"mpl_toolkits": "matplotlib"}
 
 @cache
 def declared():
-    """Return the modules of the dependencies and of each extra."""
-    project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
+    """Return the modules of the dependencies and of each extra, those of the evidence too."""
+    files = PROJECT, EVIDENCE / "pyproject.toml"
+    own, other = (tomllib.loads(file.read_text(encoding="utf-8"))["project"] for file in files)
 
     def modules(requirements):
         names = {re.match(r"[\w.-]+", r)[0].lower() for r in requirements}
         return {IMPORTED_AS.get(n, n).replace("-", "_") for n in names}
 
-    extras = {name: modules(r) for name, r in project["optional-dependencies"].items()}
-    return modules(project["dependencies"]), extras
+    extras = own["optional-dependencies"] | other["optional-dependencies"]
+    return modules(own["dependencies"]), {name: modules(r) for name, r in extras.items()}
 
 
 def imported(path):
@@ -49,16 +51,17 @@ def undeclared(path, place):
     for part, names in PARTS.items():
         if place == part or place.startswith(part + "/"):
             allowed |= set().union(*(extras[name] for name in names))
-    others = {n for n in imported(path) if n not in sys.stdlib_module_names and n != "symfric"}
+    others = {n for n in imported(path) if n not in sys.stdlib_module_names and not n.startswith("symfric")}
     return {n for n in others if PART_OF.get(n, n).lower() not in allowed}
 
 
 def test_every_import_is_declared():
     found = {}
-    for path in sorted(ROOT.rglob("*.py")):
-        place = path.relative_to(ROOT).as_posix()
-        if strange := undeclared(path, place):
-            found[place] = strange
+    for folder in (ROOT, EVIDENCE / "symfric_evidence"):
+        for path in sorted(folder.rglob("*.py")):
+            place = path.relative_to(folder).as_posix()
+            if strange := undeclared(path, place):
+                found[place] = strange
     assert found == {}
 
 

@@ -5,8 +5,8 @@ import sympy as sp
 
 from derivations.ledger import Ledger
 from derivations.rolling_isolation.structure import BOTH, C, V, _newton, a_e, g, m, mu, step, w
-from symfric.report.sources.rolling import study
 from symfric.theory import scaling
+from symfric_evidence.sources.rolling import study
 
 PART = Ledger("rolling_isolation", "2.4: cases and states")
 

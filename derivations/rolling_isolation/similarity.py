@@ -7,8 +7,8 @@ from derivations.ledger import Ledger
 from derivations.rolling_isolation.factors import MASS, SCALES, _factor
 from derivations.rolling_isolation.structure import BOTH, C, D, L, R, V, _newton, a_e, f, g, m, mu, u
 from symfric.motions import sine_burst
-from symfric.report.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
 from symfric.theory import scaling
+from symfric_evidence.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
 
 PART = Ledger("rolling_isolation", "3 to 6: similarity")
 

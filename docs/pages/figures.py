@@ -9,11 +9,11 @@ from pathlib import Path
 import matplotlib
 
 from docs.pages.files import put
-from symfric.report.html.gallery import VERDICTS
-from symfric.report.sources.registry import SOURCES, title
-from symfric.report.sources.reproduction import NOT_MADE, reproductions
 from symfric.report.study.data import plain
 from symfric.report.study.figures import png
+from symfric_evidence.sources.gallery import VERDICTS
+from symfric_evidence.sources.registry import SOURCES, title
+from symfric_evidence.sources.reproduction import NOT_MADE, reproductions
 
 
 def write(folder: Path) -> None:

@@ -4,6 +4,8 @@ import errno
 import importlib
 import os
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 import click
 
@@ -21,11 +23,13 @@ COMMANDS = {  # name: module and attribute, imported at first use
     "explore": "symfric.cli.explore:explore",
     "export": "symfric.cli.export:export",
     "scenes": "symfric.cli.commands:scenes",
-    "reproduce": "symfric.cli.reproduce:reproduce",
-    "bench": "symfric.cli.bench:bench",
-    "stress": "symfric.cli.stress:stress",
+    "reproduce": "symfric_evidence.commands.reproduce:reproduce",
+    "bench": "symfric_evidence.commands.bench:bench",
+    "stress": "symfric_evidence.commands.stress:stress",
 }
 
+_EVIDENCE = "symfric_evidence"  # a package of its own, which a checkout has beside this one
+_CHECKOUT = Path(__file__).parents[2] / "derivations" / "evidence"
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
@@ -55,6 +59,15 @@ def _in_one_line(error: click.UsageError) -> BadInput:
     return BadInput(f"{error.format_message().rstrip('.')}; see {path} --help")
 
 
+def _is_here(name: str) -> bool:
+    """Whether a command can be imported; those of the evidence need its package."""
+    if not COMMANDS[name].startswith(_EVIDENCE):
+        return True
+    if _CHECKOUT.is_dir() and str(_CHECKOUT) not in sys.path:
+        sys.path.insert(0, str(_CHECKOUT))  # before an installed one, which may be older
+    return find_spec(_EVIDENCE) is not None
+
+
 class Commands(click.Group):
     """The group of commands: imports a command when it is used, and shows errors as one line with an exit status."""
 
@@ -74,8 +87,8 @@ class Commands(click.Group):
                 leave_at_interrupt()
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names in the order of `COMMANDS`."""
-        return list(COMMANDS)
+        """Return the names of those that are installed in the order of `COMMANDS`."""
+        return [name for name in COMMANDS if _is_here(name)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, or raise with the nearest known name."""
@@ -83,6 +96,11 @@ class Commands(click.Group):
             from symfric.model.symbols import nearest  # slow to import
 
             ctx.fail(f"no command {cmd_name!r}{nearest(cmd_name, COMMANDS)}")
+        if not _is_here(cmd_name):
+            raise BadInput(
+                f"symfric {cmd_name} is in the package symfric-evidence; install that from the source of symfric with "
+                "python -m pip install ./derivations/evidence"
+            )
         for name in _THREADS:  # before NumPy is loaded: its threads cost more than they bring on matrices of this size
             os.environ.setdefault(name, "1")
         module, attribute = COMMANDS[cmd_name].split(":")

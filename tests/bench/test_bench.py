@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from symfric.bench import ensembles, needs, scaling, timing
-from symfric.bench.many_digits import many_digits
-from symfric.bench.peers.registry import peers
-from symfric.bench.problems import named
 from symfric.cli import main
+from symfric_evidence.bench import ensembles, needs, scaling, timing
+from symfric_evidence.bench.many_digits import many_digits
+from symfric_evidence.bench.peers.registry import peers
+from symfric_evidence.bench.problems import named
 
 
 @pytest.fixture(scope="module")

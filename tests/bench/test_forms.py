@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.bench import larger
-from symfric.bench.many_digits import many_digits
-from symfric.bench.peers import casadi_peer, diffrax_peer, heyoka_peer, scipy_peer, sundae_peer
-from symfric.bench.peers.written_out import form_of
-from symfric.bench.problems import problems
+from symfric_evidence.bench import larger
+from symfric_evidence.bench.many_digits import many_digits
+from symfric_evidence.bench.peers import casadi_peer, diffrax_peer, heyoka_peer, scipy_peer, sundae_peer
+from symfric_evidence.bench.peers.written_out import form_of
+from symfric_evidence.bench.problems import problems
 
 LOOPS = {
     "scipy": scipy_peer.prepare_events,

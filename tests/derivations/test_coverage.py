@@ -19,7 +19,8 @@ PACKAGE = Path(symfric.__file__).parent
 @cache
 def used():
     """Return every name and attribute that stands in a derivation."""
-    nodes = [node for path in FOLDER.rglob("*.py") for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    own = [path for path in FOLDER.rglob("*.py") if FOLDER / "evidence" not in path.parents]
+    nodes = [node for path in own for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
     return {n.attr for n in nodes if isinstance(n, ast.Attribute)} | {n.id for n in nodes if isinstance(n, ast.Name)}
 
 

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 import symfric as sf
-from symfric.bench.peers.fixed_step import fixed_step
 from symfric.cli import main
-from symfric.report.sources.rolling.study import MASS, Model, frictions, models, rolling_study
 from symfric.theory.scaling import factors
+from symfric_evidence.bench.peers.fixed_step import fixed_step
+from symfric_evidence.sources.rolling.study import MASS, Model, frictions, models, rolling_study
 
 RECORDS = Path(__file__).parents[3] / "shared" / "ground_motions"
 EL_CENTRO, CORRALITOS = "ElCentro1940_IELC180.AT2", "LomaPrieta1989_RSN753_CLS000.AT2"

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.report.sources.panels import plot_figure, plot_panel
-from symfric.report.sources.reproduction import reproductions
-from symfric.report.sources.younes_ashour import claims, claims_table
-from symfric.report.sources.younes_ashour.decays import FALLING, LAWS, PRINTED, decay, run_of, start_of
-from symfric.report.sources.younes_ashour.figures import FIGURES
 from symfric.report.study.figures import to_svg
 from symfric.theory import transient
+from symfric_evidence.sources.panels import plot_figure, plot_panel
+from symfric_evidence.sources.reproduction import reproductions
+from symfric_evidence.sources.younes_ashour import claims, claims_table
+from symfric_evidence.sources.younes_ashour.decays import FALLING, LAWS, PRINTED, decay, run_of, start_of
+from symfric_evidence.sources.younes_ashour.figures import FIGURES
 
 
 @pytest.fixture(scope="module")

@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 
 import symfric as sf
 from symfric.model.notebook import html_table
-from symfric.report.html.gallery import gallery
 from symfric.report.html.mathml import inline, to_mathml
-from symfric.report.sources import reproduction
-from symfric.report.sources.registry import Entry, Finding, Made
 from symfric.report.study.page import page
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 from symfric.templates import render
+from symfric_evidence.sources import reproduction
+from symfric_evidence.sources.gallery import gallery
+from symfric_evidence.sources.registry import Entry, Finding, Made
 from tests.browser import chromium, complaints, overflow, show
 from tests.longer import longer
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from symfric.report.html.gallery import gallery
-from symfric.report.sources.reproduction import chosen
 from symfric.report.study.page import page
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
+from symfric_evidence.sources.gallery import gallery
+from symfric_evidence.sources.reproduction import chosen
 from tests.browser import chromium, complaints, missing_pictures, overflow, show
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,16 +9,16 @@ import pytest
 from click.testing import CliRunner
 
 import symfric as sf
-from symfric.bench.peers.fixed_step import fixed_step
 from symfric.cli import main
-from symfric.report.html.gallery import gallery
-from symfric.report.sources import registry
-from symfric.report.sources.guida import slides
-from symfric.report.sources.registry import SOURCES, Inputs, title
-from symfric.report.sources.reproduction import NOT_MADE, chosen, reproductions
-from symfric.report.sources.rolling import figures, printed_scheme
-from symfric.report.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
-from symfric.report.sources.thomsen import quench
+from symfric_evidence.bench.peers.fixed_step import fixed_step
+from symfric_evidence.sources import registry
+from symfric_evidence.sources.gallery import gallery
+from symfric_evidence.sources.guida import slides
+from symfric_evidence.sources.registry import SOURCES, Inputs, title
+from symfric_evidence.sources.reproduction import NOT_MADE, chosen, reproductions
+from symfric_evidence.sources.rolling import figures, printed_scheme
+from symfric_evidence.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
+from symfric_evidence.sources.thomsen import quench
 
 NAMES = tuple(reproductions())
 COSTLY = (

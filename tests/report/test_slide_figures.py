@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from symfric.report.sources.guida import figures, slides
-from symfric.report.sources.registry import Inputs
 from symfric.theory import drive
+from symfric_evidence.sources.guida import figures, slides
+from symfric_evidence.sources.registry import Inputs
 
 FEWER = {  # points, where the default takes seconds
     "guida-4": lambda _: slides.threshold_surfaces(11),

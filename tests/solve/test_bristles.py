@@ -6,8 +6,8 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import symfric as sf
-from symfric.bench.larger import bristles
-from symfric.bench.many_digits import many_digits
+from symfric_evidence.bench.larger import bristles
+from symfric_evidence.bench.many_digits import many_digits
 
 X, U = sp.symbols("x u", real=True)
 V, A, W = sp.symbols("v_b a Omega", positive=True)

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symfric as sf
-from symfric.bench import larger
 from symfric.solve.loop import linear_series
+from symfric_evidence.bench import larger
 
 X, U = sp.symbols("x u", real=True)
 derandomized = settings(derandomize=True, deadline=None, max_examples=60, database=None)

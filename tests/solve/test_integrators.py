@@ -8,11 +8,11 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.problems import named
 from symfric.solve.integrators.hermite import first_fall
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.sizes import first_sizes
+from symfric_evidence.bench.problems import named
 
 COMPARED = {"path": sf.Trajectory(), "rest": sf.StopTime()}
 

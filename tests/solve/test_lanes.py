@@ -6,13 +6,13 @@ import sympy as sp
 from longer import longer
 
 import symfric as sf
-from symfric.bench.stress.random_scenes import Dice, structure
 from symfric.solve.lanes import model, step
 from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.lanes.model import LaneModel, lane_width
 from symfric.solve.loop import event_loop, step_acceptance, step_size
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.taylor import laned
+from symfric_evidence.stress.random_scenes import Dice, structure
 
 X, U = sp.symbols("x u", real=True)
 P = sp.Symbol("p", positive=True)

@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.problems import named
 from symfric.solve.taylor.route import order_for
+from symfric_evidence.bench.problems import named
 from tests.longer import longer
 
 L = sf.laws

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.event_reference import ReferenceSimulator
+from symfric_evidence.event_reference import ReferenceSimulator
 
 X, U, Y, W = sp.symbols("x u y w", real=True)
 N1, N2, N3, E = sp.symbols("N1 N2 N3 e", positive=True)

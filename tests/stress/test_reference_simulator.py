@@ -11,11 +11,11 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 
 import symfric as sf
-from symfric.bench import event_reference
-from symfric.bench.event_reference import ReferenceSimulator
-from symfric.bench.event_reference.equations import features
-from symfric.bench.event_reference.modes import least_excess
-from symfric.bench.stress.random_scenes import Dice, structure
+from symfric_evidence import event_reference
+from symfric_evidence.event_reference import ReferenceSimulator
+from symfric_evidence.event_reference.equations import features
+from symfric_evidence.event_reference.modes import least_excess
+from symfric_evidence.stress.random_scenes import Dice, structure
 from tests.longer import longer
 
 X, U, Y, W, Z = sp.symbols("x u y w z", real=True)
@@ -42,7 +42,7 @@ def test_it_imports_nothing_of_the_package_but_the_scene():
     for path in Path(event_reference.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module.startswith("symfric"):
-                assert node.module in allowed or node.module.startswith("symfric.bench.event_reference")
+                assert node.module in allowed or node.module.startswith("symfric_evidence.event_reference")
             if isinstance(node, ast.Import):
                 assert all(a.name.split(".")[0] not in ("symfric", "casadi", "numba", "llvmlite") for a in node.names)
 

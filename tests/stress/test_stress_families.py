@@ -11,7 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symfric as sf
-from symfric.bench.stress import (
+from symfric.cli import main
+from symfric.errors import SceneError
+from symfric.model.laws import Law
+from symfric_evidence.stress import (
     FAMILIES,
     StressResult,
     Verdict,
@@ -21,11 +24,8 @@ from symfric.bench.stress import (
     scene_named,
     stress,
 )
-from symfric.bench.stress.comparison import judged
-from symfric.bench.stress.random_scenes import KINDS, LAWS, Dice, structure
-from symfric.cli import main
-from symfric.errors import SceneError
-from symfric.model.laws import Law
+from symfric_evidence.stress.comparison import judged
+from symfric_evidence.stress.random_scenes import KINDS, LAWS, Dice, structure
 from tests.longer import longer
 
 MIXED = {0: 60, 2: 20, 3: 20, 6: 40, 25: 20, 30: 40}  # runs of each structure
@@ -307,7 +307,7 @@ def test_the_command_counts_and_names(monkeypatch):
     none = (np.nan, 1e-9, 1e-9)
     for verdict in ("silent failure", "unconfirmed"):
         wrong = Verdict("belt", "belt/3/4", "", verdict, "taylor", "OK", 1e-6, 0.1, *none, "")
-        monkeypatch.setattr("symfric.bench.stress.examine", lambda family, seed, numbers, wrong=wrong: [wrong])
+        monkeypatch.setattr("symfric_evidence.stress.examine", lambda family, seed, numbers, wrong=wrong: [wrong])
         done = CliRunner().invoke(main, ["stress", "--scene", "belt/3/4", "--json"])
         assert done.exit_code == 1
         assert f"{verdict}: belt/3/4" in done.output

@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.bench.many_digits import many_digits
-from symfric.bench.problems import problems
+from symfric_evidence.bench.many_digits import many_digits
+from symfric_evidence.bench.problems import problems
 from tests.longer import longer
 
 X, U, Y, W = sp.symbols("x u y w", real=True)

@@ -1,0 +1,1 @@
+"""The commands ``symfric bench``, ``stress`` and ``reproduce``."""

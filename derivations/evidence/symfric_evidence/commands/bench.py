@@ -1,0 +1,110 @@
+"""The command ``symfric bench``."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from symfric.cli.console import common_options, no_interrupt_lost, print_json, say, writable_folder, write_results
+from symfric.errors import SceneError
+from symfric.model.symbols import nearest
+from symfric_evidence.bench.problems import NAMES
+
+
+@click.command()
+@click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
+@click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
+@click.option("--growth", "with_growth", is_flag=True, help="Measure instead how run time grows with size and outputs.")
+@click.option("--quick", is_flag=True, help="Fewer rounds and tolerances: two minutes at most, peers included.")
+@click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Timings; 3 x if short.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
+@common_options
+def bench(
+    with_peers: bool,
+    names: tuple[str, ...],
+    with_growth: bool,
+    quick: bool,
+    rounds: int,
+    out: Path | None,
+    as_json: bool,
+    quiet: bool,
+):
+    """Measure run time and error on problems with known solutions.
+
+    \b
+    Example: symfric bench --problem P2 --rounds 3 -o out/
+    """
+    from rich.console import Console
+
+    from symfric_evidence.bench.picture import table
+    from symfric_evidence.bench.timing import measure
+
+    unknown = next((name for name in names if name not in NAMES), None)
+    if unknown is not None:
+        raise SceneError(f"no problem {unknown!r}{nearest(unknown, NAMES)}")
+    folder = None if out is None else writable_folder(out)
+    errors = Console(stderr=True)
+    with no_interrupt_lost() as check:
+
+        def tell(line: str) -> None:
+            check()
+            if not quiet:
+                errors.print(line, style="dim")
+
+        if with_growth:
+            _growth(folder, as_json, tell)
+            return
+        benchmark = measure(names, with_peers=with_peers, rounds=rounds, quick=quick, progress=tell)
+    if folder is not None:
+        _write(benchmark, folder)
+    if as_json:
+        print_json(benchmark.to_dict())
+        return
+    Console().print(table(benchmark))
+    for curve in (c for c in benchmark.curves if c.failure):
+        say(f"{curve.problem}, {curve.solver}: {curve.failure}")
+    for name, need in benchmark.absent.items():
+        say(f"{name}: left out, needs {need}")
+    if not quiet:
+        for name, lines in benchmark.workarounds.items():
+            say(f"{name}: " + "; ".join(lines))
+
+
+def _growth(folder: Path | None, as_json: bool, tell) -> None:
+    from rich.console import Console
+
+    from symfric_evidence.bench import ensembles, needs, scaling
+    from symfric_evidence.bench.picture import cases_table, growth_table, needs_table
+
+    tell("what is wanted")
+    wanted = needs.needs()
+    tell("new processes")
+    processes = needs.starts()
+    grown = scaling.growth(tell)
+    cases = ensembles.case_costs(tell)
+    plain = {
+        "growth": [g.to_dict() for g in grown],
+        "cases": [c.to_dict() for c in cases],
+        "wanted": [asdict(n) for n in wanted],
+        "processes": [asdict(n) for n in processes],
+    }
+    if folder is not None:
+        write_results({folder / "scaling.json": json.dumps(plain, indent=2)})
+    if as_json:
+        print_json(plain)
+        return
+    Console().print(needs_table("One motion, P2, with more and more wanted", wanted, "ms", 1e3))
+    Console().print(needs_table("A new process", processes, "s", 1.0))
+    Console().print(cases_table(cases))
+    Console().print(growth_table(grown))
+
+
+def _write(benchmark, folder: Path) -> None:
+    from symfric.report.study.figures import png
+    from symfric_evidence.bench.picture import picture
+
+    files: dict[Path, bytes | str] = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}
+    if any(c.points for c in benchmark.curves):
+        files[folder / "bench.png"] = png(picture(benchmark))
+    write_results(files)
