@@ -186,3 +186,13 @@ _RULES: tuple[tuple[tuple[type, ...], Callable[[Dimensions, sp.Expr], Dimension]
 def factor(dimension: Dimension) -> float:
     """Return the factor to the base units."""
     return math.exp(dimension.scale)
+
+
+def short_factor(dimension: Dimension) -> float:
+    """Return the factor to the base units without rounding, if it is a short decimal number or one over it."""
+    ratio = factor(dimension)
+    for value in (ratio, 1 / ratio):
+        short = float(f"{value:.12g}")
+        if abs(short - value) <= 1e-13 * value:
+            return short if value is ratio else 1 / short
+    return ratio

@@ -6,7 +6,7 @@ from typing import Any
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
-from symfric.model.dimensions import factor
+from symfric.model.dimensions import short_factor
 from symfric.model.symbols import name_of, shorten
 from symfric.model.unit_texts import NUMBER, dimension_of, read_unit
 
@@ -51,13 +51,4 @@ def number_of(quantity: Any, name: str, units: dict[str, str]) -> float:
         if given.base != wanted.base:
             said = "a plain number" if text in NUMBER else f"in {text}"
             raise SceneError(f"{name} is {said}, and its value {shorten(quantity, 40)} is not")
-        return float(quantity.magnitude) * _clean(factor(given / wanted))
-
-
-def _clean(ratio: float) -> float:
-    """Return a ratio of units without rounding, if it is a short decimal number or one over it."""
-    for value in (ratio, 1 / ratio):
-        short = float(f"{value:.12g}")
-        if abs(short - value) <= 1e-13 * value:
-            return short if value is ratio else 1 / short
-    return ratio
+        return float(quantity.magnitude) * short_factor(given / wanted)

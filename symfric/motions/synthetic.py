@@ -16,12 +16,12 @@ from symfric.motions.units import factor_of
 _COARSE = 10  # points per period in the iteration; the final spectrum is exact
 _LONGER = 4  # period of the noise in durations, for a finer frequency step
 _RELAXED = 0.7  # power of target over computed by which an amplitude is corrected
-_GROUNDS = {  # soil factor, T_B, T_C, T_D of EN 1998-1 table 3.2, spectrum of type 1
-    "A": (1.0, 0.15, 0.4, 2.0),
-    "B": (1.2, 0.15, 0.5, 2.0),
-    "C": (1.15, 0.2, 0.6, 2.0),
-    "D": (1.35, 0.2, 0.8, 2.0),
-    "E": (1.4, 0.15, 0.5, 2.0),
+_GROUNDS = {  # T_B, T_C, T_D of EN 1998-1 table 3.2, spectrum of type 1; its soil factor S cancels in eurocode8
+    "A": (0.15, 0.4, 2.0),
+    "B": (0.15, 0.5, 2.0),
+    "C": (0.2, 0.6, 2.0),
+    "D": (0.2, 0.8, 2.0),
+    "E": (0.15, 0.5, 2.0),
 }
 
 
@@ -110,7 +110,7 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     """
     if ground not in _GROUNDS:
         raise SceneError(f"ground is {ground!r}; it is one of {', '.join(_GROUNDS)}")
-    _, T_B, T_C, T_D = _GROUNDS[ground]
+    T_B, T_C, T_D = _GROUNDS[ground]
     T = read_periods(periods)
     safe = np.maximum(T, 1e-12)
     pieces = [1 + 1.5 * T / T_B, np.full_like(T, 2.5), 2.5 * T_C / safe, 2.5 * T_C * T_D / safe**2]

@@ -3,24 +3,40 @@
 import re
 
 from symfric.errors import SceneError
+from symfric.model.dimensions import short_factor
+from symfric.model.unit_texts import read_unit
 
 G = 9.81  # m/s^2
-_FACTORS = {"m/s^2": 1.0, "g": G, "cm/s^2": 0.01, "gal": 0.01, "mm/s^2": 0.001}
+_AT_ONCE = {"m/s^2": 1.0, "g": G, "gal": 0.01}  # the usual one, and two that pint takes for a gram and a gallon
 KNOWN = "'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2'"
-_OTHER = {"m/s": "a velocity", "cm/s": "a velocity", "mm/s": "a velocity", "in/s": "a velocity"}
-_OTHER |= {"m": "a displacement", "cm": "a displacement", "mm": "a displacement", "in": "a displacement"}
+_KINDS = {-2: "an acceleration", -1: "a velocity", 0: "a displacement"}  # by the power of time beside one length
 
 
 def plain_unit(unit: str) -> str:
-    """Return a unit in one spelling: ``CM/SEC/SEC``, ``cm/s2`` and ``cm/s**2`` are all ``cm/s^2``."""
+    """Return a unit as pint reads it: ``CM/SEC/SEC``, ``cm/s2`` and ``cm.s-2`` are ``cm/s/s``, ``cm/s^2`` and so on."""
     text = re.sub(r"\s", "", unit).lower().replace("sec", "s").replace("gals", "gal")
-    text = re.sub(r"^(c?m|mm)/(?:s/s|s\*\*2|s2|\(s\^2\)|s\^2|s²)$", r"\1/s^2", text)
+    text = re.sub(r"/s2$", "/s^2", text)
     return re.sub(r"^(c?m|mm)(?:\*s|s|\.s)(?:\^|\*\*)?-2$", r"\1/s^2", text)
 
 
+def _read(unit: str) -> tuple[str, float]:
+    """Return of what a word is the unit, "" if of none known here, and its factor to m, s."""
+    plain = plain_unit(unit)
+    if plain in _AT_ONCE:
+        return _KINDS[-2], _AT_ONCE[plain]
+    try:
+        found = read_unit(plain)
+    except SceneError:
+        return "", 1.0
+    powers = dict(found.base)
+    is_motion = powers.pop("[length]", 0) == 1
+    time = powers.pop("[time]", 0)
+    return _KINDS.get(time, "") if is_motion and not powers else "", short_factor(found)
+
+
 def is_acceleration(unit: str) -> bool:
-    """Whether a word is a unit of acceleration known here."""
-    return plain_unit(unit) in _FACTORS
+    """Whether a word is a unit of acceleration."""
+    return _read(unit)[0] == _KINDS[-2]
 
 
 def factor_of(unit: str, where: str, quoted: bool = True) -> float:
@@ -41,10 +57,10 @@ def factor_of(unit: str, where: str, quoted: bool = True) -> float:
     """
     if not isinstance(unit, str):
         raise SceneError(f"{where} is {unit!r}; give the unit of the samples, {KNOWN}")
-    plain = plain_unit(unit)
-    if plain in _FACTORS:
-        return _FACTORS[plain]
-    if plain in _OTHER:
-        raise SceneError(f"{where} is {unit}, {_OTHER[plain]}; take the record of the acceleration instead")
+    kind, factor = _read(unit)
+    if kind == _KINDS[-2]:
+        return factor
+    if kind:
+        raise SceneError(f"{where} is {unit}, {kind}; take the record of the acceleration instead")
     shown = f"{unit!r}, which is " if quoted else ""
     raise SceneError(f"{where} is {shown}no unit of acceleration known here; give {KNOWN}")

@@ -110,7 +110,8 @@ def test_fields_that_touch(body, values, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor"), [("CM/SEC/SEC", 0.01), ("cm/s2", 0.01), ("GAL", 0.01), ("M/S**2", 1.0), ("(g)", 9.81)]
+    ("unit", "factor"),
+    [("CM/SEC/SEC", 0.01), ("cm/s2", 0.01), ("GAL", 0.01), ("M/S**2", 1.0), ("(g)", 9.81), ("IN/SEC2", 0.0254)],
 )
 def test_units_of_the_header(unit, factor, tmp_path):
     text = TITLE + f"ACCELERATION TIME SERIES IN UNITS OF {unit}\nNPTS= 7, DT= .01 SEC\n" + BODY
@@ -173,7 +174,8 @@ REFUSED = {
     "cm/s": (TITLE + "TIME SERIES IN UNITS OF CM/S\n" + LINE + BODY, "line 3: the unit is CM/S, a velocity"),
     "cm/sec": (TITLE + "ACCELERATION, UNITS: cm/sec\n" + LINE + BODY, "line 3: the unit is cm/sec, a velocity"),
     "displacement": (TITLE + "DISPLACEMENT TIME HISTORY IN UNITS OF CM\n" + LINE + BODY, "line 3: a displacement"),
-    "unknown unit": (TITLE + "UNITS OF FURLONG\n" + LINE + BODY, "line 3: the unit is no unit of acceleration known"),
+    "old length": (TITLE + "UNITS OF FURLONG\n" + LINE + BODY, "line 3: the unit is FURLONG, a displacement"),
+    "unknown unit": (TITLE + "UNITS OF NOTHING\n" + LINE + BODY, "line 3: the unit is no unit of acceleration known"),
     "empty": (" \n\n", "is empty"),
     "binary": (bytes(range(256)), "line 1: is binary"),
     "compressed": (b"\x1f\x8b\x08\x00" + bytes(range(255)), "is binary"),
