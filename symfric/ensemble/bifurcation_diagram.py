@@ -3,12 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
 
 from symfric.ensemble.cases import Listed
-from symfric.ensemble.grid import row_of
+from symfric.ensemble.sampling import row_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.model.excitation import periodic
@@ -21,9 +23,13 @@ from symfric.orbits.poincare import Cut, cut_of
 from symfric.orbits.sizes import over_time
 from symfric.solve.case_values import workers_of
 from symfric.solve.program import check_tolerance
-from symfric.solve.routes import Program
+from symfric.solve.protocol import Program
 from symfric.solve.run import Run
 from symfric.solve.status import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 _MOST = 4_000_000  # most numbers of points that are computed at once
 _STILL = 1e-6  # range relative to the sizes of the states below which a motion after the transient is a point
@@ -89,7 +95,7 @@ class BifurcationDiagram:
         """
         return self.states[:, self.case == k]
 
-    def plot(self, ax=None):
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the first coordinate on the section against the parameter; return the Axes.
 
         Parameters
@@ -125,7 +131,7 @@ class BifurcationDiagram:
     def _repr_html_(self) -> str:
         return html_table("BifurcationDiagram", self.to_dict())
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xr.Dataset":
         """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``.
 
         Returns
@@ -134,8 +140,8 @@ class BifurcationDiagram:
         """
         import xarray as xr
 
-        told = lambda name: attributes_of(name, self.units)  # noqa: E731
-        data: dict = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
+        told = partial(attributes_of, units=self.units)
+        data: dict[str, Any] = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
         data |= {"t": ("point", self.times, told("t")), "status": ("case", self.status)}
         coordinates = {
             self.parameter: ("point", self.values[self.case], told(self.parameter)),
@@ -285,7 +291,12 @@ def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: fl
 
 
 def _carried(
-    program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, period: Callable | None
+    program: Program,
+    name: str,
+    row: np.ndarray,
+    cut: Cut,
+    transient: float,
+    period: Callable[[Mapping[str, float]], float] | None,
 ) -> list[Case]:
     """Run every value from the end of the last successful run, at the same phase of the excitation."""
     found: list[Case] = []

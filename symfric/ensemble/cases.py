@@ -27,7 +27,7 @@ class Cases(Grid):
 
     def numbers(self, cases: np.ndarray) -> np.ndarray:
         """Return the numbers of some cases."""
-        return self.rows[cases]
+        return np.asarray(self.rows[cases])
 
 
 class Listed:

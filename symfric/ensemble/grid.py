@@ -5,20 +5,22 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from symfric.codegen import loop_loader
-from symfric.ensemble.sampling import CaseTable
+from symfric.ensemble.sampling import CaseTable, row_of
 from symfric.ensemble.statistics import CASE, REPEAT
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import End, Output, Samples
 from symfric.model.scene import Scene
-from symfric.model.symbols import name_of
+from symfric.model.symbols import Key, name_of
 from symfric.model.system import Signal
 from symfric.motions.motion import Motion
+from symfric.solve.routes import Settings
 
 SCENES = "scene"  # name of the axis of several scenes
 
@@ -70,7 +72,7 @@ class Grid:
 
 
 @alone(SYMBOLIC)
-def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
+def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping[Key, Any] | CaseTable) -> Grid:
     """Check the arguments of a sweep and return its grid; see `symfric.ensemble.sweep.sweep`."""
     scenes = _scenes(scene)
     first = next(iter(scenes.values()))
@@ -111,7 +113,7 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping) -> Grid:
     return Grid(labels, tuple(variants), _scene_of(labels, (*names, *tables)), names, width, tables=tables)
 
 
-def _numbers(given: Mapping, swapped: set[str], tables: Mapping[str, CaseTable]) -> dict[str, np.ndarray]:
+def _numbers(given: Mapping[str, Any], swapped: set[str], tables: Mapping[str, CaseTable]) -> dict[str, np.ndarray]:
     """Return the rows of all parameters, those in tables too."""
     found: dict[str, np.ndarray] = {}
     for name, values in given.items():
@@ -131,27 +133,14 @@ def columns_of(table: CaseTable, axis: str) -> dict[str, np.ndarray]:
     return {**table.columns, **({repeat: table.repeat} if np.ptp(table.repeat) else {})}
 
 
-def _scenes(scene) -> dict[str, Scene]:
+def _scenes(scene: Any) -> dict[str, Scene]:
     scenes = {"": scene} if isinstance(scene, Scene) else scene
     if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
         raise SceneError(f"{scene!r} is neither a sf.Scene nor a mapping of labels to scenes")
     return {str(k): s for k, s in scenes.items()}
 
 
-def row_of(values, name: str) -> np.ndarray:
-    """Return the values of a parameter as a one-dimensional array of finite numbers."""
-    try:
-        row = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise SceneError(f"the values of {name} are not numbers; give a sequence of numbers") from None
-    if row.ndim != 1 or not row.size:
-        raise SceneError(f"the values of {name} have shape {row.shape}; give a sequence of at least one")
-    if not np.all(np.isfinite(row)):
-        raise SceneError(f"value {int(np.flatnonzero(~np.isfinite(row))[0])} of {name} is not finite")
-    return row
-
-
-def _signals(values, name: str) -> dict[str, Signal]:
+def _signals(values: Any, name: str) -> dict[str, Signal]:
     """Return the signals of an input by their labels."""
     if isinstance(values, Mapping):
         pairs = [(str(k), v) for k, v in values.items()]
@@ -196,9 +185,9 @@ def widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
     return found[0][0]
 
 
-def dimensions(scene: Scene) -> dict[str, tuple[str, list]]:
+def dimensions(scene: Scene) -> dict[str, tuple[str, list[Any]]]:
     """Return the name and the labels of the extra dimension of each output with several numbers."""
-    found: dict[str, tuple[str, list]] = {}
+    found: dict[str, tuple[str, list[Any]]] = {}
     for name, output in scene.outputs.items():
         if isinstance(output, End):
             found[name] = "state", [s.name for s in scene.system.states]
@@ -244,7 +233,7 @@ def fingerprint(scene: Scene) -> str:
     return digest.hexdigest()
 
 
-def _plain(value) -> str:
+def _plain(value: Any) -> str:
     return sp.srepr(value) if isinstance(value, sp.Basic) else float(value).hex()
 
 
@@ -253,7 +242,7 @@ def _output(output: Output) -> str:
     return f"{type(output).__name__} {[sp.srepr(e) if isinstance(e, sp.Basic) else repr(e) for e in entries]}"
 
 
-def sweep_key(grid: Grid, tolerance: float, route) -> str:
+def sweep_key(grid: Grid, tolerance: float, route: str | Settings | None) -> str:
     """Return a hash of a sweep: its scenes, axes, tolerance and route."""
     digest = hashlib.sha256(f"{float(tolerance).hex()} {route!r} {list(grid.width.items())}".encode())
     for name, labels in grid.axes.items():

@@ -1,5 +1,7 @@
 """Plots of bifurcation diagrams and basins."""
 
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -7,9 +9,16 @@ from symfric.axes import axes_for, legend_above
 from symfric.locks import DRAWING, alone
 from symfric.solve.plotting import labelled
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from symfric.ensemble.attractors import Attractor
+    from symfric.ensemble.basins import Basins
+    from symfric.ensemble.bifurcation_diagram import BifurcationDiagram
+
 
 @alone(DRAWING)
-def plot_diagram(diagram, ax=None):
+def plot_diagram(diagram: "BifurcationDiagram", ax: "Axes | None" = None) -> "Axes":
     """Draw the first coordinate on the section against the parameter; return the Axes."""
     ax = axes_for(ax)
     ax.plot(diagram.values[diagram.case], diagram.states[0], ",", color="k")
@@ -20,7 +29,7 @@ def plot_diagram(diagram, ax=None):
 
 
 @alone(DRAWING)
-def plot_basins(basins, ax=None):
+def plot_basins(basins: "Basins", ax: "Axes | None" = None) -> "Axes":
     """Draw every start in the colour of its attractor, starts without one in white; return the Axes."""
     ax = axes_for(ax)
     (name, row), *others = basins.axes.items()
@@ -40,9 +49,9 @@ def plot_basins(basins, ax=None):
     return ax
 
 
-def _in_words(attractor) -> str:
+def _in_words(attractor: "Attractor") -> str:
     """Return the name of an attractor for a legend; of an equilibrium with its first coordinate."""
-    if attractor.kind == "cycle":
+    if attractor.orbit is not None:
         return f"limit cycle, period {attractor.orbit.period:.6g}"
     if attractor.kind == "equilibrium":
         return f"equilibrium at {attractor.points[0, 0]:.4g}"

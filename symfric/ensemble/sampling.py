@@ -47,7 +47,7 @@ class CaseTable:
     columns: Mapping[Key, Any]
     repeat: Any = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.columns, Mapping) or not self.columns:
             raise SceneError(
                 "the columns of a CaseTable must name at least one parameter, such as {'mu_s': [0.3, 0.4]}"
@@ -57,7 +57,7 @@ class CaseTable:
             name = name_of(key)
             if name in found:
                 raise SceneError(f"{name} is given twice in CaseTable, as a symbol and by name")
-            found[name] = _column(values, name)
+            found[name] = row_of(values, name)
         sizes = {n: v.size for n, v in found.items()}
         if len(set(sizes.values())) > 1:
             raise SceneError(
@@ -73,13 +73,14 @@ class CaseTable:
         object.__setattr__(self, "repeat", group)
 
     def __len__(self) -> int:
-        return self.repeat.size
+        return int(self.repeat.size)
 
     def __repr__(self) -> str:
         return f"CaseTable({len(self)} of {', '.join(map(str, self.columns))})"
 
 
-def _column(values: Any, name: str) -> np.ndarray:
+def row_of(values: Any, name: str) -> np.ndarray:
+    """Return the values of a parameter as a one-dimensional array of finite numbers."""
     try:
         row = np.array(values, dtype=float)
     except (TypeError, ValueError):
@@ -196,4 +197,4 @@ def _factor(correlation: Any, size: int) -> np.ndarray:
 def _correlated(points: np.ndarray, factor: np.ndarray) -> np.ndarray:
     from scipy.special import ndtr, ndtri
 
-    return ndtr(ndtri(np.clip(points, 2.0**-54, 1 - 2.0**-53)) @ factor.T)
+    return np.asarray(ndtr(ndtri(np.clip(points, 2.0**-54, 1 - 2.0**-53)) @ factor.T))

@@ -5,7 +5,7 @@ import pickle
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent import futures
 
 import numpy as np
@@ -16,11 +16,12 @@ from symfric.ensemble.store import Store
 from symfric.ensemble.worker import Halted, Task, program_or_reason, run_cases, run_chunk
 from symfric.errors import RunFailed
 from symfric.solve.program import Compiled
-from symfric.solve.routes import Program
+from symfric.solve.protocol import Program
 
 # time of work that a thread, or a worker of an executor, takes at once; so much is lost if the sweep is killed
 BLOCK_SECONDS, CHUNK_SECONDS = 0.05, 0.5
 LARGEST = 10_000  # most cases taken at once
+Chunk = futures.Future[tuple[np.ndarray, np.ndarray, float]]
 GROWTH = 8  # by how much more cases than the last time, which may have been quick ones
 
 
@@ -75,7 +76,7 @@ class Queue:
 
     def left(self, scene: int) -> int:
         """Return how many cases of a scene are left."""
-        return self._rest[scene].size
+        return int(self._rest[scene].size)
 
     def next(self, present: int | None, size: int) -> tuple[int, np.ndarray] | None:
         """Return a scene and some of its cases, from the current scene if it has any left; None if the queue is empty.
@@ -164,7 +165,8 @@ def run_on_executor(
     grid: Grid, task_of: Callable[[int], Task], results: Results, executor: futures.Executor, workers: int, meter: Meter
 ) -> None:
     """Run the remaining cases on an executor, in chunks of about half a second of work."""
-    queue, packed, running = Queue(grid, results.left, workers), {}, {}
+    queue, packed = Queue(grid, results.left, workers), dict[int, tuple[str, bytes]]()
+    running: dict[Chunk, np.ndarray] = {}
     present, size = None, 1
 
     def submit() -> bool:
@@ -179,7 +181,7 @@ def run_on_executor(
         running[executor.submit(run_chunk, *packed[present], grid.numbers(cases))] = cases
         return True
 
-    def collect(finished) -> None:
+    def collect(finished: Iterable[Chunk]) -> None:
         nonlocal size
         for future in finished:
             cases = running[future]
@@ -208,7 +210,7 @@ def run_on_executor(
     meter(results.done, last=True)
 
 
-def _give_up(running: dict, collect: Callable) -> None:
+def _give_up(running: Iterable[Chunk], collect: Callable[[Iterable[Chunk]], None]) -> None:
     """Collect the finished chunks and cancel the others."""
     for future in list(running):
         if not future.cancel() and future.done() and future.exception() is None:

@@ -1,18 +1,23 @@
 """Statistics of a sweep over cases: probabilities with their standard errors, means and quantiles."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.symbols import finite
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 CASE, REPEAT = "case", "repeat"
 FAILED = "lost"
 
 
-def probability(values: Any, *, above: float | None = None, below: float | None = None, over: str = CASE):
+def probability(
+    values: "xr.DataArray", *, above: float | None = None, below: float | None = None, over: str = CASE
+) -> "xr.Dataset":
     """Return the probability that an output of a sweep lies above or below a limit, with its standard error.
 
     Parameters
@@ -56,7 +61,7 @@ def probability(values: Any, *, above: float | None = None, below: float | None 
     array = _array(values, over)
     if above is None and below is None:
         raise SceneError("give a limit: above=..., below=..., or both")
-    there = np.isfinite(array)
+    there: Any = np.isfinite(array)
     hit = there.copy()
     if above is not None:
         hit &= array > finite(above, "above")
@@ -72,7 +77,9 @@ def probability(values: Any, *, above: float | None = None, below: float | None 
     return xr.Dataset({**found, "cases": n, FAILED: array.sizes[over] - n})
 
 
-def spread(found: Any, quantiles: Sequence[float] = (0.05, 0.5, 0.95), *, over: str = CASE):
+def spread(
+    found: "xr.Dataset | xr.DataArray", quantiles: Sequence[float] = (0.05, 0.5, 0.95), *, over: str = CASE
+) -> "xr.Dataset":
     """Return mean, standard deviation and quantiles of the outputs of a sweep over its cases.
 
     Parameters
@@ -115,7 +122,8 @@ def spread(found: Any, quantiles: Sequence[float] = (0.05, 0.5, 0.95), *, over: 
         parts = [spread(found[n], quantiles, over=over) for n in outputs]
         return xr.concat(parts, xr.DataArray(outputs, dims="output", name="output"), join="outer")
     array = _array(found, over)
-    n = np.isfinite(array).sum(over)
+    there: Any = np.isfinite(array)
+    n = there.sum(over)
     deviation = array.std(over, ddof=1)
     return xr.Dataset(
         {
@@ -128,7 +136,7 @@ def spread(found: Any, quantiles: Sequence[float] = (0.05, 0.5, 0.95), *, over: 
     )
 
 
-def _array(values: Any, over: str):
+def _array(values: Any, over: str) -> "xr.DataArray":
     import xarray as xr
 
     if not isinstance(values, xr.DataArray):
@@ -140,7 +148,7 @@ def _array(values: Any, over: str):
     return values
 
 
-def _error(array, variance, n, over: str):
+def _error(array: Any, variance: Any, n: Any, over: str) -> Any:
     """Return the standard error of a mean: of independent draws if there are several, else of independent cases."""
     if REPEAT in array.coords and np.unique(array[REPEAT].values).size > 1:
         means = array.groupby(REPEAT).mean(over)

@@ -14,11 +14,15 @@ import os
 import re
 import zlib
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.files import PART, read_regular, remove_abandoned, write_new, write_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _FORMAT = 2
 _MAX_ABOUT = 10_000_000  # bytes of the description
@@ -47,7 +51,7 @@ class Store:
         If the folder holds anything else, another sweep, or cannot be written.
     """
 
-    def __init__(self, path: str | Path, about: dict, width: int):
+    def __init__(self, path: str | Path, about: dict[str, Any], width: int):
         self.path = Path(path)
         self._record = np.dtype([("case", "<i8"), ("status", "<i8"), ("values", "<f8", (width,)), ("sum", "<u8")])
         self._file: int | None = None
@@ -61,7 +65,7 @@ class Store:
             reason = getattr(error, "strerror", None) or error
             raise SceneError(f"cannot write to {self.path} ({reason}); name another folder as the store") from None
 
-    def _claim(self, about: dict) -> None:
+    def _claim(self, about: dict[str, Any]) -> None:
         """Create the folder for this sweep, or check that it belongs to it."""
         if self.path.exists() and not self.path.is_dir():
             raise SceneError(f"{self.path} is a file; the store of a sweep is a folder")
@@ -149,8 +153,8 @@ class Store:
             os.close(self._file)
             self._file = None
 
-    def finish(self, result) -> None:
-        """Write the result, an xarray.Dataset, and remove the files of single cases."""
+    def finish(self, result: "xr.Dataset") -> None:
+        """Write the result, and remove the files of single cases."""
         self.close()
         data = bytes(result.assign_attrs(checksum=_OPEN_SEAL.decode()).to_netcdf(engine="scipy"))
         seal = _SEAL.encode() + self._seal(data).encode()
@@ -165,8 +169,8 @@ class Store:
     def _seal(self, data: bytes) -> str:
         return hashlib.sha256(self._identity + b"\n" + data).hexdigest()
 
-    def result(self):
-        """Return the stored result, an xarray.Dataset.
+    def result(self) -> "xr.Dataset":
+        """Return the stored result.
 
         Raises
         ------
@@ -187,7 +191,7 @@ class Store:
             return opened.load()
 
 
-def read_about(path: Path) -> dict:
+def read_about(path: Path) -> dict[str, Any]:
     """Return the contents of ``sweep.json``."""
     place = Path(path) / ABOUT
     try:

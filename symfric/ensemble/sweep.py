@@ -4,25 +4,31 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symfric.ensemble.grid import Grid, code_key, columns_of, dimensions, make_grid, sweep_key
 from symfric.ensemble.progress import Meter, Progress, bar
+from symfric.ensemble.sampling import CaseTable
 from symfric.ensemble.scheduler import Results, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
+from symfric.model.symbols import Key
 from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
 from symfric.solve.routes import Settings
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 def sweep(
     scene: Scene | Mapping[str, Scene],
-    grid: Mapping,
+    grid: Mapping[Key, Any] | CaseTable,
     *,
     jobs: int = 1,
     executor: Executor | None = None,
@@ -30,7 +36,7 @@ def sweep(
     store: str | Path | None = None,
     tolerance: float = 1e-9,
     route: str | Settings | None = None,
-):
+) -> "xr.Dataset":
     """Run a scene for every combination of values, and return its scalar outputs on a labelled grid.
 
     Parameters
@@ -100,7 +106,15 @@ def sweep(
     return result
 
 
-def _run(cases: Grid, results: Results, tolerance: float, route, workers: int, executor, progress) -> None:
+def _run(
+    cases: Grid,
+    results: Results,
+    tolerance: float,
+    route: str | Settings | None,
+    workers: int,
+    executor: Executor | None,
+    progress: bool | Callable[[Progress], None],
+) -> None:
     """Run the remaining cases."""
 
     def task_of(scene: int) -> Task:
@@ -116,7 +130,7 @@ def _run(cases: Grid, results: Results, tolerance: float, route, workers: int, e
             run_on_executor(cases, task_of, results, executor, max(workers, processors()), meter)
 
 
-def _checked(jobs: int, executor, progress) -> int:
+def _checked(jobs: int, executor: object, progress: object) -> int:
     """Check the arguments and return the number of threads."""
     workers = workers_of(jobs, "jobs")
     if executor is not None and not isinstance(executor, Executor):
@@ -126,7 +140,7 @@ def _checked(jobs: int, executor, progress) -> int:
     return workers
 
 
-def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Store:
+def _open_store(store: str | Path, cases: Grid, tolerance: float, route: str | Settings | None, width: int) -> Store:
     from xarray.backends.netcdf3 import is_valid_nc3_name
 
     for name in (*cases.width, *cases.axes, *cases.names):
@@ -143,7 +157,7 @@ def _open_store(store, cases: Grid, tolerance: float, route, width: int) -> Stor
     return Store(store, about, width)
 
 
-def _stored(kept: Store, cases: Grid, tolerance: float):
+def _stored(kept: Store, cases: Grid, tolerance: float) -> "xr.Dataset":
     """Return the finished result of a store in the form of a new result."""
     found = kept.result()
     columns = []
@@ -153,14 +167,14 @@ def _stored(kept: Store, cases: Grid, tolerance: float):
     return _dataset(cases, status, np.concatenate(columns, axis=1), tolerance)
 
 
-def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: float):
+def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: float) -> "xr.Dataset":
     """Return the result as a labelled dataset."""
     import xarray as xr
 
     axes, shape, place = list(cases.axes), cases.shape, 0
     along = {n: (axis, v) for axis, table in cases.tables.items() for n, v in columns_of(table, axis).items()}
-    data: dict[str, tuple] = {}  # dimensions, values and, for the status, the meaning of the codes
-    coordinates: dict = {**cases.axes, **along}
+    data: dict[str, tuple[Any, ...]] = {}  # dimensions, values and, for the status, the meaning of the codes
+    coordinates: dict[str, Any] = {**cases.axes, **along}
     own, units = dimensions(cases.scenes[0]), cases.scenes[0].units
     for name in cases.scenes[0].outputs:
         width = cases.width[name]

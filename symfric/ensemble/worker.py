@@ -16,7 +16,8 @@ from symfric.ensemble.grid import fingerprint
 from symfric.errors import NoRoute, RunFailed, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
-from symfric.solve.routes import Program, Settings, prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import Settings, prepare
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
 
@@ -24,7 +25,7 @@ REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a ru
 CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
 KEPT = 8  # most programs kept in a process, and in one of an executor
 _HERE = threading.local()
-_made: dict[tuple, Program] = {}  # the last ones at the end
+_made: dict[tuple[object, ...], Program] = {}  # the last ones at the end
 
 
 class Halted(BaseException):
@@ -142,7 +143,7 @@ def run_chunk(key: str, task: bytes, numbers: np.ndarray) -> tuple[np.ndarray, n
     seconds : float
         Without the time to prepare the program.
     """
-    kept: OrderedDict[str, tuple] = _HERE.__dict__.setdefault("programs", OrderedDict())
+    kept: OrderedDict[str, tuple[Task, Program | str]] = _HERE.__dict__.setdefault("programs", OrderedDict())
     if key not in kept:
         made: Task = pickle.loads(task)
         kept[key] = made, program_or_reason(made)

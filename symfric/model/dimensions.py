@@ -40,8 +40,8 @@ class Dimension:
 
     def __pow__(self, power: Fraction) -> "Dimension":
         """Return the dimension of a power."""
-        raised = lambda part: {k: power * v for k, v in part.items() if power}  # noqa: E731
-        return Dimension(raised(self.base), float(power) * self.scale, raised(self.unknown))
+        base, unknown = ({k: power * v for k, v in part.items() if power} for part in (self.base, self.unknown))
+        return Dimension(base, float(power) * self.scale, unknown)
 
     def __truediv__(self, other: "Dimension") -> "Dimension":
         """Return the dimension of a quotient."""

@@ -4,6 +4,7 @@ import math
 import re
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
@@ -17,7 +18,7 @@ _BASE = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", "[tem
 
 
 @cache
-def _registry():
+def _registry() -> Any:
     import pint
 
     return pint.UnitRegistry(cache_folder=None)
@@ -36,7 +37,7 @@ def _parsed(text: str) -> Dimension:
     return dimension_of(_registry().Quantity(1.0, unit))
 
 
-def dimension_of(quantity) -> Dimension:
+def dimension_of(quantity: Any) -> Dimension:
     """Return the dimension of a quantity of pint of the size 1."""
     found = quantity.to_base_units()
     powers = {k: Fraction(v).limit_denominator(100) for k, v in found.dimensionality.items() if v}

@@ -27,6 +27,7 @@ from symfric.model.unit_texts import NUMBER, in_base_units, read_unit
 if TYPE_CHECKING:
     from symfric.model.laws import Law
     from symfric.model.scene import Scene
+    from symfric.model.system import Contact, System
 
 _COMMON = ("m", "m/s", "m/s²", "1/s", "s", "kg", "N", "J", "W", "N/m", "N s/m", "Pa", "N m s", "kg m²")
 
@@ -224,7 +225,7 @@ def _equations(
         yield f"{place}, law", partial(_of_law, known, contact, laws.get(contact.name))
         yield place, partial(_of_outputs, known, contact)
         if contact.stiffness is not None:
-            yield f"{place}, stiffness", partial(_of_spring, known, contact)
+            yield f"{place}, stiffness", partial(_of_spring, known, contact, contact.stiffness)
     for name, output in scene.outputs.items():
         if isinstance(output, OutputOfExpression):
             yield f"outputs.{name}", partial(known.of, output.expr)
@@ -233,7 +234,7 @@ def _equations(
             yield f"initial.{state.name}", partial(_of_start, known, state, start)
 
 
-def _of_rows(system, known: Dimensions) -> Iterator[tuple[str, Callable[[], object]]]:
+def _of_rows(system: "System", known: Dimensions) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield what must agree in a structure: rates of its points, forces that act on it."""
     part, time = system.linear, known.of_name(TIME.name)
     if part is None:
@@ -256,17 +257,17 @@ def _of_mass(known: Dimensions, mass: sp.Expr, u: sp.Symbol, force: sp.Expr) -> 
         known.equal((f"{mass} times the rate of {u.name}", inertia), (str(force), known.of(force)))
 
 
-def _of_load(known: Dimensions, contact, lever: sp.Expr, force: sp.Expr) -> None:
+def _of_load(known: Dimensions, contact: "Contact", lever: sp.Expr, force: sp.Expr) -> None:
     acting = known.of(lever) * _load(known, contact)
     known.equal((f"the load {contact.normal}", acting), (f"the force {force}", known.of(force)))
 
 
-def _load(known: Dimensions, contact) -> Dimension:
+def _load(known: Dimensions, contact: "Contact") -> Dimension:
     """Return the dimension of a load, which is that of the forces if it is a number."""
     return known.of_name(f"load of {contact.name}") if contact.normal.is_number else known.of(contact.normal)
 
 
-def _of_law(known: Dimensions, contact, lettered: LetteredLaw | None) -> None:
+def _of_law(known: Dimensions, contact: "Contact", lettered: LetteredLaw | None) -> None:
     """Check a law, whose coefficients that are numbers have units that follow from it."""
     law, slip = contact.law, known.of(contact.slip)
     if law.memory:
@@ -288,7 +289,7 @@ def coefficient_of(contact: str, name: str) -> str:
     return f"{name} of {contact}"
 
 
-def _of_outputs(known: Dimensions, contact) -> None:
+def _of_outputs(known: Dimensions, contact: "Contact") -> None:
     """Give what an output may ask of a contact its dimension."""
     load, slip = _load(known, contact), known.of(contact.slip)
     known.define(friction_force(contact.name).name, load)
@@ -297,14 +298,14 @@ def _of_outputs(known: Dimensions, contact) -> None:
     known.define(stored_energy(contact.name).name, load * slip * known.of_name(TIME.name))
 
 
-def _of_spring(known: Dimensions, contact) -> None:
+def _of_spring(known: Dimensions, contact: "Contact", stiffness: sp.Expr) -> None:
     (z,) = contact.states
     known.equal(
         (z.name, known.of_name(z.name)), ("the slip times t", known.of(contact.slip) * known.of_name(TIME.name))
     )
-    if not contact.stiffness.is_number:
-        force = known.of(contact.stiffness) * known.of_name(z.name)
-        known.equal((f"{contact.stiffness} times {z.name}", force), (str(contact.normal), _load(known, contact)))
+    if not stiffness.is_number:
+        force = known.of(stiffness) * known.of_name(z.name)
+        known.equal((f"{stiffness} times {z.name}", force), (str(contact.normal), _load(known, contact)))
 
 
 def _agree(known: Dimensions, rate: sp.Expr, z: sp.Symbol) -> None:
@@ -323,7 +324,7 @@ def attributes_of(name: str, units: Mapping[str, str]) -> dict[str, str]:
     return {"units": units[name]} if units.get(name) else {}
 
 
-def output_unit(units: Units, output) -> str:
+def output_unit(units: Units, output: object) -> str:
     """Return the unit of an output of an expression or of a time; "" for others."""
     if isinstance(output, StopTime):
         return units.of(TIME)

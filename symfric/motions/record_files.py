@@ -131,7 +131,7 @@ def _without_end_mark(rows: list[str]) -> list[str]:
     return rows[:end] if re.fullmatch(r"\s*\*+\s*end\b[\w\s]*\**\s*", rows[end], re.IGNORECASE) else rows
 
 
-def _header_line(name: str, rows: list[str]) -> tuple[int, re.Match]:
+def _header_line(name: str, rows: list[str]) -> tuple[int, re.Match[str]]:
     """Return the number, from 1, of the line with NPTS and DT."""
     for number, row in enumerate(rows[:HEADER_LINES], 1):
         found = _NAMED.search(row) or _NUMBERS_FIRST.match(row)
@@ -165,7 +165,7 @@ def _step(printed: str, given: float | None, where: str) -> float:
     return given
 
 
-def _stated_beside(row: str) -> re.Match | None:
+def _stated_beside(row: str) -> re.Match[str] | None:
     """Return the unit in a header such as ``Acceleration in g`` or ``Acceleration (cm/s^2)``, as its group 1."""
     return next((m for m in _BESIDE.finditer(row) if is_acceleration(m[1].rstrip(".,;)]"))), None)
 

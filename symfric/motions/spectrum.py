@@ -14,6 +14,9 @@ from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
 
 if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
     from symfric.motions.motion import Motion
 
 FINE = 20  # points per period, between which peaks are computed
@@ -74,7 +77,7 @@ class Spectrum:
     def _repr_html_(self) -> str:
         return html_table("Spectrum", self.to_dict())
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xr.Dataset":
         """Return an xarray.Dataset over the period.
 
         Returns
@@ -88,7 +91,7 @@ class Spectrum:
         return xr.Dataset(data, {"period": self.periods}, {"damping": self.damping, "motion": self.name})
 
     @alone(DRAWING)
-    def plot(self, ax=None):
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw pseudo-acceleration against period; return the Axes.
 
         Parameters
@@ -196,7 +199,7 @@ def filtered(a: np.ndarray, h: float, eigenvalue: complex) -> np.ndarray:
     one, two = _phi(eigenvalue * h)
     forward = np.array([-h * two, -h * (one - two)])
     z, _ = lfilter(forward, [1.0, -np.exp(eigenvalue * h)], a, zi=[-forward[0] * a[0]])
-    return z
+    return np.asarray(z)
 
 
 def _extreme(z: np.ndarray, a: np.ndarray, slope: np.ndarray, h: float, eigenvalue: complex) -> float:
@@ -218,7 +221,7 @@ def _extreme(z: np.ndarray, a: np.ndarray, slope: np.ndarray, h: float, eigenval
     return float(largest / eigenvalue.imag)
 
 
-def _state(z, a, slope, tau, eigenvalue: complex) -> np.ndarray:
+def _state(z: np.ndarray, a: np.ndarray, slope: np.ndarray, tau: np.ndarray, eigenvalue: complex) -> np.ndarray:
     """Return z a time tau later."""
     one, two = _phi(eigenvalue * tau)
-    return np.exp(eigenvalue * tau) * z - tau * (a * one + slope * tau * two)
+    return np.asarray(np.exp(eigenvalue * tau) * z - tau * (a * one + slope * tau * two))

@@ -274,7 +274,9 @@ def _target(periods: Floats, values: Floats) -> tuple[np.ndarray, np.ndarray]:
     return at, target
 
 
-def _check_synthesis(periods, dt: float, duration: float, rise: float, decay: float, iterations: int) -> None:
+def _check_synthesis(
+    periods: np.ndarray, dt: float, duration: float, rise: float, decay: float, iterations: int
+) -> None:
     if dt <= 0 or duration < 2 * periods[-1]:
         raise SceneError(f"duration {duration:g} s in steps of {dt:g} s; it must hold twice the longest period")
     if periods[0] < 4 * dt:
@@ -285,7 +287,16 @@ def _check_synthesis(periods, dt: float, duration: float, rise: float, decay: fl
         raise SceneError("rise and decay are parts of the duration, together at most 1, and iterations is positive")
 
 
-def _synthesis(periods, values, seed, damping, n, dt, edges, iterations) -> np.ndarray:
+def _synthesis(
+    periods: np.ndarray,
+    values: np.ndarray,
+    seed: int,
+    damping: float,
+    n: int,
+    dt: float,
+    edges: tuple[float, float],
+    iterations: int,
+) -> np.ndarray:
     """Return the samples, shape (n,), of the iteration with the coarse spectrum nearest to the target."""
     envelope = _envelope(n, *edges)
     frequency = np.fft.rfftfreq(_LONGER * n, dt)
@@ -324,7 +335,7 @@ def _without_drift(a: np.ndarray, envelope: np.ndarray) -> np.ndarray:
     weights = np.ones(a.size)
     weights[[0, -1]] = 0.5  # straight lines between samples; their first moment differs by no more than one sample
     moments = np.stack([weights, weights * s])
-    return a - np.linalg.solve(moments @ shapes.T, moments @ a) @ shapes
+    return np.asarray(a - np.linalg.solve(moments @ shapes.T, moments @ a) @ shapes)
 
 
 def _coarse(a: np.ndarray, dt: float, periods: np.ndarray, damping: float) -> np.ndarray:

@@ -1,6 +1,8 @@
 """Units of acceleration."""
 
 import re
+from collections.abc import Mapping
+from fractions import Fraction
 
 from symfric.errors import SceneError
 from symfric.model.dimensions import short_factor
@@ -9,7 +11,8 @@ from symfric.model.unit_texts import read_unit
 G = 9.81  # m/s^2
 _AT_ONCE = {"m/s^2": 1.0, "g": G, "gal": 0.01}  # the usual one, and two that pint takes for a gram and a gallon
 KNOWN = "'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2'"
-_KINDS = {-2: "an acceleration", -1: "a velocity", 0: "a displacement"}  # by the power of time beside one length
+# what has a length and this power of time as its dimension
+_KINDS: Mapping[Fraction | int, str] = {-2: "an acceleration", -1: "a velocity", 0: "a displacement"}
 
 
 def plain_unit(unit: str) -> str:
