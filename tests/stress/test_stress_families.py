@@ -24,8 +24,8 @@ from symfric_evidence.stress import (
     scene_named,
     stress,
 )
-from symfric_evidence.stress.comparison import judged
 from symfric_evidence.stress.random_scenes import KINDS, LAWS, Dice, structure
+from symfric_evidence.stress.scene_comparison import judged
 from tests.longer import longer
 
 MIXED = {0: 60, 2: 20, 3: 20, 6: 40, 25: 20, 30: 40}  # runs of each structure
@@ -122,7 +122,7 @@ def test_a_start_at_the_edge_has_its_forces_at_their_bounds():
 
 def test_other_units_are_undone(monkeypatch):
     comparison = prepared("rescaled", 2)
-    structure, draw, units = comparison.structure, comparison.structure_draw(1), comparison.structure.units(2, 1)
+    structure, draw, units = comparison.structure, comparison.draw(1), comparison.structure.units(2, 1)
     assert max(abs(np.log10(u)) for u in units) > 1
     values, initial = structure.in_units(draw, units)
     stated = [draw.initial[s.name] for s in structure.scene.system.states] * structure.state_units(units)
@@ -247,8 +247,8 @@ def test_a_wrong_derivative_would_be_seen():
     draw = comparison.family.draw(comparison.structure, 0, 0)
     run, direction = comparison.program.run(draw.values, draw.initial), comparison.directions[0]
     right = run.sensitivities[direction]
-    assert comparison.compared(right, run.final, draw, direction)[0] == "agrees"
-    assert comparison.compared(1.01 * right, run.final, draw, direction)[0] == "silent failure"
+    assert comparison.judged(right, run.final, draw, direction)[0] == "agrees"
+    assert comparison.judged(1.01 * right, run.final, draw, direction)[0] == "silent failure"
 
 
 def test_an_onset_in_the_wrong_place_would_be_seen(monkeypatch):

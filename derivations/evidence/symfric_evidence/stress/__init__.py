@@ -8,11 +8,12 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.solve.case_values import workers_of
 from symfric_evidence.processes import interrupts_ignored, processes
-from symfric_evidence.stress.comparison import SceneComparison
+from symfric_evidence.stress.comparison import Comparison
 from symfric_evidence.stress.derivative_comparison import DerivativeComparison
 from symfric_evidence.stress.families import FAMILIES, family
 from symfric_evidence.stress.lane_comparison import LaneComparison
 from symfric_evidence.stress.orbit_comparison import OrbitComparison
+from symfric_evidence.stress.scene_comparison import SceneComparison
 from symfric_evidence.stress.verdict import VERDICTS, StressResult, Verdict
 
 __all__ = [
@@ -105,7 +106,6 @@ def scene_named(name: str) -> tuple[str, int, int]:
     return family(parts[0]).name, int(parts[1]), int(parts[2])
 
 
-Comparison = SceneComparison | LaneComparison | DerivativeComparison | OrbitComparison
 _COMPARISONS: dict[str, Callable[[str, int], Comparison]] = {
     "": SceneComparison,
     "lanes": LaneComparison,

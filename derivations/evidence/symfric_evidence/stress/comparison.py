@@ -1,38 +1,24 @@
-"""Comparison of one random structure, run by the automatic route, with the reference simulator."""
+"""Base of the comparisons of random structures: prepares one, draws its numbers, and turns failures into verdicts."""
 
 import math
-from functools import cached_property
+from abc import ABC, abstractmethod
+from typing import ClassVar
 
-import numpy as np
-import sympy as sp
-
-from symfric.errors import NoRoute, SceneError
-from symfric.lower.energy import energy_functions
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED
-from symfric.solve.energy import imbalance
 from symfric.solve.exact.route import Exact
-from symfric.solve.routes import Program, explain, prepare
-from symfric.solve.run import Run
-from symfric.solve.status import ADVICE, Status
-from symfric.solve.taylor.route import Taylor, TaylorProgram
-from symfric_evidence.event_reference import ReferenceSimulator
+from symfric.solve.protocol import Program
+from symfric.solve.routes import explain, prepare
+from symfric.solve.taylor.route import Taylor
 from symfric_evidence.stress.families import family
 from symfric_evidence.stress.random_scenes import Draw
 from symfric_evidence.stress.verdict import Verdict
 
-TOLERANCES = (1e-6, 1e-8, 1e-10)  # the first for laws with an infinite slope, for which no route is much more accurate
-WRONG = 1000.0  # largest difference of two runs, in tolerances
-CHANGE = 10.0  # largest difference of two runs, in units of the change by a perturbation
-_FINER = 1e-3  # tolerance of a third run, relative to the first
-_STEPS, _EVENTS = 20_000, 5_000  # budgets of a run, about a second of computing
-_REFERENCE, _REFEREE = 1e-10, 1e-12  # tolerances of the reference, and of its repetition after a disagreement
-_TIMES = 8  # number of times at which runs are compared
-_PERTURBATION = 1e-12  # relative perturbation of the start, besides one by the tolerance
+STEPS, EVENTS = 20_000, 5_000  # budgets of a run, about a second of computing
+BUDGETS = Taylor(max_steps=STEPS, max_events=EVENTS)
 
 
-class SceneComparison:
-    """One structure of a family, compiled once.
+class Comparison(ABC):
+    """One structure of a family, with what is compared of its runs.
 
     Parameters
     ----------
@@ -42,180 +28,50 @@ class SceneComparison:
         Of the structure.
     """
 
+    route: ClassVar[str] = ""  # of a run that raises, if there is only one
+    tolerance: float
+
     def __init__(self, name: str, seed: int):
         self.family, self.seed = family(name), seed
         self.structure = self.family.build(seed)
-        self.scene = self.structure.scene
-        steep = any(c.law.kinetic.has(sp.sqrt(SPEED), sp.asin) for c in self.scene.contacts)
-        self.tolerance = TOLERANCES[0 if steep else seed % len(TOLERANCES)]
-        self.times = np.linspace(0, self.scene.horizon, _TIMES + 1)[1:]
-        stated = self.scene.until(self.scene.horizon * self.structure.time_unit)
-        self.chosen = _chosen(stated, self.tolerance)
-        budgets = Taylor(max_steps=_STEPS, max_events=_EVENTS)
-        self.fine = TaylorProgram(stated, max(_FINER * self.tolerance, 1e-13), budgets)
-        self.reference = ReferenceSimulator(self.scene, _REFERENCE)
-        self.energies = energy_functions(stated)
-        self.symbols = {s.name: s for s in stated.parameters}
 
-    def verdict(self, number: int) -> Verdict:
-        """Run one draw and compare; a run that raises is a failure too."""
-        draw = self.structure_draw(number)
-        try:
-            return self._compared(number, draw)
-        except Exception as error:  # a failure of the package, since the numbers of a family are valid
-            none, reason = (math.nan, math.nan, math.nan, math.nan), f"{type(error).__name__}: {error}"
-            return self._verdict(number, draw.kind, "silent failure", "", "raised", none, reason)
+    @abstractmethod
+    def compared(self, number: int, draw: Draw) -> Verdict:
+        """Run one draw and compare."""
 
-    def _compared(self, number: int, draw: Draw) -> Verdict:
-        units = self.structure.units(self.seed, number)
-        values, initial = self.structure.in_units(draw, units)
-        run = self.chosen.run(values, initial)
-        states = self.states(run, units)
-        if states is None:
-            verdict = "status" if ADVICE[run.status] and np.isfinite(run.t_final) else "silent failure"
-            options = {"times": self.times, "sizes": np.ones(len(self.scene.system.states))}
-            note = self.reference.run(draw.values, draw.initial, **options).reason or "the reference runs to the end"
-            none = (math.nan, math.nan, math.nan, math.nan)
-            return self._verdict(number, draw.kind, verdict, run.route, run.status.name, none, note)
-        sizes, allowed = self.sizes(run, units), WRONG * self.tolerance
-        finer = difference(states, self.states(self.fine.run(values, initial), units), sizes)
-        second, unique, note = self.second(draw, states, sizes, allowed)
-        energy = imbalance(run, *self.energies, {self.symbols[k]: v for k, v in values.items()})
-        change, differ = math.nan, np.nanmax([finer, second, 0.0])
-        if second != second or max(differ, energy) > allowed:
-            third = difference(states, self.third(values, initial, units), sizes)
-            note += f"{note and '; '}{third:.1e} from the route integrators"
-            if second != second:
-                second = third
-                differ = np.fmax(differ, third)
-        if differ > allowed:
-            change = self.change(number, draw, run, sizes)
-        found = finer, second, energy, change
-        return self._verdict(number, draw.kind, judged(found, allowed, unique), run.route, run.status.name, found, note)
-
-    def _verdict(
-        self, number: int, kind: str, verdict: str, route: str, status: str, found: tuple[float, ...], note: str
-    ) -> Verdict:
-        name, (finer, second, energy, change) = f"{self.family.name}/{self.seed}/{number}", found
-        known = self.family.name, name, kind, verdict, route, status, self.tolerance
-        return Verdict(*known, finer, second, energy, change, note)
-
-    def structure_draw(self, number: int) -> Draw:
+    def draw(self, number: int) -> Draw:
         """Return the numbers of one run."""
         return self.family.draw(self.structure, self.seed, number)
 
-    def states(self, run: Run, units) -> np.ndarray | None:
-        """Return the states at the times of comparison in the units of the structure; None if the run failed."""
-        if run.status != Status.OK:
-            return None
-        return run(self.times * units[2]) / self.structure.state_units(units)[:, None]
-
-    def sizes(self, run: Run, units) -> np.ndarray:
-        """Return the size of every state, by its largest value."""
-        size = np.max(np.abs(run.x), axis=1) / self.structure.state_units(units)
-        n, horizon = len(self.scene.system.q), self.scene.horizon
-        q, u, z = np.split(size, [n, 2 * n])
-        way, speed = np.max(q), np.max(u)
-        # states below a millionth of the largest of their kind, or of what the others make of it, count as noise
-        q, u = (
-            np.maximum(part, 1e-6 * least)
-            for part, least in ((q, max(way, speed * horizon)), (u, max(speed, way / horizon)))
-        )
-        z = np.maximum(z, 1e-6 * np.max(z, initial=0.0))
-        size = np.concatenate([q, u, z])
-        return np.maximum(size, max(1e-12 * np.max(size), 1e-300))
-
-    def second(self, draw: Draw, states: np.ndarray, sizes: np.ndarray, allowed: float) -> tuple[float, bool, str]:
-        """Return the difference from the reference, whether it holds for its first choice of modes, and a note.
-
-        The difference is NaN if the reference has no answer. Where it is too large the reference runs again at a finer
-        tolerance; and where several modes were admissible, with another choice among them.
-        """
-        note, found = "", math.nan
-        for tolerance, preference in ((None, 0), (_REFEREE, 0), (_REFEREE, 1)):
-            options = {"times": self.times, "sizes": sizes, "tolerance": tolerance, "preference": preference}
-            reference = self.reference.run(draw.values, draw.initial, **options)
-            if reference.reason:
-                note = reference.reason
-                if "too many" in note and math.isnan(found):
-                    break
-                continue
-            note, found = "", np.fmin(found, difference(states, reference.x, sizes))
-            if found <= allowed or (tolerance is not None and not reference.alternatives):
-                return float(found), preference == 0, ""
-        return float(found), True, note
-
-    @cached_property
-    def _integrators(self) -> Program | None:
+    def verdict(self, number: int) -> Verdict:
+        """Run one draw and compare; a run that raises is a failure too."""
+        draw = self.draw(number)
         try:
-            return prepare(self.chosen.scene, max(self.tolerance * _FINER, 1e-12), "integrators")
-        except (NoRoute, SceneError):
-            return None
+            return self.compared(number, draw)
+        except Exception as error:  # a failure of the package, since the numbers of a family are valid
+            reason = f"{type(error).__name__}: {error}"
+            return self.said(number, draw, "silent failure", self.route, "raised", note=reason)
 
-    def third(self, values: dict, initial: dict, units) -> np.ndarray | None:
-        """Return the states by the route integrators, which shares neither series nor event loop with the others."""
-        return None if self._integrators is None else self.states(self._integrators.run(values, initial), units)
-
-    def change(self, number: int, draw: Draw, run: Run, sizes: np.ndarray) -> float:
-        """Return by how much perturbations at the level of the tolerance, and far below it, change run and reference.
-
-        The smaller of the largest changes of the two; NaN if one of them has none.
-        """
-        options = {"times": self.times, "sizes": sizes, "tolerance": _REFEREE}
-        units = self.structure.units(self.seed, number)
-        base, states = self.reference.run(draw.values, draw.initial, **options), self.states(run, units)
-        rng = np.random.default_rng(0)
-        names = [s.name for s in self.scene.system.states]
-        ours, theirs = [], []
-        for part in (*[_PERTURBATION] * 2, *[self.tolerance] * 6):
-            moved = part * sizes * rng.choice([-1, 1], len(names))
-            start = {k: draw.initial.get(k, 0.0) + float(d) for k, d in zip(names, moved, strict=True)}
-            values = {k: v * (1 + part * rng.choice([-1, 1])) for k, v in draw.values.items()}
-            for given, drawn in ((start, draw.initial), (values, draw.values)):
-                given |= {k: v for k, v in drawn.items() if k in self.structure.exact}
-            perturbed = Draw(draw.kind, values, start)
-            ours.append(
-                difference(
-                    self.states(self.chosen.run(*self.structure.in_units(perturbed, units)), units), states, sizes
-                )
-            )
-            other = self.reference.run(values, start, **options)
-            theirs.append(math.nan if other.reason or base.reason else difference(other.x, base.x, sizes))
-        return float(min(np.fmax.reduce(ours), np.fmax.reduce(theirs)))
+    def said(
+        self,
+        number: int,
+        draw: Draw,
+        verdict: str,
+        route: str,
+        status: str,
+        *,
+        finer: float = math.nan,
+        second: float = math.nan,
+        energy: float = math.nan,
+        change: float = math.nan,
+        note: str = "",
+    ) -> Verdict:
+        """Return the verdict on one draw."""
+        known = self.family.name, f"{self.family.name}/{self.seed}/{number}", draw.kind, verdict, route, status
+        return Verdict(*known, self.tolerance, finer, second, energy, change, note)
 
 
-def judged(found: tuple[float, float, float, float], allowed: float, unique: bool) -> str:
-    """Return the verdict on a run that ended well.
-
-    Parameters
-    ----------
-    found : tuple of float
-        Differences from a finer tolerance and from what is independent, residual of the energies, change by
-        perturbations; NaN where there is none.
-    allowed : float
-        Largest difference of runs that agree.
-    unique : bool
-        Whether the reference agrees with its first choice of modes.
-    """
-    finer, second, energy, change = found
-    if not energy <= allowed:
-        return "silent failure"
-    differ = np.fmax(finer, second)
-    if differ > allowed:
-        return "sensitive" if differ <= CHANGE * change else "silent failure"
-    if not second <= allowed:
-        return "unconfirmed"
-    return "agrees" if unique else "not unique"
-
-
-def difference(a: np.ndarray | None, b: np.ndarray | None, sizes: np.ndarray) -> float:
-    """Return the largest difference of two runs, each state relative to its size; NaN if one failed."""
-    if a is None or b is None:
-        return math.nan
-    return float(np.max(np.abs(a - b) / sizes[:, None]))
-
-
-def _chosen(scene: Scene, tolerance: float) -> Program:
+def chosen(scene: Scene, tolerance: float) -> Program:
     """Prepare the route that `prepare` would choose, within the budgets."""
     settings = Exact if explain(scene).route == "exact" else Taylor
-    return prepare(scene, tolerance, settings(max_steps=_STEPS, max_events=_EVENTS))
+    return prepare(scene, tolerance, settings(max_steps=STEPS, max_events=EVENTS))

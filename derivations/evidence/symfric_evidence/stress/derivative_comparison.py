@@ -7,9 +7,8 @@ import numpy as np
 from symfric.model.outputs import End
 from symfric.solve.routes import prepare
 from symfric.solve.status import Status
-from symfric.solve.taylor.route import Taylor
 from symfric_evidence.event_reference import ReferenceSimulator
-from symfric_evidence.stress.families import family
+from symfric_evidence.stress.comparison import BUDGETS, Comparison
 from symfric_evidence.stress.random_scenes import Draw
 from symfric_evidence.stress.verdict import Verdict
 
@@ -18,51 +17,35 @@ ALLOWED = 1e-4  # largest difference from the derivative, relative to the larges
 _REFERENCE = 1e-12
 _STEPS = (1e-3, 1e-4, 1e-5)  # of the differences
 _DIRECTIONS = 4
-_BUDGETS = Taylor(max_steps=20_000, max_events=5_000)
 
 
-class DerivativeComparison:
-    """Comparison of the derivatives of one structure.
+class DerivativeComparison(Comparison):
+    """Comparison of the derivatives of one structure."""
 
-    Parameters
-    ----------
-    name : str
-        Of the family.
-    seed : int
-        Of the structure.
-    """
+    route, tolerance = "taylor", TOLERANCE
 
     def __init__(self, name: str, seed: int):
-        self.family, self.seed = family(name), seed
-        self.structure = self.family.build(seed)
+        super().__init__(name, seed)
         scene = self.structure.scene
         states, parameters = ([s.name for s in part] for part in (scene.system.states, scene.parameters))
         rng = np.random.default_rng([seed, 3])
         n = len(scene.system.q)
         self.directions = [states[0], states[n], *rng.permutation(sorted(parameters))[: _DIRECTIONS - 2].tolist()]
-        self.program = prepare(scene.wanting({"end": End()}), TOLERANCE, _BUDGETS, self.directions)
+        self.program = prepare(scene.wanting({"end": End()}), TOLERANCE, BUDGETS, self.directions)
         self.reference = ReferenceSimulator(scene, _REFERENCE)
 
-    def verdict(self, number: int) -> Verdict:
+    def compared(self, number: int, draw: Draw) -> Verdict:
         """Compare the derivative by one of the directions."""
-        draw = self.family.draw(self.structure, self.seed, number)
         direction = self.directions[number % len(self.directions)]
-        name, none = f"{self.family.name}/{self.seed}/{number}", math.nan
-        try:
-            run = self.program.run(draw.values, draw.initial)
-            if run.status != Status.OK:
-                found, status, note, off, change = "status", run.status.name, "", none, none
-            else:
-                found, note, off, change = self.compared(run.sensitivities[direction], run.final, draw, direction)
-                status = "OK"
-        except Exception as error:  # a failure of the package, since the numbers of a family are valid
-            found, status, note = "silent failure", "raised", f"{type(error).__name__}: {error}"
-            off = change = none
-        return Verdict(
-            self.family.name, name, draw.kind, found, "taylor", status, TOLERANCE, none, off, none, change, note
-        )
+        run = self.program.run(draw.values, draw.initial)
+        if run.status != Status.OK:
+            return self.said(number, draw, "status", self.route, run.status.name)
+        found, note, off, change = self.judged(run.sensitivities[direction], run.final, draw, direction)
+        return self.said(number, draw, found, self.route, "OK", second=off, change=change, note=note)
 
-    def compared(self, derivative: np.ndarray, final: np.ndarray, draw: Draw, direction: str):
+    def judged(
+        self, derivative: np.ndarray, final: np.ndarray, draw: Draw, direction: str
+    ) -> tuple[str, str, float, float]:
         """Return the verdict, a note, the difference and the scatter of the differences over their steps."""
         size = max(float(np.max(np.abs(derivative))), float(np.max(np.abs(final))))
         slopes = [self._slope(draw, direction, step) for step in _STEPS]

@@ -9,7 +9,8 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric_evidence.event_reference import ReferenceSimulator
-from symfric_evidence.stress.families import family
+from symfric_evidence.stress.comparison import Comparison
+from symfric_evidence.stress.families.family import Units
 from symfric_evidence.stress.random_scenes import Draw
 from symfric_evidence.stress.verdict import Verdict
 
@@ -19,38 +20,25 @@ _CHECKED = 6  # number of orbits of a branch that are checked
 _HALVINGS = 5  # halvings of the bracket of an onset of sticking
 
 
-class OrbitComparison:
-    """Comparison of the limit cycles of one structure.
+class OrbitComparison(Comparison):
+    """Comparison of the limit cycles of one structure."""
 
-    Parameters
-    ----------
-    name : str
-        Of the family.
-    seed : int
-        Of the structure.
-    """
+    tolerance = ALLOWED
 
     def __init__(self, name: str, seed: int):
-        self.family, self.seed = family(name), seed
-        self.structure = self.family.build(seed)
+        super().__init__(name, seed)
         self.reference = ReferenceSimulator(self.structure.scene, 1e-11)
 
-    def verdict(self, number: int) -> Verdict:
-        """Find the limit cycle or the branch of one draw and compare it; unexpected exceptions are failures."""
-        draw = self.family.draw(self.structure, self.seed, number)
-        off, status, note = math.nan, "OK", ""
+    def compared(self, number: int, draw: Draw) -> Verdict:
+        """Find the limit cycle or the branch of one draw and compare it."""
         try:
             off, note = self._cycle(number, draw) if self.family.sought == "cycle" else self._branch(draw)
-            verdict = "agrees" if off <= ALLOWED and not note else "silent failure"
-            if off != off and not note:
-                verdict = "unconfirmed"
         except NotFound as reason:
-            verdict, status, note = "status", "NotFound", str(reason)
-        except Exception as error:  # a failure of the package, since the numbers of a family are valid
-            verdict, status, note = "silent failure", "raised", f"{type(error).__name__}: {error}"
-        name = f"{self.family.name}/{self.seed}/{number}"
-        none = math.nan
-        return Verdict(self.family.name, name, "", verdict, "", status, ALLOWED, none, off, none, none, note)
+            return self.said(number, draw, "status", self.route, "NotFound", note=str(reason))
+        verdict = "agrees" if off <= ALLOWED and not note else "silent failure"
+        if off != off and not note:
+            verdict = "unconfirmed"
+        return self.said(number, draw, verdict, self.route, "OK", second=off, note=note)
 
     def _cycle(self, number: int, draw: Draw) -> tuple[float, str]:
         units = self.structure.units(self.seed, number)
@@ -59,7 +47,7 @@ class OrbitComparison:
         orbit = limit_cycle(scene.until(scene.horizon * units[2]))
         return self.misfit(orbit, draw.values, units)
 
-    def misfit(self, orbit: Orbit, values: dict[str, float], units=(1.0, 1.0, 1.0)) -> tuple[float, str]:
+    def misfit(self, orbit: Orbit, values: dict[str, float], units: Units = (1.0, 1.0, 1.0)) -> tuple[float, str]:
         """Return by how much the reference misses the start after a period, or the time of sticking, and a note.
 
         An error of the start grows by the multipliers; it is not held against orbits that repel strongly.

@@ -15,6 +15,8 @@ from symfric.model.system import Contact, System
 from symfric_evidence.stress.random_scenes import Draw
 
 Ranges = dict[str, tuple[float, float]]
+Units = tuple[float, float, float]  # of mass, length and time
+Adjust = Callable[[np.random.Generator, dict[str, float], dict[str, float]], None]
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class RandomStructure:
     scene: Scene
     ranges: Ranges = field(default_factory=dict)
     choices: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    adjust: Callable[[np.random.Generator, dict, dict], None] | None = None
+    adjust: Adjust | None = None
     dimensions: dict[str, tuple[int, int, int]] | None = None
     time_unit: float = 1.0
     exact: tuple[str, ...] = ()
@@ -67,14 +69,14 @@ class RandomStructure:
             self.adjust(rng, values, initial)
         return Draw("", values, initial)
 
-    def units(self, seed: int, number: int) -> tuple[float, float, float]:
+    def units(self, seed: int, number: int) -> Units:
         """Return the units of mass, length and time that the package's run is stated in."""
         if self.dimensions is None:
             return 1.0, 1.0, 1.0
         mass, length = 10.0 ** np.random.default_rng([seed, number, 2]).uniform(-6, 6, 2)
         return float(mass), float(length), self.time_unit
 
-    def in_units(self, draw: Draw, units: tuple[float, float, float]) -> tuple[dict, dict]:
+    def in_units(self, draw: Draw, units: Units) -> tuple[dict[str, float], dict[str, float]]:
         """Return values and start in the units of the package's run."""
         if self.dimensions is None:
             return draw.values, draw.initial
@@ -83,14 +85,14 @@ class RandomStructure:
         )
         return values, initial
 
-    def state_units(self, units: tuple[float, float, float]) -> np.ndarray:
+    def state_units(self, units: Units) -> np.ndarray:
         """Return the unit of every state."""
         states = self.scene.system.states
         return (
             np.ones(len(states)) if self.dimensions is None else np.array([self._unit(s.name, units) for s in states])
         )
 
-    def _unit(self, name: str, units: tuple[float, float, float]) -> float:
+    def _unit(self, name: str, units: Units) -> float:
         assert self.dimensions is not None
         return math.prod(unit**power for unit, power in zip(units, self.dimensions[name], strict=True))
 
