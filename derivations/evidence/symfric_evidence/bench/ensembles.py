@@ -9,11 +9,13 @@ import numpy as np
 
 from symfric.ensemble.sweep import sweep
 from symfric.model.outputs import HalfRange
+from symfric.solve.batch import Batch
 from symfric_evidence.bench.peers.registry import parts_of_sweep, peers
 from symfric_evidence.bench.problems import Problem, named
 
 SIZES = (1, 10, 100, 1000, 10_000)
 _TOLERANCE = 1e-6
+Work = Callable[[], object]
 _LEAST, _ROUNDS = 0.02, 3  # s, of a sample
 
 
@@ -48,7 +50,7 @@ def case_costs(progress: Callable[[str], None] | None = None, sizes: tuple[int, 
     of two. heyoka's loops are those of the benchmark.
     """
     problem, tell = named("P5"), progress or (lambda _: None)
-    ways: dict[str, tuple[Callable[[int], Callable], bool]] = {
+    ways: dict[str, tuple[Callable[[int], Work], bool]] = {
         "one run after the other": (partial(_of_peer, "symfric one by one", problem), False),
         "map": (partial(_of_peer, "symfric", problem), False),
         "map on two threads, elapsed": (partial(_on_threads, problem, 2), True),
@@ -69,28 +71,28 @@ def _some(problem: Problem, number: int) -> Problem:
     return replace(problem, speeds=tuple(np.linspace(low, high, number).tolist()))
 
 
-def _of_peer(name: str, problem: Problem, number: int) -> Callable:
+def _of_peer(name: str, problem: Problem, number: int) -> Work:
     return peers()[name].prepare(_some(problem, number), _TOLERANCE)
 
 
-def _on_threads(problem: Problem, threads: int, number: int) -> Callable:
+def _on_threads(problem: Problem, threads: int, number: int) -> Work:
     first, second, x, u = parts_of_sweep(problem, _TOLERANCE, None)
     speeds = {"v_b": np.array(_some(problem, number).speeds)}
 
-    def run():
+    def run() -> Batch:
         state = first.map(speeds, threads=threads).final
         return second.map(speeds, {x: state[0], u: state[1]}, threads=threads)
 
     return run
 
 
-def _sweep(problem: Problem, number: int) -> Callable:
+def _sweep(problem: Problem, number: int) -> Work:
     scene = problem.scene.until(problem.window[1], {"half": HalfRange(problem.scene.system.q[0])})
     grid = {"v_b": np.array(_some(problem, number).speeds)}
     return lambda: sweep(scene, grid, tolerance=_TOLERANCE)
 
 
-def _seconds(run: Callable, number: int, elapsed: bool) -> float:
+def _seconds(run: Work, number: int, elapsed: bool) -> float:
     clock = time.perf_counter if elapsed else time.process_time
     start = clock()
     run()

@@ -1,5 +1,6 @@
 """A forced mass with a dry joint (Jenkins element): its scene, and its steady motion in many digits."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mpmath as mp
@@ -57,15 +58,20 @@ class JointProblem:
             w = mp.mpf(frequency)
             c, k, most = (mp.mpf(str(e)) for e in (self.damping, self.stiffness, self.limit))
 
-            def part(K, load, x, u, phase, begin):
+            def part(
+                K: mp.mpf, load: mp.mpf, x: mp.mpf, u: mp.mpf, phase: mp.mpf, begin: mp.mpf
+            ) -> Callable[[mp.mpf], tuple[mp.mpf, mp.mpf]]:
                 """Return position and velocity of ``x'' + c x' + K x = load + cos(w t + phase)``."""
                 force = mp.e ** (1j * phase) / (K - w * w + 1j * c * w)
-                steady = lambda t: force * mp.e ** (1j * w * t)  # noqa: E731
+
+                def steady(t: mp.mpf) -> mp.mpc:
+                    return force * mp.e ** (1j * w * t)
+
                 rate, own = mp.sqrt(K - c * c / 4), -c / 2
                 a = x - steady(begin).real - load / K
                 b = (u - (1j * w * steady(begin)).real - own * a) / rate
 
-                def at(t):
+                def at(t: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
                     s, e = t - begin, mp.e ** (own * (t - begin))
                     cos, sin = mp.cos(rate * s), mp.sin(rate * s)
                     place = e * (a * cos + b * sin) + steady(t).real + load / K
@@ -74,7 +80,7 @@ class JointProblem:
 
                 return at
 
-            def left(X, phase, slips):
+            def left(X: mp.mpf, phase: mp.mpf, slips: mp.mpf) -> list[mp.mpf]:
                 there, speed = part(1 + k, k * X - most, X, mp.mpf(0), phase, mp.mpf(0))(slips)
                 place, end = part(mp.mpf(1), most, there, speed, phase, slips)(mp.pi / w)
                 return [there - X + 2 * most / k, place + X, end]

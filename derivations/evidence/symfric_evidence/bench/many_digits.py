@@ -5,7 +5,9 @@ combination, so that neither the graphs nor the rule of the solvers are trusted.
 """
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import mpmath as mp
 import sympy as sp
@@ -16,6 +18,9 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric_evidence.event_reference.equations import KinkRegister
 
+Numbers = list[Any]  # of mpmath, which has no types
+# per velocity, contacts and derivatives of their slips; and the solution of the linear equations
+_Solver = tuple[list[list[tuple[int, Any]]], Callable[[Numbers], Numbers]]
 _COLUMNS = 12  # columns of the extrapolation: order 24
 _LONGEST = 0.4  # step
 _GUARD = 8  # additional digits, since forces are sums of larger numbers
@@ -43,14 +48,14 @@ class _Mode:
 class _Forces:
     """Rates of all states; friction, slip, its rate and what is left of the bound per contact; arguments of kinks."""
 
-    rates: list
-    pull: list
-    slip: list
-    gain: list
-    room: list
-    kinks: list
+    rates: Numbers
+    pull: Numbers
+    slip: Numbers
+    gain: Numbers
+    room: Numbers
+    kinks: Numbers
 
-    def guards(self, mode: _Mode) -> list:
+    def guards(self, mode: _Mode) -> Numbers:
         """Return what is positive while the mode is right."""
         slips = [m * w if m else room for m, w, room in zip(mode.slips, self.slip, self.room, strict=True)]
         return [*slips, *(s * g for s, g in zip(mode.sides, self.kinks, strict=True))]
@@ -81,7 +86,7 @@ def many_digits(scene: Scene, digits: int = 28) -> ManyDigits:
         return _Run(scene, mp.mpf(10) ** (8 - digits), mp.mpf(10) ** (4 - digits)).run()
 
 
-def _number(value) -> mp.mpf:
+def _number(value: float) -> mp.mpf:
     return mp.mpf(float(value))
 
 
@@ -97,7 +102,7 @@ class _Equations:
         modes, kinks = sp.symbols(f"mode_:{self.n_c}", real=True), KinkRegister()
         known = {s: _number(v) for s, v in scene.numbers().items() if s not in system.states}
 
-        def read(e):  # numbers become arguments, converted once
+        def read(e: sp.Expr) -> sp.Expr:  # numbers become arguments, converted once
             e = kinks.pieces(sp.sympify(e).xreplace(along))
             powers = {p.exp for p in e.atoms(sp.Pow)}
             found = [a for a in e.atoms(sp.Number) - powers if not a.is_Integer]
@@ -123,10 +128,10 @@ class _Equations:
         self._parts = sp.lambdify(arguments, [*parts, list(kinks.guards)], own, cse=True)
         self._matrices = sp.lambdify(arguments, matrices, own, cse=True)
         self._known = tuple(known.values())
-        self._inverses: dict[tuple[int, ...], tuple] = {}
+        self._inverses: dict[tuple[int, ...], _Solver] = {}
         self.n_k, self.line = len(kinks.guards), [mp.mpf(0)] * (2 * len(lines))
 
-    def __call__(self, t, y: list, mode: _Mode) -> _Forces:
+    def __call__(self, t: mp.mpf, y: Numbers, mode: _Mode) -> _Forces:
         """Return the forces and rates of a mode; raise ZeroDivisionError if its contacts cannot all stick."""
         n, slips = self.n, mode.slips
         arguments = (t, *y, *self.line, *slips, *mode.sides, *self._known)
@@ -145,7 +150,7 @@ class _Equations:
         room = [normal * most - abs(p) for normal, most, p in zip(load, bound, pull, strict=True)]
         return _Forces([*y[n : 2 * n], *solution[:n], *z_rate], pull, slip, gain, room, kinks)
 
-    def at_rest(self, t, y: list, mode: _Mode) -> list:
+    def at_rest(self, t: mp.mpf, y: Numbers, mode: _Mode) -> Numbers:
         """Return the state with the slips of sticking contacts set to zero."""
         held = tuple(i for i, m in enumerate(mode.slips) if m == 0)
         if not held:
@@ -156,7 +161,7 @@ class _Equations:
         u = [a + b for a, b in zip(y[self.n : 2 * self.n], change, strict=False)]
         return [*y[: self.n], *u, *y[2 * self.n :]]
 
-    def _solver(self, held: tuple[int, ...], arguments):
+    def _solver(self, held: tuple[int, ...], arguments: tuple[Any, ...]) -> _Solver:
         """Return, per velocity, contacts and derivatives of their slips, and the solution of the linear equations."""
         if held in self._inverses:
             return self._inverses[held]
@@ -174,7 +179,7 @@ class _Equations:
         return slopes, solve
 
 
-def _solved(rows: list[list]) -> list:
+def _solved(rows: list[Numbers]) -> Numbers:
     """Eliminate with the largest pivots; the last column is the right-hand side."""
     size, rows = len(rows), list(rows)
     for k in range(size):
@@ -186,7 +191,7 @@ def _solved(rows: list[list]) -> list:
             factor = rows[r][k] / rows[k][k]
             if factor:
                 rows[r] = [a - factor * b for a, b in zip(rows[r], rows[k], strict=True)]
-    solution: list = [None] * size
+    solution: Numbers = [None] * size
     for k in reversed(range(size)):
         solution[k] = (rows[k][-1] - mp.fdot(rows[k][k + 1 : -1], solution[k + 1 :])) / rows[k][k]
     return solution
@@ -195,7 +200,7 @@ def _solved(rows: list[list]) -> list:
 class _Run:
     """One run, from mode to mode."""
 
-    def __init__(self, scene: Scene, little, noise):
+    def __init__(self, scene: Scene, little: mp.mpf, noise: mp.mpf):
         self.equations, self.little, self.noise = _Equations(scene), little, noise
         self._signals = tuple(scene.inputs.values())
         self._y = [_number(scene.numbers()[s]) for s in scene.system.states]
@@ -223,24 +228,22 @@ class _Run:
         pairs = zip(before.slips, after.slips, self.equations.smooth, strict=True)
         return sum(a != b and not smooth for a, b, smooth in pairs)
 
-    def _stops(self) -> list:
+    def _stops(self) -> Numbers:
         grids = [[_number(s.t0) + k * _number(s.dt) for k in range(s.samples.size)] for s in self._signals]
         return [*sorted({t for t in itertools.chain(*grids) if 0 < t < self._end}), self._end]
 
-    def _inputs(self, t, stop) -> None:
+    def _inputs(self, t: mp.mpf, stop: mp.mpf) -> None:
         """Set the linear inputs between two stops."""
         line = []
         for signal in self._signals:
             dt, k = _number(signal.dt), int(mp.floor(((t + stop) / 2 - _number(signal.t0)) / _number(signal.dt)))
             inside = 0 <= k < signal.samples.size - 1
-            left, right = (
-                _number(v) if inside else mp.mpf(0) for v in (signal.samples[[k, k + 1]] if inside else "00")
-            )
+            left, right = map(_number, signal.samples[[k, k + 1]] if inside else (0.0, 0.0))
             slope = (right - left) / dt
             line += [left - slope * (_number(signal.t0) + k * dt), slope]
         self.equations.line = line
 
-    def _first(self, t, y) -> _Mode:
+    def _first(self, t: mp.mpf, y: Numbers) -> _Mode:
         """Return the mode of the start."""
         n_c, n_k = self.equations.n_c, self.equations.n_k
         slip = self.equations(t, y, _Mode((1,) * n_c, (1,) * n_k)).slip
@@ -251,7 +254,7 @@ class _Run:
         sides = tuple(1 if g > 0 else -1 for g in kinks)
         return self._mode(t, y, {}, _Mode(moving.slips, sides))
 
-    def _after(self, t, y, mode: _Mode, fallen: int) -> _Mode:
+    def _after(self, t: mp.mpf, y: Numbers, mode: _Mode, fallen: int) -> _Mode:
         """Return the mode after a guard has fallen."""
         n_c = self.equations.n_c
         if fallen >= n_c:
@@ -262,7 +265,7 @@ class _Run:
             known = -1 if self.equations(t, y, mode).pull[fallen] > 0 else 1
         return self._mode(t, y, {fallen: known}, mode)
 
-    def _mode(self, t, y, known: dict[int, int], before: _Mode) -> _Mode:
+    def _mode(self, t: mp.mpf, y: Numbers, known: dict[int, int], before: _Mode) -> _Mode:
         """Return the one consistent mode; `known` names a contact at zero slip (0) or its release (-1, 1)."""
         equations, slip = self.equations, self.equations(t, y, before).slip
         ways: list[tuple[int, ...]] = []
@@ -287,7 +290,7 @@ class _Run:
                 return mode
         raise NotFound(f"no consistent mode at t = {mp.nstr(t, 8)}")
 
-    def _advance(self, t, y, mode: _Mode, stop) -> tuple:
+    def _advance(self, t: mp.mpf, y: Numbers, mode: _Mode, stop: mp.mpf) -> tuple[mp.mpf, Numbers, int | None]:
         """Integrate to the stop or to the first event; return time, state and the guard that fell."""
         while True:
             h = min(self._h, stop - t)
@@ -307,20 +310,22 @@ class _Run:
             if t >= stop:
                 return t, y, None
 
-    def _doubtful(self, t, y, mode: _Mode, h, guards, node: int, fallen: int) -> bool:
+    def _doubtful(
+        self, t: mp.mpf, y: Numbers, mode: _Mode, h: mp.mpf, guards: list[Numbers], node: int, fallen: int
+    ) -> bool:
         """Whether a guard that fell at a node inside the step, where values are rough, stands there and at the end."""
         nodes = len(guards) - 1
         return node < nodes and guards[-1][fallen] >= 0 and self._guards(t, y, mode, h * node / nodes)[0][fallen] >= 0
 
-    def _factor(self, error):
+    def _factor(self, error: mp.mpf) -> mp.mpf:
         """Return by how much a step may grow."""
         return 0.8 * (self.little / error) ** (mp.mpf(1) / (2 * _COLUMNS - 1)) if error else mp.mpf(2)
 
-    def _step(self, t, y, mode: _Mode, h) -> tuple[list, mp.mpf, list[list]]:
+    def _step(self, t: mp.mpf, y: Numbers, mode: _Mode, h: mp.mpf) -> tuple[Numbers, mp.mpf, list[Numbers]]:
         """Advance by h; return the state, its error, and the guards at the nodes of the finest column."""
         seen: list[_Forces] = []
 
-        def rate(at, now):
+        def rate(at: mp.mpf, now: Numbers) -> Numbers:
             seen.append(self.equations(at, now, mode))
             return seen[-1].rates
 
@@ -330,24 +335,26 @@ class _Run:
         found = [seen[0], *seen[-2 * _COLUMNS : -1], self.equations(t + h, final, mode)]
         return final, error, [forces.guards(mode) for forces in found]
 
-    def _guards(self, t, y, mode: _Mode, h) -> tuple[list, list]:
+    def _guards(self, t: mp.mpf, y: Numbers, mode: _Mode, h: mp.mpf) -> tuple[Numbers, Numbers]:
         """Return guards and state after a step of length h."""
         state = self._step(t, y, mode, h)[0]
         return self.equations(t + h, state, mode).guards(mode), state
 
-    def _first_fallen(self, guards: list[list]) -> tuple[int, int | None]:
+    def _first_fallen(self, guards: list[Numbers]) -> tuple[int, int | None]:
         """Return node and row of the first guard that is negative beyond rounding."""
         for node, row in enumerate(guards[1:], 1):
             if row and min(row) < -self.noise:
                 return node, row.index(min(row))
         return 0, None
 
-    def _located(self, t, y, mode: _Mode, h, guards, which: int) -> tuple[mp.mpf, list]:
+    def _located(
+        self, t: mp.mpf, y: Numbers, mode: _Mode, h: mp.mpf, guards: list[Numbers], which: int
+    ) -> tuple[mp.mpf, Numbers]:
         """Return time and state where a guard falls, by the Illinois rule on the length of the step."""
         nodes = len(guards) - 1
         k = next(k for k in range(1, nodes + 1) if guards[k][which] < -self.noise)
 
-        def value(length) -> tuple[mp.mpf, list]:
+        def value(length: mp.mpf) -> tuple[mp.mpf, Numbers]:
             found, state = self._guards(t, y, mode, length)
             return found[which], state
 
@@ -375,12 +382,12 @@ class _Run:
         return t + length, state
 
 
-def _midpoint(rate, t, y: list, h) -> tuple[list, list]:
+def _midpoint(rate: Callable[[mp.mpf, Numbers], Numbers], t: mp.mpf, y: Numbers, h: mp.mpf) -> tuple[Numbers, Numbers]:
     """Extrapolate the midpoint rule over a step h; return the state of the last column and of the one before.
 
     ``rate(t, y)`` is asked at the start once, and then, column after column, at the inner nodes and the end of each.
     """
-    row: list[list] = []
+    row: list[Numbers] = []
     start = rate(t, y)
     for j in range(1, _COLUMNS + 1):
         n = 2 * j

@@ -88,7 +88,7 @@ def needs() -> tuple[Need, ...]:
     )
 
 
-def _kept(run: Callable) -> float:
+def _kept(run: Callable[[], object]) -> float:
     """Return the size of a result in kB."""
     tracemalloc.start()
     before = tracemalloc.get_traced_memory()[0]

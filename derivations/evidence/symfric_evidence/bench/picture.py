@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,14 +10,17 @@ from symfric_evidence.bench.needs import Need
 from symfric_evidence.bench.scaling import CostGrowth
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
     from symfric_evidence.bench.ensembles import CaseCost
-    from symfric_evidence.bench.result import Benchmark
+    from symfric_evidence.bench.result import Benchmark, ErrorCurve
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
 _SMALLEST = 1e-16  # smallest error drawn, also for zero
 
 
-def work_precision(benchmark: "Benchmark", ax=None):
+def work_precision(benchmark: "Benchmark", ax: Any = None) -> Any:
     """Draw CPU time against achieved error, one panel a problem and one curve a solver; return the Axes."""
     import matplotlib.pyplot as plt
 
@@ -46,7 +49,7 @@ def work_precision(benchmark: "Benchmark", ax=None):
     return ax if np.ndim(ax) == 0 else (panels[0] if panels.size == 1 else ax)
 
 
-def picture(benchmark: "Benchmark"):
+def picture(benchmark: "Benchmark") -> "Figure":
     """Return the Figure of `work_precision`, three panels in a row."""
     from matplotlib.figure import Figure
 
@@ -64,15 +67,15 @@ def _size(number: int) -> tuple[float, float]:
     return 4.6 * min(number, 3), 3.8 * math.ceil(number / 3) + 0.6
 
 
-def _panels(figure, number: int):
+def _panels(figure: Any, number: int) -> np.ndarray:
     """Return as many Axes, three in a row."""
     axes = figure.subplots(math.ceil(number / 3), min(number, 3), squeeze=False).ravel()
     for unused in axes[number:]:
         unused.remove()
-    return axes[:number]
+    return np.asarray(axes[:number])
 
 
-def table(benchmark: "Benchmark"):
+def table(benchmark: "Benchmark") -> "Table":
     """Return a rich Table: a row for each solver that answered on each problem."""
     from rich.table import Table
 
@@ -89,7 +92,7 @@ def table(benchmark: "Benchmark"):
     return result
 
 
-def _row(curve) -> tuple[str, ...]:
+def _row(curve: "ErrorCurve") -> tuple[str, ...]:
     best = min(p.error for p in curve.points)
     found = "-"
     if curve.events is not None:
@@ -103,7 +106,7 @@ def _milliseconds(seconds: float, stopped: bool) -> str:
     return f"{1e3 * seconds:.3g}" if not math.isnan(seconds) else "not tried" if stopped else "not reached"
 
 
-def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
+def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float) -> "Table":
     """Return a rich Table of outputs with their time in `unit` (s times `scale`) and memory."""
     from rich.table import Table
 
@@ -115,7 +118,7 @@ def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float):
     return result
 
 
-def cases_table(costs: "Sequence[CaseCost]"):
+def cases_table(costs: "Sequence[CaseCost]") -> "Table":
     """Return a rich Table of the time of a case, a column for each number of cases."""
     from rich.table import Table
 
@@ -127,7 +130,7 @@ def cases_table(costs: "Sequence[CaseCost]"):
     return result
 
 
-def growth_table(growths: Sequence[CostGrowth]):
+def growth_table(growths: Sequence[CostGrowth]) -> "Table":
     """Return a rich Table of times over sizes, with the slope of their logarithms."""
     from rich.table import Table
 

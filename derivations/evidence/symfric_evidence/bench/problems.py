@@ -141,7 +141,17 @@ def _settling() -> Problem:
     )
 
 
-def _belt(name, title, reference, events, *, horizon=100.0, a=0.0, Omega=0.0, v_s=0.0) -> Problem:
+def _belt(
+    name: str,
+    title: str,
+    reference: tuple[str, ...],
+    events: int | None,
+    *,
+    horizon: float = 100.0,
+    a: float = 0.0,
+    Omega: float = 0.0,
+    v_s: float = 0.0,
+) -> Problem:
     law = laws.cubic(0.4, 0.25, 0.5)
     if v_s:
         law = law.regularised(v_s)
@@ -220,7 +230,7 @@ _SLIDES = (
 )
 
 
-def _larger(name, title, scene, reference, events) -> Problem:
+def _larger(name: str, title: str, scene: Scene, reference: tuple[str, ...], events: int | None) -> Problem:
     return Problem(name, title, scene, reference, events, _MANY_DIGITS)
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict, dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class ErrorCurve:
         if right.error <= 0:
             return right.seconds
         part = math.log(left.error / error) / math.log(left.error / right.error)
-        return left.seconds * (right.seconds / left.seconds) ** part
+        return float(left.seconds * (right.seconds / left.seconds) ** part)
 
     def front(self) -> tuple[ErrorPoint, ...]:
         """Return the Pareto front, cheapest first."""
@@ -135,7 +136,7 @@ class Benchmark:
         """Return the ratio of the times of two solvers for an error."""
         return self.curve(problem, slow).time_to(error) / self.curve(problem, fast).time_to(error)
 
-    def to_dict(self) -> dict:
+    def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, texts and lists; times in seconds, None for errors that were not reached."""
         result = asdict(self)
         for plain, curve in zip(result["curves"], self.curves, strict=True):
@@ -143,7 +144,7 @@ class Benchmark:
             plain["seconds_to"] = {k: None if math.isnan(v) else v for k, v in times.items()}
         return result
 
-    def plot(self, ax=None):
+    def plot(self, ax: Any = None) -> Any:
         """Draw CPU time against achieved error, one panel a problem.
 
         Parameters

@@ -90,7 +90,7 @@ def _per_step(scene: Scene, route: str) -> float:
     steps = program.run().checked().stats["steps"]
     repeats = max(1, int(2_000 // steps))
 
-    def repeated():
+    def repeated() -> None:
         for _ in range(repeats):
             program.run()
 
@@ -108,12 +108,12 @@ def _to_events(number: int) -> float:
 def _cases(number: int, threads: int = 0) -> float:
     scene = scenes.mass_on_belt(v_b=0.2, horizon=100.0).wanting({"half": HalfRange(_X)})
     grid = {"v_b": np.linspace(0.05, 0.35, number)}
-    run = lambda: sweep(scene, grid, jobs=threads or 1, tolerance=_TOLERANCE)  # noqa: E731
+    run = partial(sweep, scene, grid, jobs=threads or 1, tolerance=_TOLERANCE)
     run()
     return _seconds(run, time.perf_counter if threads else time.process_time)
 
 
-def _seconds(run: Callable, clock: Callable[[], float] = time.process_time) -> float:
+def _seconds(run: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:
     taken = []
     for _ in range(_ROUNDS):
         start = clock()

@@ -106,7 +106,9 @@ def _processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, quick: bool, tell) -> list[ErrorCurve]:
+def _measure_problem(
+    problem: Problem, chosen: list[Peer], rounds: int, quick: bool, tell: Callable[[str], None]
+) -> list[ErrorCurve]:
     entries: list[_Entry] = []
     failures: dict[str, str] = {}
     prepared: dict[str, float] = {}
@@ -136,7 +138,9 @@ def _measure_problem(problem: Problem, chosen: list[Peer], rounds: int, quick: b
     ]
 
 
-def _prepare(problem, peer, tolerance, rounds, start, prepared) -> _Entry:
+def _prepare(
+    problem: Problem, peer: Peer, tolerance: float, rounds: int, start: float, prepared: dict[str, float]
+) -> _Entry:
     """Prepare and run twice: the first run may still compile or load, the second says how often to repeat."""
     run = peer.prepare(problem, tolerance)
     answer = run()

@@ -1,8 +1,10 @@
 """The command ``symfric bench``."""
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +12,9 @@ from symfric.cli.console import common_options, no_interrupt_lost, print_json, s
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
 from symfric_evidence.bench.problems import NAMES
+
+if TYPE_CHECKING:
+    from symfric_evidence.bench.result import Benchmark
 
 
 @click.command()
@@ -29,7 +34,7 @@ def bench(
     out: Path | None,
     as_json: bool,
     quiet: bool,
-):
+) -> None:
     """Measure run time and error on problems with known solutions.
 
     \b
@@ -71,7 +76,7 @@ def bench(
             say(f"{name}: " + "; ".join(lines))
 
 
-def _growth(folder: Path | None, as_json: bool, tell) -> None:
+def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:
     from rich.console import Console
 
     from symfric_evidence.bench import ensembles, needs, scaling
@@ -100,7 +105,7 @@ def _growth(folder: Path | None, as_json: bool, tell) -> None:
     Console().print(growth_table(grown))
 
 
-def _write(benchmark, folder: Path) -> None:
+def _write(benchmark: "Benchmark", folder: Path) -> None:
     from symfric.report.study.figures import png
     from symfric_evidence.bench.picture import picture
 

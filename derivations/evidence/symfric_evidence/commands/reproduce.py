@@ -4,12 +4,17 @@ import json
 import time
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 from symfric.errors import SceneError
 from symfric.interrupts import STATUS
+
+if TYPE_CHECKING:
+    from symfric.motions import Motion
+    from symfric_evidence.sources.registry import Entry, Made
 
 FILE = click.Path(path_type=Path)
 
@@ -20,7 +25,9 @@ FILE = click.Path(path_type=Path)
 @click.option("--list", "listing", is_flag=True, help="Print the names, one a line.")
 @click.option("--records", type=FILE, help="Folder of AT2 records for the figures that need ground motions.")
 @common_options
-def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | None, as_json: bool, quiet: bool):
+def reproduce(
+    names: tuple[str, ...], out: Path, listing: bool, records: Path | None, as_json: bool, quiet: bool
+) -> None:
     """Reproduce figures and tables of the sources; all of them unless some are named.
 
     Writes figures and tables, and index.html with the claims of the sources and the results.
@@ -67,7 +74,7 @@ def reproduce(names: tuple[str, ...], out: Path, listing: bool, records: Path | 
         say(index)
 
 
-def _save_index(folder: Path, pages: dict) -> str:
+def _save_index(folder: Path, pages: dict[str, tuple["Entry[Any]", "Made", float]]) -> str:
     from symfric.report.html.versions import versions
     from symfric_evidence.sources.gallery import gallery
 
@@ -76,7 +83,7 @@ def _save_index(folder: Path, pages: dict) -> str:
     return str(index)
 
 
-def _list(wanted: dict, as_json: bool) -> None:
+def _list(wanted: dict[str, "Entry[Any]"], as_json: bool) -> None:
     if as_json:
         print_json({name: entry.caption for name, entry in wanted.items()})
         return
@@ -84,7 +91,7 @@ def _list(wanted: dict, as_json: bool) -> None:
         say(f"{name}: {entry.caption}")
 
 
-def _read(folder: Path) -> list:
+def _read(folder: Path) -> list["Motion"]:
     """Read all records of a folder, in the order of their names."""
     from symfric.motions import read_at2
 
@@ -96,7 +103,7 @@ def _read(folder: Path) -> list:
     return [read_at2(f) for f in files]
 
 
-def _write(folder: Path, name: str, made) -> list[str]:
+def _write(folder: Path, name: str, made: "Made") -> list[str]:
     """Write the figures and tables; return the names of the files."""
     from symfric.report.study.figures import png
 

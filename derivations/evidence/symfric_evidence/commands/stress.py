@@ -1,8 +1,13 @@
 """The command ``symfric stress``."""
 
+from typing import TYPE_CHECKING
+
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say
+
+if TYPE_CHECKING:
+    from symfric_evidence.stress import StressResult
 
 
 @click.command()
@@ -13,7 +18,16 @@ from symfric.cli.console import common_options, print_json, progress_on_stderr, 
 @click.option("--jobs", "-j", type=int, default=-1, help="Processes; as many as there are processors unless given.")
 @click.option("--scene", "name", metavar="FAMILY/SEED/NUMBER", help="Only this scene, by the name shown in a run.")
 @common_options
-def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: bool):
+def stress(
+    scenes: int,
+    seed: int,
+    families: tuple[str, ...],
+    listed: bool,
+    jobs: int,
+    name: str | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
     """Run random scenes by the automatic route and compare each with an independent reference simulator.
 
     Exit status 1 if a run differs by more than 1000 tolerances without a status or a sensitivity that explains it, or
@@ -55,7 +69,7 @@ def stress(scenes, seed, families, listed, jobs, name, as_json: bool, quiet: boo
         raise click.exceptions.Exit(1)
 
 
-def _print_table(result) -> None:
+def _print_table(result: "StressResult") -> None:
     """Print the number of scenes for each family and verdict."""
     width = max(len(name) for name in result.by_family)
     for name, counts in [*result.by_family.items(), ("all", result.counts)]:

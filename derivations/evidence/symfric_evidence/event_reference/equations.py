@@ -1,7 +1,9 @@
 """Numeric functions of a scene's expressions, with the sign of every kink as an argument."""
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -11,18 +13,20 @@ from symfric.model.contact_states import coefficient, rates_by_side
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 
+Numbers = Callable[..., Any]  # of numbers, or of arrays of them, in the order of `Equations.arguments`
+
 
 class select(sp.Function):  # noqa: N801  (a SymPy function is named as it is called)
     """The second argument where the first is positive, the third elsewhere."""
 
     nargs = 3
 
-    def _eval_derivative(self, s):
+    def _eval_derivative(self, s: sp.Symbol) -> sp.Expr:
         return select(self.args[0], self.args[1].diff(s), self.args[2].diff(s))
 
 
-def _guarded(function):
-    def call(*x):
+def _guarded(function: Callable[..., float]) -> Callable[..., float]:
+    def call(*x: float) -> float:
         try:
             return function(*x)
         except (ValueError, ArithmeticError):
@@ -33,23 +37,23 @@ def _guarded(function):
 
 # Roots and inverse functions in two forms. Trial steps evaluate a mode beyond its end, where the argument of a root may
 # be negative: the first form goes on with the value at the edge of its domain, the second is not a number there.
-EXTENDED = {
+EXTENDED: dict[str, Callable[..., float]] = {
     "power": lambda x, p: max(x, 0.0) ** p,
     "asin": lambda x: math.asin(min(max(x, -1.0), 1.0)),
     "acos": lambda x: math.acos(min(max(x, -1.0), 1.0)),
 }
-STRICT = {"power": math.pow, "asin": math.asin, "acos": math.acos}
+STRICT: dict[str, Callable[..., float]] = {"power": math.pow, "asin": math.asin, "acos": math.acos}
 
 
-def _exp(x):
+def _exp(x: float) -> float:
     return math.exp(x) if x < 709.0 else math.inf
 
 
-def _pick(side, above, below):
+def _pick(side: Any, above: Any, below: Any) -> Any:
     return above if side > 0 else below
 
 
-SCALAR = {
+SCALAR: dict[str, Callable[..., Any]] = {
     **{name: _guarded(getattr(math, name)) for name in ("sqrt", "log", "asin", "acos")},
     "exp": _exp,
     "cosh": lambda x: math.cosh(x) if abs(x) < 709.0 else math.inf,
@@ -71,7 +75,7 @@ ARRAY = {
 class KinkRegister:
     """Replaces Abs, Max, Min and Piecewise by `select` over signs; collects the expressions whose signs they are."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.guards: list[sp.Expr] = []
         self.signs: list[sp.Symbol] = []
 
@@ -105,7 +109,7 @@ class KinkRegister:
             return result
         return expr.func(*args)
 
-    def _where(self, condition, yes: sp.Expr, no: sp.Expr) -> sp.Expr:
+    def _where(self, condition: sp.Basic, yes: sp.Expr, no: sp.Expr) -> sp.Expr:
         if condition == sp.true:
             return yes
         if isinstance(condition, sp.And):
@@ -147,7 +151,10 @@ class Equations:
         q, u, states, signals = (
             tuple(real.get(s, s) for s in group) for group in (system.q, system.u, system.states, signals)
         )
-        smooth = lambda e: kinks.pieces(e.xreplace(real))  # noqa: E731
+
+        def smooth(e: sp.Expr) -> sp.Expr:
+            return kinks.pieces(e.xreplace(real))
+
         slips = [smooth(c.slip) for c in contacts]
         speeds = [m * w for m, w in zip(modes, slips, strict=True)]
         load = [smooth(c.normal * c.profile) for c in contacts]
@@ -180,36 +187,38 @@ class Equations:
         self.cuts = tuple(int(k) for k in np.cumsum(sizes))
         self._scales = [*(_terms(f) for f in force), *(_terms(w) for w in slips), *(_terms(g) for g in self.guards)]
 
-    def _scalar(self, expressions, functions=SCALAR):
-        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [functions, "math"], cse=True)
+    def _scalar(self, expressions: Sequence[sp.Expr], functions: Mapping[str, Callable[..., Any]] = SCALAR) -> Numbers:
+        made: Numbers = sp.lambdify(self.arguments, [_plain(e) for e in expressions], [functions, "math"], cse=True)
+        return made
 
-    def _array(self, expressions):
-        return sp.lambdify(self.arguments, [_plain(e) for e in expressions], [ARRAY, "numpy"], cse=True)
+    def _array(self, expressions: Sequence[sp.Expr]) -> Numbers:
+        made: Numbers = sp.lambdify(self.arguments, [_plain(e) for e in expressions], [ARRAY, "numpy"], cse=True)
+        return made
 
     @cached_property
-    def core(self):
+    def core(self) -> Numbers:
         """Mass, force, rates of z, slip rows, drifts, kinetic friction and bounds of sticking; cut at `cuts`."""
         return self._scalar(self._core)
 
     @cached_property
-    def inside(self):
+    def inside(self) -> Numbers | None:
         """The same, but not a number outside the domains of roots and inverse functions; None if there are none."""
         if not any(_plain(e).has(*_EDGED.values()) for e in self._core):
             return None
         return self._scalar(self._core, INSIDE)
 
     @cached_property
-    def watched(self):
+    def watched(self) -> Numbers:
         """Slips and guards of the kinks."""
         return self._scalar(self._watched)
 
     @cached_property
-    def watched_array(self):
+    def watched_array(self) -> Numbers:
         """Slips, guards of the kinks and arguments of the features, for arrays of times."""
         return self._array([*self._watched, *self._features])
 
     @cached_property
-    def guard_slopes(self):
+    def guard_slopes(self) -> Numbers:
         """Derivatives of the guards of the kinks: with respect to t, then q, u and z of every guard."""
         rows = [
             e
@@ -222,7 +231,7 @@ class Equations:
         return self._scalar(rows)
 
     @cached_property
-    def scales(self):
+    def scales(self) -> Numbers:
         """Sums of the magnitudes of the terms of every force, slip and guard, the scales of their rounding errors."""
         return self._scalar(self._scales)
 

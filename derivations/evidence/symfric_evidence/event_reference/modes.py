@@ -1,12 +1,15 @@
 """Accelerations and friction of one mode, and mode selection by enumeration."""
 
 import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from symfric_evidence.event_reference.equations import Equations
 
+Motion = tuple[np.ndarray, np.ndarray, list[np.ndarray]]  # accelerations, friction forces, terms of the equations
 EPS = 2.2e-16
 ROUNDING = 64 * EPS  # rounding error relative to the forces
 TIE = 1e-11  # force relative to the others below which the sign is decided by the motion a moment later
@@ -47,19 +50,19 @@ class Mechanics:
         self.slopes: tuple[float, ...] = ()
         self.since = 0.0
 
-    def arguments(self, t, y, mode: SmoothMode):
+    def arguments(self, t: Any, y: np.ndarray, mode: SmoothMode) -> tuple[Any, ...]:
         """Return the arguments of the functions; for arrays of times, `y` has one column for each."""
         inputs = [a + b * (t - self.since) for a, b in zip(self.signals, self.slopes, strict=True)]
         return (t, *y, *self.values, *inputs, *self.slopes, *mode.modes, *mode.signs)
 
-    def parts(self, t: float, y, mode: SmoothMode):
+    def parts(self, t: float, y: np.ndarray, mode: SmoothMode) -> list[np.ndarray]:
         """Return mass, force, rates, rows, drifts, kinetic friction and bounds of sticking as arrays."""
         e = self.e
         parts = np.split(np.array(e.core(*self.arguments(t, y, mode)), dtype=float), e.cuts[:-1])
         parts[0], parts[3] = parts[0].reshape(e.n, e.n), parts[3].reshape(e.n_c, e.n)
         return parts
 
-    def look(self, t: float, y, modes: tuple[int, ...]):
+    def look(self, t: float, y: np.ndarray, modes: tuple[int, ...]) -> tuple[np.ndarray, tuple[int, ...]]:
         """Return slips and guards of the kinks, and the signs of these, which may depend on each other."""
         e = self.e
         signs = (1,) * e.n_k
@@ -72,7 +75,7 @@ class Mechanics:
             signs = found
         return watched, signs
 
-    def rate(self, t: float, y, mode: SmoothMode) -> np.ndarray:
+    def rate(self, t: float, y: np.ndarray, mode: SmoothMode) -> np.ndarray:
         """Return dy/dt."""
         e = self.e
         if e.n == 1 and e.n_c <= 1 and not any(mode.modes) and not e.n_c:
@@ -86,7 +89,7 @@ class Mechanics:
         a, _, parts = self.motion(t, y, mode)
         return np.concatenate([y[e.n : 2 * e.n], a, parts[2]])
 
-    def motion(self, t: float, y, mode: SmoothMode):
+    def motion(self, t: float, y: np.ndarray, mode: SmoothMode) -> Motion:
         """Return accelerations, friction forces of every contact, and the terms of the equations."""
         parts = self.parts(t, y, mode)
         mass, force, _, rows, drift, friction, _ = parts
@@ -104,7 +107,7 @@ class Mechanics:
         push[stuck] = np.linalg.lstsq(rows[stuck].T, held.T @ found[n:], rcond=_RANK)[0]
         return found[:n], push, parts
 
-    def excess(self, t: float, y, mode: SmoothMode, motion=None) -> np.ndarray:
+    def excess(self, t: float, y: np.ndarray, mode: SmoothMode, motion: Motion | None = None) -> np.ndarray:
         """Return the relative excess of every sticking contact over its bound, <= 0 where it holds.
 
         Contacts with dependent rows share the force so that the largest excess is least.
@@ -191,7 +194,7 @@ class Choice:
         self._scales = np.zeros(mechanics.e.n + mechanics.e.n_c + mechanics.e.n_k)
         self.alternatives = False  # whether several combinations were admissible that move differently
 
-    def at(self, t: float, y: np.ndarray, at_zero, small: np.ndarray) -> SmoothMode | None:
+    def at(self, t: float, y: np.ndarray, at_zero: Sequence[bool], small: np.ndarray) -> SmoothMode | None:
         """Return the admissible mode in which most contacts stick; None if there is none.
 
         Parameters
@@ -236,7 +239,9 @@ class Choice:
         found = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
         self._scales = np.maximum(self._scales, found)
 
-    def _sides(self, t: float, y: np.ndarray, modes, at_zero, small):
+    def _sides(
+        self, t: float, y: np.ndarray, modes: tuple[int, ...], at_zero: Sequence[bool], small: np.ndarray
+    ) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
         """Yield signs of all kinks, and which of them are at zero, where both signs are tried."""
         e = self.m.e
         if not e.n_k:
@@ -249,7 +254,9 @@ class Choice:
         for choice in itertools.product(*options):
             yield choice, edge
 
-    def _admissible(self, t, y, mode: SmoothMode, rest, edge, scales) -> SmoothMode | None:
+    def _admissible(
+        self, t: float, y: np.ndarray, mode: SmoothMode, rest: Sequence[bool], edge: np.ndarray, scales: np.ndarray
+    ) -> SmoothMode | None:
         m, e = self.m, self.m.e
         motion = m.motion(t, y, mode)
         a, push, parts = motion
@@ -297,12 +304,15 @@ class Choice:
             return None
         return mode
 
-    def _side_later(self, t: float, y, mode: SmoothMode, k: int, reach: float, noise: float) -> float:
+    def _side_later(self, t: float, y: np.ndarray, mode: SmoothMode, k: int, reach: float, noise: float) -> float:
         """Return the sign of a guard that starts at zero without slope and curvature; zero if it stays there.
 
         It starts at zero to the error of the state there, which is not the guard's sign: only its change counts.
         """
-        guard_of = lambda t, y: float(self.m.e.watched(*self.m.arguments(t, y, mode))[self.m.e.n_c + k])  # noqa: E731
+
+        def guard_of(t: float, y: np.ndarray) -> float:
+            return float(self.m.e.watched(*self.m.arguments(t, y, mode))[self.m.e.n_c + k])
+
         start = guard_of(t, y)
         for lead in LEADS[1:]:
             guard = guard_of(*self._later(t, y, mode, lead)) - start
@@ -310,7 +320,7 @@ class Choice:
                 return float(np.sign(guard))
         return 0.0
 
-    def _pushes(self, t: float, y, mode: SmoothMode, forces: float) -> list[float]:
+    def _pushes(self, t: float, y: np.ndarray, mode: SmoothMode, forces: float) -> list[float]:
         """Return the signs of the friction of sticking contacts, a moment later where it is zero."""
         found = [0.0] * self.m.e.n_c
         for lead in (0.0, *LEADS):
@@ -322,7 +332,7 @@ class Choice:
                     found[i] = float(np.sign(push[i]))
         return found
 
-    def _later(self, t: float, y, mode: SmoothMode, lead: float):
+    def _later(self, t: float, y: np.ndarray, mode: SmoothMode, lead: float) -> tuple[float, np.ndarray]:
         """Return time and state after a fraction of the time scale, by four fourth-order steps."""
         m, n = self.m, 4
         h = lead * m.time_scale / n
@@ -334,7 +344,7 @@ class Choice:
             y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), t + h
         return t, y
 
-    def _holds(self, t: float, y, mode: SmoothMode, rest, scales) -> bool:
+    def _holds(self, t: float, y: np.ndarray, mode: SmoothMode, rest: Sequence[bool], scales: np.ndarray) -> bool:
         """Whether the mode is still admissible a moment later, for several moments."""
         m, e = self.m, self.m.e
         now = np.array(e.watched(*m.arguments(t, y, mode)), dtype=float)

@@ -1,6 +1,9 @@
 """Integration of one mode at a time, and location of the events that end it."""
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -10,6 +13,7 @@ from symfric.model.scene import Scene
 from symfric_evidence.event_reference.equations import Equations
 from symfric_evidence.event_reference.modes import Choice, Mechanics, SmoothMode
 
+Dense = Callable[[Any], np.ndarray]  # state at a time, or at an array of times
 _GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluated
 # dense near the start, since a mode may end soon
 _FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])
@@ -61,7 +65,15 @@ class ReferenceSimulator:
         self.equations = Equations(scene)
 
     def run(
-        self, values=None, initial=None, *, horizon=None, times=None, sizes=None, tolerance=None, preference=0
+        self,
+        values: Mapping[str, float] | None = None,
+        initial: Mapping[str, float] | None = None,
+        *,
+        horizon: float | None = None,
+        times: np.ndarray | None = None,
+        sizes: np.ndarray | None = None,
+        tolerance: float | None = None,
+        preference: int = 0,
     ) -> Reference:
         """Run with other values and another start, both by name.
 
@@ -78,7 +90,7 @@ class ReferenceSimulator:
             Which of several admissible modes: the first or the last that is enumerated.
         """
         scene = self.scene
-        numbers = {s.name: v for s, v in scene.numbers().items()} | (values or {}) | (initial or {})
+        numbers = {s.name: v for s, v in scene.numbers().items()} | dict(values or {}) | dict(initial or {})
         y = np.array([numbers[s.name] for s in scene.system.states], dtype=float)
         parameters = tuple(float(numbers[s.name]) for s in self.equations.parameters)
         horizon = scene.horizon if horizon is None else horizon
@@ -93,7 +105,14 @@ class _Motion:
     """One run."""
 
     def __init__(
-        self, simulator: ReferenceSimulator, mechanics: Mechanics, horizon, times, sizes, tolerance, preference
+        self,
+        simulator: ReferenceSimulator,
+        mechanics: Mechanics,
+        horizon: float,
+        times: np.ndarray,
+        sizes: np.ndarray,
+        tolerance: float,
+        preference: int,
     ):
         self.m, self.e, self.scene = mechanics, mechanics.e, simulator.scene
         self.limits, self.horizon = simulator, horizon
@@ -147,7 +166,7 @@ class _Motion:
         self.m.slopes, self.m.since = tuple(slopes), t
         self.m.signals = tuple(float(s(middle)) - b * (middle - t) for s, b in zip(signals, slopes, strict=True))
 
-    def _mode(self, t: float, y: np.ndarray, at_zero) -> SmoothMode:
+    def _mode(self, t: float, y: np.ndarray, at_zero: Sequence[bool]) -> SmoothMode:
         watched, _ = self.m.look(t, y, (1,) * self.e.n_c)
         self.largest = np.maximum(self.largest, np.abs(watched))
         n_c, n_k = self.e.n_c, self.e.n_k
@@ -167,7 +186,9 @@ class _Motion:
         y[self.e.n : 2 * self.e.n] -= np.linalg.lstsq(rows, slips, rcond=1e-13)[0]
         return y
 
-    def _segment(self, t: float, y: np.ndarray, mode: SmoothMode, stop: float):
+    def _segment(
+        self, t: float, y: np.ndarray, mode: SmoothMode, stop: float
+    ) -> tuple[float, np.ndarray, list[bool], bool]:
         """Integrate one mode; return its end, the contacts at zero slip there, and whether it is the stop."""
         if stop - t <= 4e-16 * stop:
             return t, y, self._zero(mode), True
@@ -213,12 +234,12 @@ class _Motion:
             if solver.status == "finished":
                 return t, y, self._zero(mode), True
 
-    def _check(self, t: float, dense, mode: SmoothMode) -> None:
+    def _check(self, t: float, dense: Dense, mode: SmoothMode) -> None:
         """Raise if a root or an inverse function has left its domain inside a mode."""
         if self.e.inside is not None and not np.all(np.isfinite(self.e.inside(*self.m.arguments(t, dense(t), mode)))):
             raise GaveUp(f"not a number at t = {t:.17g}")
 
-    def _keep(self, t: float, te: float, dense) -> None:
+    def _keep(self, t: float, te: float, dense: Dense) -> None:
         inside = (self.times > t) & (self.times <= te)
         if np.any(inside):
             self.x[:, inside] = dense(self.times[inside])
@@ -230,7 +251,9 @@ class _Motion:
             zero[row] = True
         return zero
 
-    def _guards(self, mode: SmoothMode, grid, states, watched, dense):
+    def _guards(
+        self, mode: SmoothMode, grid: np.ndarray, states: np.ndarray, watched: np.ndarray, dense: Dense
+    ) -> tuple[np.ndarray, Callable[[int, float], float]]:
         """Return the guards on the grid, positive while the mode lasts, and a function of row and time.
 
         Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where
@@ -260,7 +283,7 @@ class _Motion:
             y = dense(t)
             if row < n_c + n_k:
                 found = self.e.watched(*self.m.arguments(t, y, mode))[row]
-                return (mode.modes[row] if row < n_c else mode.signs[row - n_c]) * found
+                return float((mode.modes[row] if row < n_c else mode.signs[row - n_c]) * found)
             i = row - n_c - n_k
             motion = self.m.motion(t, y, mode)
             left = -float(self.m.excess(t, y, mode, motion)[i])
@@ -279,7 +302,9 @@ def _change(arguments: np.ndarray) -> float:
     return float(np.max(np.where(np.isfinite(found), found, 0.0)))
 
 
-def _first_event(grid: np.ndarray, guards: np.ndarray, function, noise: np.ndarray | None):
+def _first_event(
+    grid: np.ndarray, guards: np.ndarray, function: Callable[[int, float], float], noise: np.ndarray | None
+) -> tuple[float, int] | None:
     """Return time and row of the first guard that becomes negative, None if none does.
 
     `noise` is what a guard has to reach before that, in the first step of a mode.
@@ -289,22 +314,22 @@ def _first_event(grid: np.ndarray, guards: np.ndarray, function, noise: np.ndarr
         if not np.isfinite(g[0]):
             continue
         end = grid.size if best is None else int(np.searchsorted(grid, best[0], side="right")) + 1
-        found = _first_zero(
-            grid[:end], g[:end], lambda t, row=row: function(row, t), noise[row] if noise is not None else None
-        )
+        found = _first_zero(grid[:end], g[:end], partial(function, row), noise[row] if noise is not None else None)
         if found is not None and (best is None or found < best[0]):
             best = (found, row)
     return best
 
 
-def _first_zero(grid: np.ndarray, g: np.ndarray, function, noise: float | None) -> float | None:
+def _first_zero(
+    grid: np.ndarray, g: np.ndarray, function: Callable[[float], float], noise: float | None
+) -> float | None:
     """Return where a guard that starts at zero or above becomes negative."""
     start = 0
     if g[0] <= 0 or noise is not None:  # it may begin at zero, and below it by rounding
         above = np.flatnonzero(g > max(-4 * g[0], 0.0))
         if not above.size:
             below = np.flatnonzero(g < -1e-9 * np.max(np.abs(g)) - 1e-13)
-            return grid[below[0]] if below.size and below[-1] == g.size - 1 else None
+            return float(grid[below[0]]) if below.size and below[-1] == g.size - 1 else None
         start = int(above[0])
     clear = np.flatnonzero(np.abs(g[start:]) > (noise or 0.0))
     if clear.size and g[start + clear[0]] > 0:  # until then it is zero
@@ -312,7 +337,7 @@ def _first_zero(grid: np.ndarray, g: np.ndarray, function, noise: float | None) 
     for j in range(start, g.size):
         if g[j] < 0:
             if j == start:
-                return grid[j]
+                return float(grid[j])
             return _root(function, grid[j - 1], grid[j])
         if j < 2 or j - 2 < start:
             continue
@@ -327,9 +352,9 @@ def _first_zero(grid: np.ndarray, g: np.ndarray, function, noise: float | None) 
     return None
 
 
-def _root(function, a: float, b: float) -> float:
+def _root(function: Callable[[float], float], a: float, b: float) -> float:
     if function(a) <= 0:
         return a
     if function(b) >= 0:
         return b
-    return brentq(function, a, b, xtol=1e-15 * max(abs(a), abs(b), 1e-300), rtol=8.9e-16)
+    return float(brentq(function, a, b, xtol=1e-15 * max(abs(a), abs(b), 1e-300), rtol=8.9e-16))

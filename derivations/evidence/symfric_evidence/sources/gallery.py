@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 from jinja2 import ChoiceLoader, PackageLoader, Template
 
@@ -13,7 +14,7 @@ from symfric_evidence.sources.reproduction import NOT_MADE
 VERDICTS = {True: "true", False: "false", None: "true only if"}
 
 
-def gallery(made: Mapping[str, tuple[Entry, Made, float]], versions: Mapping[str, str]) -> str:
+def gallery(made: Mapping[str, tuple[Entry[Any], Made, float]], versions: Mapping[str, str]) -> str:
     """Return the page as HTML.
 
     Parameters
@@ -41,7 +42,7 @@ def _template() -> Template:
     return known.overlay(loader=both).get_template("gallery.html")
 
 
-def _source(source: str, made: Mapping[str, tuple[Entry, Made, float]]) -> dict:
+def _source(source: str, made: Mapping[str, tuple[Entry[Any], Made, float]]) -> dict[str, Any]:
     """Return the template data of one source."""
     return {
         "name": source,
@@ -51,7 +52,7 @@ def _source(source: str, made: Mapping[str, tuple[Entry, Made, float]]) -> dict:
     }
 
 
-def _counts(sources: list[dict]) -> list[list]:
+def _counts(sources: list[dict[str, Any]]) -> list[list[Any]]:
     """Return how many claims of each source have each verdict, and of all."""
     rows = []
     for source in sources:
@@ -60,7 +61,7 @@ def _counts(sources: list[dict]) -> list[list]:
     return [*rows, ["all", *(sum(column) for column in list(zip(*rows, strict=True))[1:])]] if rows else []
 
 
-def _entry(name: str, entry: Entry, made: Made, seconds: float) -> dict:
+def _entry(name: str, entry: Entry[Any], made: Made, seconds: float) -> dict[str, Any]:
     return {
         "name": name,
         "title": title(name),

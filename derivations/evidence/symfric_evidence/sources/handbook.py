@@ -161,8 +161,8 @@ def chatter() -> FigureData:
         panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (PanelCurve("", t, x),), levels=(("", rest),)))
     t, x, u, _ = _interface(1.0, 0.02)
     cycle = _frequency(t, x)
-    rest = _interface(0.0, 5.0)
-    still = float(np.ptp(rest[1][rest[0] > 0.9 * rest[0][-1]]) / np.ptp(rest[1][rest[0] < 0.1 * rest[0][-1]]))
+    at_rest, x_rest, *_ = _interface(0.0, 5.0)
+    still = float(np.ptp(x_rest[at_rest > 0.9 * at_rest[-1]]) / np.ptp(x_rest[at_rest < 0.1 * at_rest[-1]]))
     panels.append(
         Panel("phase plane, $v_b$ = 1", "$x$ [m]", r"$\dot x$ [m/s]", (PanelCurve("", x, u),), levels=(("$v_b$", 1.0),))
     )
@@ -197,7 +197,7 @@ def _frequency(t: np.ndarray, x: np.ndarray) -> float:
     return float(2 * np.pi / np.mean(np.diff(crossings)))
 
 
-def _interface(speed: float, start: float) -> tuple:
+def _interface(speed: float, start: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Return times, place, velocity and the place of steady sliding of a mass on a belt with two-slope friction."""
     import sympy as sp
 
@@ -218,7 +218,8 @@ def _interface(speed: float, start: float) -> tuple:
     rest = float(equilibrium(scene.where({x0: 0.0})).x[0]) if speed else 0.0
     run = simulate(scene.where({x0: rest + start * STIFF[1] / 10}), tolerance=1e-10).checked()
     t = np.union1d(np.linspace(0.0, 12.0, 6000), run.t)
-    return t, *run(t), rest
+    place, velocity = run(t)
+    return t, place, velocity, rest
 
 
 FIGURES = {

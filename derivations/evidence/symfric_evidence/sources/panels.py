@@ -4,6 +4,7 @@ import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -108,23 +109,24 @@ class FigureData:
             }
             for p in self.panels
         ]
-        return plain({"figure": self.name, "caption": self.caption, "panels": panels})
+        told: dict[str, object] = plain({"figure": self.name, "caption": self.caption, "panels": panels})
+        return told
 
     def __repr__(self) -> str:
         return f"FigureData({self.name}, {len(self.panels)} panels)"
 
 
-def panels_entry(make: Callable[[], FigureData]) -> Entry:
+def panels_entry(make: Callable[[], FigureData]) -> Entry[FigureData]:
     """Return the entry of a function that computes panels; its docstring's first line is the caption."""
     return Entry(first_line(make), lambda _inputs: make(), plot_figure, findings=lambda data: data.findings)
 
 
-def first_line(function: Callable) -> str:
+def first_line(function: Callable[..., object]) -> str:
     """Return the first line of a docstring."""
     return (function.__doc__ or "").strip().splitlines()[0]
 
 
-def plot_panel(panel: Panel, ax=None):
+def plot_panel(panel: Panel, ax: Any = None) -> Any:
     """Draw the curves of one panel; return the Axes."""
     from matplotlib.ticker import MaxNLocator
 
@@ -150,11 +152,11 @@ def plot_panel(panel: Panel, ax=None):
     return tidy(ax)
 
 
-def legend_below(axes) -> None:
+def legend_below(axes: Any) -> None:
     """Draw one legend of all panels below them; equal curves of several panels are named once."""
     from matplotlib.lines import Line2D
 
-    shown: dict[tuple, tuple] = {}
+    shown: dict[tuple[Any, ...], tuple[Any, str]] = {}
     for ax in np.ravel(axes):
         for handle, name in zip(*ax.get_legend_handles_labels(), strict=True):
             line = isinstance(handle, Line2D)
@@ -170,7 +172,7 @@ def legend_below(axes) -> None:
     figure.legend(handles, names, loc="outside lower center", **options)
 
 
-def _note_values(ax, panel: Panel) -> None:
+def _note_values(ax: Any, panel: Panel) -> None:
     """Draw the named values of both axes, with their names at the upper and the right edge."""
     for name, value in panel.marks:
         ax.axvline(value, color=GREY, linewidth=0.9, linestyle=DASHES["dashed"], zorder=1)
@@ -182,7 +184,7 @@ def _note_values(ax, panel: Panel) -> None:
         ax.annotate(name, xytext=(-2, 1), textcoords="offset points", fontsize=8, color=GREY, **place)
 
 
-def plot_figure(data: FigureData, axes=None) -> np.ndarray:
+def plot_figure(data: FigureData, axes: Any = None) -> np.ndarray:
     """Draw a figure with all its panels; return the Axes, of a new figure without global state unless given."""
     if axes is None:
         from matplotlib.figure import Figure
@@ -198,7 +200,7 @@ def plot_figure(data: FigureData, axes=None) -> np.ndarray:
     for panel, ax in zip(data.panels, axes, strict=True):
         plot_panel(panel, ax)
     legend_below(axes)
-    return axes
+    return np.asarray(axes)
 
 
 def _filled(text: str, width: int) -> str:
@@ -207,7 +209,7 @@ def _filled(text: str, width: int) -> str:
     return textwrap.fill(whole, width).replace("\0", " ")
 
 
-def plain_ticks(axis) -> None:
+def plain_ticks(axis: Any) -> None:
     """Label 1, 2 and 5 of every decade of a logarithmic axis with plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+
+from symfric.motions.motion import Motion
 
 _Data = TypeVar("_Data")
 
@@ -20,7 +22,7 @@ class Inputs:
     progress : callable ``(fraction) -> None``
     """
 
-    motions: Sequence | None = None
+    motions: Sequence[Motion] | None = None
     progress: Callable[[float], None] = field(default=lambda _fraction: None, repr=False)
 
 
@@ -58,13 +60,13 @@ class Made:
     findings : tuple of Finding
     """
 
-    figure: object = None
+    figure: Any = None
     text: str = ""
     data: object = None
     findings: tuple[Finding, ...] = ()
 
 
-def _nothing(_data) -> tuple[Finding, ...]:
+def _nothing(_data: object) -> tuple[Finding, ...]:
     return ()
 
 
@@ -87,7 +89,7 @@ class Entry(Generic[_Data]):
 
     caption: str
     compute: Callable[[Inputs], _Data] = field(repr=False)
-    draw: Callable | None = field(default=None, repr=False)
+    draw: Callable[[_Data], Any] | None = field(default=None, repr=False)
     text: Callable[[_Data], str] | None = field(default=None, repr=False)
     plain: Callable[[_Data], object] | None = field(default=None, repr=False)
     findings: Callable[[_Data], tuple[Finding, ...]] = field(default=_nothing, repr=False)

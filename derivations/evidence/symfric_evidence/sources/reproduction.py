@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
@@ -15,7 +16,7 @@ NOT_MADE = {
 }
 
 
-def reproductions() -> dict[str, Entry]:
+def reproductions() -> dict[str, Entry[Any]]:
     """Return all registry entries by name, ordered by source and number."""
     from symfric_evidence.sources import handbook, sketches, thomsen, younes_ashour
     from symfric_evidence.sources.guida import figures as guida
@@ -27,7 +28,7 @@ def reproductions() -> dict[str, Entry]:
     return dict(sorted(found.items(), key=lambda item: _order(item[0])))
 
 
-def _order(name: str) -> tuple:
+def _order(name: str) -> tuple[int, int, list[int], str]:
     """Sort by source, figures by number, then tables, then what the sources do not have."""
     source, _, rest = name.partition("-")
     numbers = [int(n) for n in re.findall(r"\d+", rest)]
@@ -35,7 +36,7 @@ def _order(name: str) -> tuple:
     return list(SOURCES).index(source), kind, numbers, rest
 
 
-def chosen(names: Sequence[str]) -> dict[str, Entry]:
+def chosen(names: Sequence[str]) -> dict[str, Entry[Any]]:
     """Return the named entries, or all if no name is given.
 
     Raises

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from symfric.report.study.figures import GREY, ORANGE
 from symfric.report.study.shapes import INK, arrow, block, damper, ground, roller, spring, wall
@@ -21,10 +22,10 @@ class Sketch:
 
     name: str
     equation: str
-    draw: Callable
+    draw: Callable[[Any], None]
 
 
-def plot_sketch(sketch: Sketch, ax=None):
+def plot_sketch(sketch: Sketch, ax: Any = None) -> Any:
     """Draw a system; return the Axes."""
     if ax is None:
         from matplotlib.figure import Figure
@@ -39,7 +40,7 @@ def plot_sketch(sketch: Sketch, ax=None):
     return ax
 
 
-def _belt(ax) -> None:
+def _belt(ax: Any) -> None:
     wall(ax, 0.0, 0.3, 1.9)
     spring(ax, 0.0, 1.6, 1.3, "$K$")
     damper(ax, 0.0, 1.6, 0.7, "$C$")
@@ -53,7 +54,7 @@ def _belt(ax) -> None:
     arrow(ax, 3.0, 1.15, 0.9, 0, r"$m r \tilde\Omega^2 \sin\tilde\Omega t$")
 
 
-def _drawn_slide(ax) -> None:
+def _drawn_slide(ax: Any) -> None:
     ground(ax, 0.0, 0.0, 4.8)
     block(ax, 0.6, 0.02, 1.3, 1.0, "$m$")
     spring(ax, 1.9, 3.5, 0.75, "$k$")
@@ -63,7 +64,7 @@ def _drawn_slide(ax) -> None:
     arrow(ax, 0.9, 1.15, 0.8, 0, "$X$")
 
 
-def _two_slides(ax) -> None:
+def _two_slides(ax: Any) -> None:
     ground(ax, 0.0, 0.0, 5.6)
     for x in (1.6, 2.6):
         roller(ax, x, 0.12, 0.12)
@@ -80,7 +81,7 @@ def _two_slides(ax) -> None:
     arrow(ax, 3.2, 0.6, 0.7, 0, "$X_2$")
 
 
-def _oscillator(ax) -> None:
+def _oscillator(ax: Any) -> None:
     ground(ax, 0.0, 0.0, 4.2)
     wall(ax, 0.0, 0.0, 1.2)
     spring(ax, 0.0, 1.8, 0.5, "$k$")
@@ -89,7 +90,7 @@ def _oscillator(ax) -> None:
     arrow(ax, 3.2, 0.08, 0.6, 0, r"$\mu m g$")
 
 
-def _isolator(ax) -> None:
+def _isolator(ax: Any) -> None:
     ground(ax, 0.0, 0.0, 5.0)
     for x in (1.6, 2.8):
         roller(ax, x, 0.15)
@@ -101,7 +102,7 @@ def _isolator(ax) -> None:
     ax.text(2.2, 0.06, r"$\mu$", ha="center", va="bottom")
 
 
-def _rod(ax) -> None:
+def _rod(ax: Any) -> None:
     from matplotlib.patches import Circle
 
     wall(ax, 0.0, 0.4, 1.9)
@@ -149,7 +150,7 @@ SYSTEMS = {
 }
 
 
-def _entry(name: str, caption: str, draw: Callable, equation: str) -> Entry:
+def _entry(name: str, caption: str, draw: Callable[[Any], None], equation: str) -> Entry[Sketch]:
     sketch = Sketch(name, equation, draw)
     return Entry(caption, lambda _inputs: sketch, plot_sketch)
 

@@ -74,4 +74,4 @@ class DerivativeComparison(Comparison):
             if found.reason:
                 return None
             ends.append(found.x[:, -1])
-        return (ends[0] - ends[1]) / (2 * step)
+        return np.asarray((ends[0] - ends[1]) / (2 * step))

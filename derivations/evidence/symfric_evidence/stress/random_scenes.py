@@ -1,6 +1,6 @@
 """Random scenes for the stress run: structures of one to five masses and contacts, and awkward numbers for each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ SIZES = (0.3, 0.25, 0.2, 0.15, 0.1)  # probabilities of one to five masses, and 
 COUPLING = 0.2  # coupling relative to the smaller of two masses, so that the mass matrix is positive definite
 
 # laws by name, from mu, the drop r >= 0 from rest to slip, a speed v and a slope b
-LAWS: dict[str, Callable] = {
+LAWS: dict[str, Callable[[sp.Expr, sp.Expr, sp.Expr, sp.Expr], laws.Law]] = {
     "coulomb": lambda mu, r, v, b: laws.coulomb(mu),
     "coulomb with a drop": lambda mu, r, v, b: laws.coulomb(mu * (1 + r), mu),
     "piecewise linear": lambda mu, r, v, b: laws.piecewise_linear(
@@ -38,7 +38,9 @@ LAWS: dict[str, Callable] = {
 }
 OF_LINES = ("coulomb", "coulomb with a drop", "piecewise linear")
 
-SPRINGS: dict[str, Callable] = {  # nonlinear forces, from coordinate, velocity and a factor
+SPRINGS: dict[
+    str, Callable[[sp.Expr, sp.Expr, sp.Expr], sp.Expr]
+] = {  # nonlinear forces, from coordinate, velocity and a factor
     "cubic spring": lambda q, u, h: -h * q**3,
     "pendulum": lambda q, u, h: -h * sp.sin(q),
     "soft spring": lambda q, u, h: -h * sp.tanh(2 * q),
@@ -93,7 +95,7 @@ def _parameter(name: str) -> sp.Symbol:
     return sp.Symbol(name, positive=True)
 
 
-def _masses(rng, n: int) -> sp.Matrix:
+def _masses(rng: np.random.Generator, n: int) -> sp.Matrix:
     mass = sp.diag(*(_parameter(f"m{i + 1}") for i in range(n)))
     if n > 1 and rng.random() < 0.4:
         for i in range(n - 1):
@@ -101,7 +103,7 @@ def _masses(rng, n: int) -> sp.Matrix:
     return mass
 
 
-def _force(rng, q, u, i: int, straight: bool) -> sp.Expr:
+def _force(rng: np.random.Generator, q: Sequence[sp.Symbol], u: Sequence[sp.Symbol], i: int, straight: bool) -> sp.Expr:
     """Return the force on mass i: a constant, springs, dampers, and perhaps a drive."""
     name = str(i + 1)
     force = sp.Symbol(f"c{name}", real=True) - _parameter(f"k{name}") * q[i] - _parameter(f"d{name}") * u[i]
@@ -115,7 +117,9 @@ def _force(rng, q, u, i: int, straight: bool) -> sp.Expr:
     return force
 
 
-def _contact(rng, q, u, i: int, law: str, straight: bool) -> Contact:
+def _contact(
+    rng: np.random.Generator, q: Sequence[sp.Symbol], u: Sequence[sp.Symbol], i: int, law: str, straight: bool
+) -> Contact:
     name, n = str(i + 1), len(q)
     a, b = (int(k) for k in rng.permutation(n)[:2]) if n > 1 else (0, 0)
     way = rng.random()
@@ -175,7 +179,7 @@ class Dice:
             start = self._on_surface(rng, values, start, kind)
         return Draw(kind, values, dict(zip(self.states, start.tolist(), strict=True)))
 
-    def _keep_apart(self, values: dict) -> None:
+    def _keep_apart(self, values: dict[str, float]) -> None:
         """Give different speeds to belts whose slips differ only by their speeds.
 
         Contacts whose slips coincide only for particular values do not share load; where friction drops after rest, the
@@ -191,14 +195,18 @@ class Dice:
                     values[f"v{i + 1}"] += 0.0625 * (i + 1)
                     slip = self._look(values, np.zeros(2 * self._n))[0]
 
-    def _look(self, values: dict, start: np.ndarray):
+    def _look(
+        self, values: dict[str, float], start: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return slips, dw/du, static bounds and forces at the start."""
         n, n_c = self._n, self._n_c
         e = np.array([float(x) for x in self._at(*start, *values.values())])
         slip, slopes, bounds, force = np.split(e, np.cumsum([n_c, n * n_c, n_c]))
         return slip, slopes.reshape(n_c, n), bounds, force
 
-    def _on_surface(self, rng, values: dict, start: np.ndarray, kind: str) -> np.ndarray:
+    def _on_surface(
+        self, rng: np.random.Generator, values: dict[str, float], start: np.ndarray, kind: str
+    ) -> np.ndarray:
         """Return a start at which some slips are zero; at the "edge" constant forces bring them to their bounds too."""
         chosen = rng.random(self._n_c) < 0.6
         chosen[rng.integers(self._n_c)] = True
@@ -218,7 +226,7 @@ class Dice:
         return start
 
 
-def _moderate(rng, name: str) -> float:
+def _moderate(rng: np.random.Generator, name: str) -> float:
     """Return a value of order one, by the kind of parameter that the first letter of its name denotes."""
     kind = name[0]
     if kind in "cvFe":
@@ -232,7 +240,7 @@ def _moderate(rng, name: str) -> float:
     return float(rng.uniform(0.1, 0.6) if name.startswith("mu") else rng.uniform(0.3, 2.0))
 
 
-def _tied(rng, name: str) -> float:
+def _tied(rng: np.random.Generator, name: str) -> float:
     """Return one of few values, so that events coincide and forces lie on their bounds."""
     if name[0] in "cvFe":
         return float(rng.choice([-0.25, 0.0, 0.25]))
@@ -241,7 +249,7 @@ def _tied(rng, name: str) -> float:
     return 0.25 if name.startswith("mu") else 1.0
 
 
-def _decades(rng, name: str) -> float:
+def _decades(rng: np.random.Generator, name: str) -> float:
     """Return a factor over up to twelve decades; laws keep their coefficients, and drives are no faster than 1e3."""
     if name.startswith("mu") or name[0] in "rbe":
         return 1.0
@@ -249,7 +257,7 @@ def _decades(rng, name: str) -> float:
     return float(10.0 ** rng.uniform(-width, width if name[0] not in "cNFw" else 0.5 * width))
 
 
-def _bounded_coupling(values: dict) -> None:
+def _bounded_coupling(values: dict[str, float]) -> None:
     """Limit the couplings of the masses so that the mass matrix is positive definite."""
     for name in [n for n in values if n[0] == "e"]:
         i = int(name[1:])

@@ -79,7 +79,7 @@ class SceneComparison(Comparison):
         """Return the states at the times of comparison in the units of the structure; None if the run failed."""
         if run.status != Status.OK:
             return None
-        return run(self.times * units[2]) / self.structure.state_units(units)[:, None]
+        return np.asarray(run(self.times * units[2]) / self.structure.state_units(units)[:, None])
 
     def sizes(self, run: Run, units: Units) -> np.ndarray:
         """Return the size of every state, by its largest value."""
@@ -94,7 +94,7 @@ class SceneComparison(Comparison):
         )
         z = np.maximum(z, 1e-6 * np.max(z, initial=0.0))
         size = np.concatenate([q, u, z])
-        return np.maximum(size, max(1e-12 * np.max(size), 1e-300))
+        return np.asarray(np.maximum(size, max(1e-12 * np.max(size), 1e-300)))
 
     def second(self, draw: Draw, states: np.ndarray, sizes: np.ndarray, allowed: float) -> tuple[float, bool, str]:
         """Return the difference from the reference, whether it holds for its first choice of modes, and a note.

@@ -1,6 +1,7 @@
 """Verdicts of a stress run."""
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 VERDICTS = ("agrees", "not unique", "sensitive", "status", "unconfirmed", "silent failure")
@@ -101,6 +102,6 @@ class StressResult:
         return f"StressResult({', '.join(f'{n} {name}' for name, n in self.counts.items() if n)})"
 
 
-def _counted(verdicts) -> dict[str, int]:
+def _counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
     found = Counter(v.verdict for v in verdicts)
     return {name: found[name] for name in VERDICTS}

@@ -5,7 +5,7 @@ import io
 import math
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import casadi as ca
@@ -65,7 +65,10 @@ def _integrator(form: WrittenForm, tolerance: float) -> ca.Function:
     mode = ca.vertsplit(x[n:-1])
     moving = [m**2 for m in mode[:contacts]]
     arguments = [t, *ca.vertsplit(x[:n]), *mode, *moving, *(line[k] for k in range(lines))]
-    printed = lambda e: _as_casadi(form, e)(*arguments)  # noqa: E731
+
+    def printed(e: Iterable[sp.Expr]) -> list[ca.SX]:
+        return _as_casadi(form, e)(*arguments)
+
     holds, limits, slips = printed(form.holds), printed(form.limits), printed(form.slips)
     guards, after = [], x
     for k, m in enumerate(mode[:contacts]):
@@ -82,10 +85,10 @@ def _integrator(form: WrittenForm, tolerance: float) -> ca.Function:
     )
     ode = ca.vertcat(*printed(form.rates), ca.SX.zeros(len(form.signs) + 1))
     dae = {"x": x, "t": t, "u": line, "ode": ode, "zero": ca.vertcat(*guards)}
-    limits = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
+    options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 10**8, "max_events": 10**6}
     grid = [segment[0] for segment in form.segments]
     with contextlib.redirect_stderr(io.StringIO()):  # "Event support is experimental"
-        return ca.integrator("stick_slip", "erk", dae, 0, grid, {**limits, "transition": transition})
+        return ca.integrator("stick_slip", "erk", dae, 0, grid, {**options, "transition": transition})
 
 
 def _after(form: WrittenForm, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip: ca.SX) -> ca.SX:
@@ -100,11 +103,13 @@ def _after(form: WrittenForm, x: ca.SX, k: int, hold: ca.SX, limit: ca.SX, slip:
     return result
 
 
-def _as_casadi(form: WrittenForm, expressions):
-    own: dict[str, Callable] = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs}
+def _as_casadi(form: WrittenForm, expressions: Iterable[sp.Expr]) -> Callable[..., list[ca.SX]]:
+    own: dict[str, Callable[..., ca.SX]] = {"sin": ca.sin, "cos": ca.cos, "exp": ca.exp, "abs": ca.fabs, "Abs": ca.fabs}
     own |= {"side": ca.sign, "branch": lambda side, above, below: ca.if_else(side > 0, above, below)}
     side = sp.Function("side")  # the printer writes the sign as a Python condition
-    return sp.lambdify(form.arguments, [sp.sympify(e).replace(sp.sign, side) for e in expressions], [own, math])
+    written = [sp.sympify(e).replace(sp.sign, side) for e in expressions]
+    made: Callable[..., list[ca.SX]] = sp.lambdify(form.arguments, written, [own, math])
+    return made
 
 
 def _running(function: ca.Function, form: WrittenForm) -> Callable[[], BenchAnswer]:

@@ -3,10 +3,11 @@
 import logging
 import re
 from collections.abc import Callable
+from typing import Any
 
 import sympy as sp
 
-from symfric_evidence.bench.peers.written_out import PeerLoop, form_of
+from symfric_evidence.bench.peers.written_out import PeerLoop, Step, form_of
 from symfric_evidence.bench.problems import Problem
 from symfric_evidence.bench.result import BenchAnswer
 
@@ -38,7 +39,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
 
     @jax.jit
-    def solved(t, end, y, args):
+    def solved(t: Any, end: Any, y: Any, args: Any) -> Any:
         part = diffrax.diffeqsolve(
             term,
             diffrax.Tsit5(),
@@ -54,7 +55,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
         fell = jnp.stack(part.event_mask) if guards else jnp.zeros(1, bool)
         return part.ts[-1], part.ys[-1], fell
 
-    def advance(t, y, mode, line, end):
+    def advance(t: float, y: list[float], mode: list[float], line: list[float], end: float) -> Step:
         try:
             reached, state, fell = solved(t, end, jnp.array(y), jnp.array([*mode, *line]))
         except (RuntimeError, ValueError) as error:

@@ -1,6 +1,7 @@
 """heyoka's batch mode on the sweep: several belts side by side in vector registers, stick and slip in callbacks."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def prepare_sweep(problem: Problem, tolerance: float, size: int = 4) -> Callable
     low, high = np.zeros(size), np.zeros(size)
     watching = [False]
 
-    def arrive(ta, _, k):
+    def arrive(ta: Any, _: object, k: int) -> bool:
         v_b = pars[1, k]
         state[1, k] = v_b
         if pars[0, k] == 0.0:  # the spring pulls the mass off
@@ -37,7 +38,7 @@ def prepare_sweep(problem: Problem, tolerance: float, size: int = 4) -> Callable
         pars[0, k] = 0.0 if abs(force) <= o.mu_s else 1.0 if force > 0 else -1.0
         return True
 
-    def turn(ta, time, _, k):
+    def turn(ta: Any, time: float, _: object, k: int) -> None:
         if watching[0]:
             ta.update_d_output(time)
             x = ta.d_output[0, k]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import sin
+from typing import Any
 
 from symfric_evidence.bench.problems import OscillatorProblem, Problem
 from symfric_evidence.bench.result import BenchAnswer
@@ -25,7 +26,15 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     return _continuous(oscillator, tolerance) if oscillator.v_s else _set_valued(oscillator, tolerance)
 
 
-def _integrator(o: OscillatorProblem, friction, guard, callback, pars: list[float], tolerance: float, cooldown: float):
+def _integrator(
+    o: OscillatorProblem,
+    friction: Callable[[Any], Any],
+    guard: Callable[[Any], Any],
+    callback: Callable[..., bool],
+    pars: list[float],
+    tolerance: float,
+    cooldown: float,
+) -> Any:
     import heyoka as hy
 
     x, u = hy.make_vars("x", "u")
@@ -48,7 +57,7 @@ def _set_valued(o: OscillatorProblem, tolerance: float) -> Callable[[], BenchAns
         raise NotImplementedError("a forced mass never settles")
     events = [0]
 
-    def arrive(_, __):
+    def arrive(_: object, __: object) -> bool:
         x = state[0]
         force = o.held - x + (o.drive * sin(o.Omega * ta.time) if o.drive else 0.0)
         state[1] = o.v_b
@@ -61,7 +70,7 @@ def _set_valued(o: OscillatorProblem, tolerance: float) -> Callable[[], BenchAns
             events[0] += 1
         return True
 
-    def friction(w):
+    def friction(w: Any) -> Any:
         falling = o.c1 * w + o.c3 * (w * w) * w if o.c1 or o.c3 else 0.0
         return hy.par[0] * o.mu_s + falling
 
@@ -97,15 +106,15 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnswe
     range_ = [0.0, 0.0]
     watching = [False]
 
-    def seen(x):
+    def seen(x: float) -> None:
         range_[:] = min(x, range_[0]), max(x, range_[1])
 
-    def turn(ta, time, _):
+    def turn(ta: Any, time: float, _: object) -> None:
         if watching[0]:
             ta.update_d_output(time)
             seen(ta.d_output[0])
 
-    def arrive(ta, _):
+    def arrive(ta: Any, _: object) -> bool:
         v_b = pars[1]
         force = -2 * o.beta * v_b - state[0]
         state[1] = v_b
@@ -162,12 +171,12 @@ def _continuous(o: OscillatorProblem, tolerance: float) -> Callable[[], BenchAns
     """Loop for the regularised law: its kinks at w = +-v_s are events, par 0 the sign of slip or 0 on the line."""
     import heyoka as hy
 
-    def turn(_, direction):
+    def turn(_: object, direction: int) -> bool:
         sign = 1.0 if state[1] > o.v_b else -1.0
         pars[0], pars[1] = (sign, 0.0) if direction > 0 else (0.0, 1.0)
         return True
 
-    def friction(w):
+    def friction(w: Any) -> Any:
         y = w - hy.par[0] * o.v_s
         slipping = hy.par[0] * o.mu_s + (1.0 - hy.par[1]) * (o.c1 * y + o.c3 * (y * y) * y)
         return slipping + hy.par[1] * (o.mu_s / o.v_s) * w

@@ -1,8 +1,9 @@
 """heyoka's adaptive Taylor integrator on a written-out scene: one terminal event for each guard, logic in callbacks."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import sympy as sp
 
@@ -43,7 +44,7 @@ class _Solver:
         self._modes = [(k, used.index(c)) for k, c in enumerate((*form.signs, *form.moving)) if c in used]
         self._lines = [(k, used.index(c)) for k, c in enumerate(form.line) if c in used]
         self._mode: list[float] = []
-        self._arrays: list = []
+        self._arrays: list[Any] = []
         self._released = [-math.inf]
         self._line: list[float] = []
         states = hy.make_vars(*(s.name for s in form.states))
@@ -64,7 +65,7 @@ class _Solver:
         self.state, self._pars = self._ta.state, self._ta.pars
         self._arrays[:] = self.state, self._pars
 
-    def _falls(self, k: int):
+    def _falls(self, k: int) -> Callable[[Any, object], bool]:
         loop, mode, line, events, pairs = self.loop, self._mode, self._line, self.events, self._modes
         apart, arrays, released = self.form.apart, self._arrays, self._released
         place = len(self.form.signs) + k
@@ -72,7 +73,7 @@ class _Solver:
         touched = [i for i, _ in loop.shares[k]] if contact else []
         arrive, rests = loop.arrivals[k] if contact else partial(loop.after, k=k), loop.rests
 
-        def callback(ta, _):
+        def callback(ta: Any, _: object) -> bool:
             t = ta.time
             if t - released[0] <= _COOLDOWN:  # rounding error of the zero at the release
                 return True
@@ -92,7 +93,7 @@ class _Solver:
 
         return callback
 
-    def reset(self, start, mode) -> None:
+    def reset(self, start: Sequence[float], mode: list[float]) -> None:
         """Reset state and mode to the start."""
         self.events[0], self._released[0] = 0, -math.inf
         self._ta.reset_cooldowns()
@@ -101,7 +102,7 @@ class _Solver:
         for i, j in self._modes:
             self._pars[j] = mode[i]
 
-    def go(self, segment) -> None:
+    def go(self, segment: tuple[float, ...]) -> None:
         """Integrate to the end of a segment of the input."""
         end, *self._line[:] = segment
         for i, j in self._lines:
@@ -120,10 +121,10 @@ class _Solver:
             events[0], self._released[0], rests = events[0] + 1, ta.time, False
 
 
-def _translated(hy, arguments, expressions):
+def _translated(hy: Any, arguments: Sequence[sp.Symbol], expressions: Sequence[Sequence[sp.Expr]]) -> Any:
     """Return a function that builds heyoka's expressions; powers become products."""
 
-    def product(base, n):
+    def product(base: Any, n: int) -> Any:
         return base if n == 1 else base * product(base, n - 1)
 
     multiplied = sp.Function("product")

@@ -6,7 +6,8 @@ import io
 import logging
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     return run
 
 
-def _model(problem: Problem, harmonics: int) -> dict:
+def _model(problem: Problem, harmonics: int) -> dict[str, Any]:
     """Return the input of pyHarm for the oscillator of a problem."""
     one = problem.joint
     samples = min(_MOST, max(512, _PER_HARMONIC * (harmonics + 1)))
@@ -82,7 +83,7 @@ def _model(problem: Problem, harmonics: int) -> dict:
 
 
 @contextlib.contextmanager
-def _elsewhere():
+def _elsewhere() -> Iterator[None]:
     """Work in a temporary folder of this process: it writes a folder ``.pyHarm`` into the present one."""
     with contextlib.chdir(_folder().name):
         yield
@@ -94,7 +95,7 @@ def _folder() -> "tempfile.TemporaryDirectory[str]":
 
 
 @contextlib.contextmanager
-def _silent():
+def _silent() -> Iterator[None]:
     """Keep back its log, its banner, and numba's hints on its code."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)

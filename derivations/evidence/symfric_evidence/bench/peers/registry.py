@@ -7,12 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import sympy as sp
 
 from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import limit_cycle
 from symfric.solve.integrators.route import Integrators
-from symfric.solve.routes import prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import Settings, prepare
 from symfric_evidence.bench.peers import (
     casadi_peer,
     diffrax_peer,
@@ -83,7 +85,7 @@ def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], Ben
     return _through_program(problem, tolerance, Integrators("cvodes" if stiff else "erk"))
 
 
-def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
+def _through_program(problem: Problem, tolerance: float, route: str | Settings | None) -> Callable[[], BenchAnswer]:
     program = prepare(problem.scene, tolerance=tolerance, route=route)
 
     def run() -> BenchAnswer:
@@ -93,7 +95,9 @@ def _through_program(problem: Problem, tolerance: float, route) -> Callable[[], 
     return run
 
 
-def parts_of_sweep(problem: Problem, tolerance: float, route):
+def parts_of_sweep(
+    problem: Problem, tolerance: float, route: str | Settings | None
+) -> tuple[Program, Program, sp.Symbol, sp.Symbol]:
     """Return both parts of a sweep, the second for the half range alone, and the state between them."""
     begin, end = problem.window
     (x,), (u,) = problem.scene.system.q, problem.scene.system.u
@@ -101,7 +105,7 @@ def parts_of_sweep(problem: Problem, tolerance: float, route):
     return first, prepare(problem.scene.until(end - begin, {"half": HalfRange(x)}), tolerance, route), x, u
 
 
-def _together(problem: Problem, tolerance: float, route) -> Callable[[], BenchAnswer]:
+def _together(problem: Problem, tolerance: float, route: str | Settings | None) -> Callable[[], BenchAnswer]:
     """Run all speeds of a sweep together."""
     first, second, x, u = parts_of_sweep(problem, tolerance, route)
     speeds = {"v_b": np.array(problem.speeds)}
@@ -131,7 +135,7 @@ def _one_by_one(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]
     def half_range(v_b: float) -> float:
         speed = {"v_b": v_b}
         state = first.run(speed).final
-        return second.run(speed, {x: state[0], u: state[1]}).outputs["half"]
+        return float(second.run(speed, {x: state[0], u: state[1]}).outputs["half"])
 
     return lambda: BenchAnswer(tuple(half_range(v) for v in problem.speeds), 0)
 
@@ -141,10 +145,10 @@ def _heyoka_together(problem: Problem, tolerance: float) -> Callable[[], BenchAn
     return fastest([heyoka_batch.prepare_sweep(problem, tolerance, size) for size in heyoka_batch.SIZES])
 
 
-def fastest(runs: Sequence[Callable]) -> Callable:
+def fastest(runs: Sequence[Callable[[], BenchAnswer]]) -> Callable[[], BenchAnswer]:
     """Return the function that takes the least CPU time."""
 
-    def seconds(run: Callable) -> float:
+    def seconds(run: Callable[[], BenchAnswer]) -> float:
         start = time.process_time()
         run()
         return time.process_time() - start
@@ -156,7 +160,7 @@ def _heyoka(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Take the loop written by hand where there is one: there a callback of half a microsecond counts."""
     if problem.speeds:
         return heyoka_by_hand.prepare_sweep(problem, tolerance)
-    return (heyoka_by_hand if problem.oscillator else heyoka_peer).prepare(problem, tolerance)
+    return heyoka_by_hand.prepare(problem, tolerance) if problem.oscillator else heyoka_peer.prepare(problem, tolerance)
 
 
 _EXACT_LAW = ("P1", "P2", "P3")

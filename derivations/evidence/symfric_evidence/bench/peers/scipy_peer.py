@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from symfric_evidence.bench.peers.written_out import PeerLoop, WrittenForm, branch, form_of
+from symfric_evidence.bench.peers.written_out import Advance, PeerLoop, Step, WrittenForm, branch, form_of
 from symfric_evidence.bench.problems import Problem
 from symfric_evidence.bench.result import BenchAnswer
 
@@ -59,8 +59,13 @@ def _prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnsw
 
 
 def _advance(
-    form: WrittenForm, problem: Problem, tolerance: float, method: str, turn: Callable | None = None, turns=None
-):
+    form: WrittenForm,
+    problem: Problem,
+    tolerance: float,
+    method: str,
+    turn: Callable[[float, np.ndarray], float] | None = None,
+    turns: list[float] | None = None,
+) -> Advance:
     """Return a function that integrates to the next event; zeros of `turn` are recorded in `turns`."""
     from scipy.integrate import solve_ivp
 
@@ -73,15 +78,16 @@ def _advance(
     if not options["events"]:
         del options["events"]
 
-    def rate(t, y):
-        return rates(t, *y.tolist(), *constants)
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        found: list[float] = rates(t, *y.tolist(), *constants)
+        return found
 
-    def advance(t, y, mode, line, end):
+    def advance(t: float, y: list[float], mode: list[float], line: list[float], end: float) -> Step:
         constants[:] = (*mode, *line)
         part = solve_ivp(rate, (t, end), np.array(y), **options)
         if part.status < 0:
             raise RuntimeError(part.message)
-        if turn:
+        if turns is not None:
             turns.extend(state[0] for state in part.y_events[-1])
         if part.status == 0:
             return end, part.y[:, -1].tolist(), None
@@ -97,11 +103,11 @@ def _plain(expr: sp.Expr) -> sp.Expr:
     return expr.replace(branch, lambda side, above, below: sp.Piecewise((above, side > 0), (below, True)))
 
 
-def _event(form: WrittenForm, guard: sp.Expr, constants: list[float]):
+def _event(form: WrittenForm, guard: sp.Expr, constants: list[float]) -> Callable[[float, np.ndarray], float]:
     compiled = sp.lambdify(form.arguments, guard, "math")
 
-    def event(t, y):
-        return compiled(t, *y.tolist(), *constants)
+    def event(t: float, y: np.ndarray) -> float:
+        return float(compiled(t, *y.tolist(), *constants))
 
     vars(event).update(terminal=True, direction=-1)  # as SciPy reads them
     return event

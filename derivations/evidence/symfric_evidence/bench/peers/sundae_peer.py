@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from symfric_evidence.bench.peers.written_out import PeerLoop, form_of
+from symfric_evidence.bench.peers.written_out import PeerLoop, Step, form_of
 from symfric_evidence.bench.problems import Problem
 from symfric_evidence.bench.result import BenchAnswer
 
@@ -27,10 +27,10 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     guards = sp.lambdify(form.arguments, list(form.guards), "math", cse=True)
     constants: list[float] = []
 
-    def rate(t, y, yp):
+    def rate(t: float, y: np.ndarray, yp: np.ndarray) -> None:
         yp[:] = rates(t, *y.tolist(), *constants)
 
-    def fall(t, y, values):
+    def fall(t: float, y: np.ndarray, values: np.ndarray) -> None:
         values[:] = guards(t, *y.tolist(), *constants)
 
     n = len(form.guards)
@@ -39,7 +39,7 @@ def prepare(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     events = {"eventsfn": fall, "num_events": n} if n else {}
     solver = CVODE(rate, **options, **events)
 
-    def advance(t, y, mode, line, end):
+    def advance(t: float, y: list[float], mode: list[float], line: list[float], end: float) -> Step:
         constants[:] = [*mode, *line]
         part = solver.solve(np.array([t, end]), np.array(y))
         if not part.success:

@@ -5,17 +5,23 @@ Nothing of this package's own lowering is used, so that what the peers compute i
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import sympy as sp
 
 from symfric.model.excitation import excitation_of
+from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
+from symfric.model.system import System
 from symfric_evidence.bench.result import BenchAnswer
 
+Step = tuple[float, list[float], int | None]  # time, state, and the guard that fell, None at the end
+Advance = Callable[[float, list[float], list[float], list[float], float], Step]
+Arrival = Callable[[float, list[float], list[float], list[float]], bool]
 _ROUNDING = 1e-14  # relative rounding error of numbers combined by SymPy
 _SAMPLES = 64  # samples of a period at which a holding force is evaluated
 
@@ -126,7 +132,10 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
         raise NotImplementedError("a smooth friction law, or one with branches")
     for signal in scene.inputs:
         known[signal] = line[0] + line[1] * TIME
-    read = lambda e: sp.sympify(e).subs(known)  # noqa: E731
+
+    def read(e: sp.Expr) -> sp.Expr:
+        return sp.sympify(e).subs(known)
+
     states, mass = system.states, sp.Matrix(system.mass).subs(known)
     slips = [read(c.slip) for c in contacts]
     jacobian = sp.Matrix([[w.diff(v) for v in system.u] for w in slips]).reshape(len(slips), len(system.u))
@@ -191,7 +200,7 @@ def _fastest(scene: Scene) -> float:
     return 2 * math.pi / float(np.max(rates)) if found.rates else math.inf
 
 
-def _branched(law, slip: sp.Expr) -> sp.Expr:
+def _branched(law: Law, slip: sp.Expr) -> sp.Expr:
     """Return friction over load of a smooth law of one branch or two."""
     sign = sp.sign(slip)
     if not law.breaks:
@@ -211,7 +220,7 @@ def _odd(kinetic: sp.Expr, sign: sp.Symbol, slip: sp.Expr) -> sp.Expr:
     return result
 
 
-def _hold_rates(system, holds, limits) -> tuple[sp.Expr, ...] | None:
+def _hold_rates(system: System, holds: list[sp.Expr], limits: list[sp.Expr]) -> tuple[sp.Expr, ...] | None:
     """Return the rates of the holding forces at constant velocities, if they are constant."""
     varying = {TIME, *system.q}
     found = [e.diff(TIME) + sum(e.diff(a) * b for a, b in zip(system.q, system.u, strict=True)) for e in holds]
@@ -240,10 +249,10 @@ class PeerLoop:
         list, mode the signs and then `moving`, line followed by the parameters.
     """
 
-    def __init__(self, form: WrittenForm, advance: Callable | None = None):
+    def __init__(self, form: WrittenForm, advance: Advance | None = None):
         self._form, self._advance = form, advance
         self._contacts, self._signs = len(form.moving), len(form.signs)
-        compiled = lambda e: sp.lambdify(form.arguments, e, "math", cse=True)  # noqa: E731
+        compiled = partial(sp.lambdify, form.arguments, modules="math", cse=True)
         self._at = [compiled(list(e)) for e in zip(form.slips, form.holds, form.limits, strict=True)]
         self._positions = range(len(form.states) // 2)
         self._kinks = compiled(list(form.kinks))
@@ -258,7 +267,14 @@ class PeerLoop:
         y, _, events = self.run(0.0, y, self.first(y), self._form.segments)
         return BenchAnswer(tuple(y), events)
 
-    def run(self, t, y, mode, segments, parameters=()) -> tuple[list[float], list[float], int]:
+    def run(
+        self,
+        t: float,
+        y: list[float],
+        mode: list[float],
+        segments: Sequence[tuple[float, ...]],
+        parameters: Sequence[float] = (),
+    ) -> tuple[list[float], list[float], int]:
         """Integrate over the segments of the input; return state, mode and the number of events."""
         events, advance = 0, self._advance
         assert advance is not None, "a loop without a solver only finds modes"
@@ -278,7 +294,9 @@ class PeerLoop:
         """Whether all contacts stick and velocities are constant until one slips."""
         return self._form.straight and 1.0 not in mode[self._signs :]
 
-    def resting(self, t, y, mode, line, end) -> tuple[float, list[float], bool]:
+    def resting(
+        self, t: float, y: list[float], mode: list[float], line: list[float], end: float
+    ) -> tuple[float, list[float], bool]:
         """Advance a system at rest to the end or to the first release; return time, state and whether one occurred."""
         n, release, first, sign = len(self._positions), end, None, 0.0
         if self._rest is None:
@@ -297,18 +315,20 @@ class PeerLoop:
         mode[first], mode[self._signs + first] = sign, 1.0
         return release, y, True
 
-    def _searched(self, t, y, mode, line, end) -> tuple[float, int | None, float]:
+    def _searched(
+        self, t: float, y: list[float], mode: list[float], line: list[float], end: float
+    ) -> tuple[float, int | None, float]:
         """Search for the first release: time, contact and direction, where there is no formula."""
         from scipy.optimize import brentq
 
         n, start = len(y) // 2, t
 
-        def hold_of(at, k):
+        def hold_of(at: float, k: int) -> tuple[float, float]:
             moved = [q + u * (at - start) for q, u in zip(y, y[n:], strict=False)]
             _, hold, limit = self._at[k](at, *moved, *y[n:], *mode, *line)
             return hold, limit
 
-        def left(at, k):
+        def left(at: float, k: int) -> float:
             hold, limit = hold_of(at, k)
             return limit - abs(hold)
 
@@ -323,7 +343,7 @@ class PeerLoop:
             t = until
         return end, None, 0.0
 
-    def first(self, y: list[float], parameters=()) -> list[float]:
+    def first(self, y: list[float], parameters: Sequence[float] = ()) -> list[float]:
         """Return the mode of the start."""
         line = [*self._form.segments[0][1:], *parameters]
         mode = [1.0] * (self._signs + self._contacts)
@@ -335,18 +355,18 @@ class PeerLoop:
             mode[k] = 1.0 if e > 0 else -1.0
         return mode
 
-    def after(self, t, y: list[float], mode: list[float], line, k: int) -> bool:
+    def after(self, t: float, y: list[float], mode: list[float], line: list[float], k: int) -> bool:
         """Change state and mode after guard k has fallen; return whether the contact turned, stuck or was released."""
         if k < self._contacts:
             return self.arrivals[k](t, y, mode, line)
         mode[k] = -mode[k]
         return False
 
-    def _arrival(self, k: int):
+    def _arrival(self, k: int) -> Arrival:
         """Return `after` for the guard of one contact."""
         at, place, shares = self._at[k], self._signs + k, self.shares[k]
 
-        def arrive(t, y, mode, line):
+        def arrive(t: float, y: list[float], mode: list[float], line: list[float]) -> bool:
             w, hold, limit = at(t, *y, *mode, *line)
             sign = 1.0 if hold > 0.0 else -1.0
             if mode[place] == 0.0:

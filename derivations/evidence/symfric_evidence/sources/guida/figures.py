@@ -1,6 +1,7 @@
 """Plot functions for the figures of driven slides. Each takes ``axes=None`` and returns the Axes."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def _legend_above(axes: np.ndarray, columns: int) -> None:
     axes.flat[0].figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False)
 
 
-def plot_stability_maps(maps: Sequence, axes=None):
+def plot_stability_maps(maps: Sequence[slides.StabilityMap], axes: Any = None) -> Any:
     """Draw mu2 against eps_crit, one panel for each p*; stick-slip lies below and to the right of a curve."""
     axes = panels(4, 2, (8.0, 11.0)) if axes is None else axes
     for ax, found in zip(axes.flat, maps, strict=True):
@@ -45,14 +46,14 @@ def plot_stability_maps(maps: Sequence, axes=None):
     return axes
 
 
-def _plain_ticks(axis, places: Sequence[float]) -> None:
+def _plain_ticks(axis: Any, places: Sequence[float]) -> None:
     from matplotlib.ticker import NullFormatter
 
     axis.set_ticks(places, [f"{p:g}" for p in places])
     axis.set_minor_formatter(NullFormatter())
 
 
-def plot_surfaces(surfaces: Sequence, axes=None):
+def plot_surfaces(surfaces: Sequence[slides.Surface], axes: Any = None) -> Any:
     """Draw lines of equal eps_crit over both slopes, one panel for each p*; below the grey edge it is 0."""
     axes = panels(1, 2, (9.0, 4.4)) if axes is None else axes
     for ax, found in zip(axes.flat, surfaces, strict=True):
@@ -67,7 +68,7 @@ def plot_surfaces(surfaces: Sequence, axes=None):
     return axes
 
 
-def plot_errors(diagrams: Sequence, axes=None):
+def plot_errors(diagrams: Sequence[slides.ErrorDiagram], axes: Any = None) -> Any:
     """Draw Delta S_lambda against lambda, one panel for each mu1; a dashed line where type a ends."""
     axes = panels(2, 2, (8.5, 7.2)) if axes is None else axes
     for ax, found in zip(axes.flat, diagrams, strict=True):
@@ -85,7 +86,7 @@ def plot_errors(diagrams: Sequence, axes=None):
     return axes
 
 
-def plot_slides_motion(motion, axes=None):
+def plot_slides_motion(motion: slides.SlidesMotion, axes: Any = None) -> Any:
     """Draw a motion of two slides as the source does: phase planes, both slides in time, the relative speed."""
     if axes is None:
         axes = panels(3, 2, (9.0, 10.5))
@@ -116,7 +117,7 @@ def plot_slides_motion(motion, axes=None):
     return axes
 
 
-def plot_readings(found, axes=None):
+def plot_readings(found: slides.Readings, axes: Any = None) -> Any:
     """Draw the smallest fs1 with a cycle against s2 for both interpretations, and the cases of the source."""
     ax = new_axes(WIDE) if axes is None else axes
     words = {"omega1": r"$d_2 = s_2$, (24) as printed", "omega2": r"$d_2 = s_2/\zeta$, (23) as printed"}
@@ -135,7 +136,7 @@ def plot_readings(found, axes=None):
     return ax
 
 
-def plot_stability_gap(gap, axes=None):
+def plot_stability_gap(gap: slides.StabilityGap, axes: Any = None) -> Any:
     """Draw the slopes of friction with proved stability, with stability by eigenvalues, and with instability."""
     ax = new_axes(WIDE) if axes is None else axes
     top = 1.25 * np.max(gap.exact)
@@ -159,7 +160,7 @@ def plot_stability_gap(gap, axes=None):
     return ax
 
 
-def _of_maps(maps: Sequence) -> tuple[Finding, ...]:
+def _of_maps(maps: Sequence[slides.StabilityMap]) -> tuple[Finding, ...]:
     from symfric.model import scenes
     from symfric.theory import drive
 
@@ -189,7 +190,7 @@ def _of_maps(maps: Sequence) -> tuple[Finding, ...]:
     )
 
 
-def _of_errors(diagrams: Sequence) -> tuple[Finding, ...]:
+def _of_errors(diagrams: Sequence[slides.ErrorDiagram]) -> tuple[Finding, ...]:
     from symfric.theory import drive
 
     least = _steps_with_mu1(diagrams)
@@ -219,7 +220,7 @@ def _of_errors(diagrams: Sequence) -> tuple[Finding, ...]:
     )
 
 
-def _steps_with_mu1(diagrams: Sequence) -> float:
+def _steps_with_mu1(diagrams: Sequence[slides.ErrorDiagram]) -> float:
     """Return by how much the errors of the diagrams rise at least from each mu1 to the next lower one."""
     ordered = sorted(diagrams, key=lambda d: -d.mu1)
     found = np.array([list(d.error.values()) for d in ordered])
@@ -244,7 +245,7 @@ def _stopped(mu1: float, mu2: float, lam: float) -> float:
     return float(run(end)[0] - run(0.0)[0])
 
 
-def _of_motion(name: str, motion) -> tuple[Finding, ...]:
+def _of_motion(name: str, motion: slides.SlidesMotion) -> tuple[Finding, ...]:
     late = motion.t > motion.t[0] + 0.6 * (motion.t[-1] - motion.t[0])
     sticking = bool(motion.sticking[late].any())
     found = "it goes on sticking and slipping" if sticking else "it slides steadily"
@@ -261,13 +262,13 @@ def _of_motion(name: str, motion) -> tuple[Finding, ...]:
     )
 
 
-def _of_readings(found) -> tuple[Finding, ...]:
+def _of_readings(found: slides.Readings) -> tuple[Finding, ...]:
     thresholds = list(found.threshold.values())
     same = abs(thresholds[0] - thresholds[1]) < 1e-9 * thresholds[0]
     return (Finding("s2 has one meaning in (23) and (24)", found.statement(), same),)
 
 
-def _of_gap(gap) -> tuple[Finding, ...]:
+def _of_gap(gap: slides.StabilityGap) -> tuple[Finding, ...]:
     k = int(np.argmin(np.abs(gap.zeta - 2.0)))
     one = int(np.argmin(np.abs(gap.zeta - 1.0)))
     words = f"at zeta = {gap.zeta[k]:.3g}: definite down to mu = {-gap.definite[k]:.4f}, stable to {-gap.exact[k]:.4f}"
@@ -284,7 +285,7 @@ def _of_gap(gap) -> tuple[Finding, ...]:
     )
 
 
-def _motion_entry(name: str) -> Entry:
+def _motion_entry(name: str) -> Entry[Any]:
     change = ", ".join(f"{k} = {v:g}" for k, v in slides.MOTIONS[name][0].items())
     return Entry(
         f"Motion of two slides, {change}.",
@@ -294,7 +295,7 @@ def _motion_entry(name: str) -> Entry:
     )
 
 
-def _error_entry(name: str) -> Entry:
+def _error_entry(name: str) -> Entry[Any]:
     slopes = slides.ERROR_SLOPES[name]
     caption = f"Positioning errors, mu1 = {slopes[0]:g} ... {slopes[-1]:g}."
     return Entry(caption, lambda _: slides.error_diagrams(name), plot_errors, findings=_of_errors)

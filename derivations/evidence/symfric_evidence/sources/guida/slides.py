@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from symfric.model.scene import Scene
 from symfric.theory import drive
 
 MAP_SLOPES = (-0.1, -0.3, -0.6, -0.9)  # mu1 of the curves of figure 5
@@ -210,7 +211,7 @@ def slides_motion(figure: str, damping: str = "omega1", number: int = 4000) -> S
     return SlidesMotion({**PAIR, **change}, t, eta1, eta2, u1, u2, run.mode[0, at] == 0)
 
 
-def _scene(values: dict, damping: str, horizon: float):
+def _scene(values: dict[str, float], damping: str, horizon: float) -> Scene:
     from symfric.model.scenes import two_slides
 
     return two_slides(**values, damping=damping, horizon=horizon)

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symfric.motions import mean_spectrum
+from symfric.motions import Motion, mean_spectrum
 from symfric.motions.synthetic import eurocode8
 from symfric.theory.scaling import factors
 from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve, plot_figure
@@ -19,7 +20,10 @@ from symfric_evidence.sources.rolling.study import (
     rolling_study,
     synthetic_set,
 )
-from symfric_evidence.sources.rolling.table3 import PRINTED, plot_table_3, table_3
+from symfric_evidence.sources.rolling.table3 import PRINTED, Table3, plot_table_3, table_3
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PERIODS = np.geomspace(0.05, 4.0, 80)
 RESPONSES = {
@@ -49,11 +53,11 @@ ROWS = {  # of tables 1 and 2: row, and what is printed for 1:4 to 1:19 in each;
 
 
 @cache
-def _artificial() -> tuple:
+def _artificial() -> tuple[Motion, ...]:
     return synthetic_set()
 
 
-def _motions(inputs: Inputs) -> tuple:
+def _motions(inputs: Inputs) -> tuple[Motion, ...]:
     return _artificial() if inputs.motions is None else tuple(inputs.motions)
 
 
@@ -129,7 +133,7 @@ def ratios(name: str, inputs: Inputs) -> FigureData:
     return FigureData(name, caption, tuple(panels), 2, findings_of(name, models_, _motions(inputs)))
 
 
-def _ratio_panel(ratio, title: str) -> Panel:
+def _ratio_panel(ratio: "xr.DataArray", title: str) -> Panel:
     """Return the ratios of all motions against the intensity: a column of points for each model, and its median."""
     curves = []
     for k, model in enumerate(ratio.model.values):
@@ -162,7 +166,7 @@ def scale_table(number: int) -> tuple[str, list[dict[str, object]], float]:
     return "\n".join(lines) + "\n", rows, off
 
 
-def _table_findings(found) -> tuple[Finding, ...]:
+def _table_findings(found: tuple[str, list[dict[str, object]], float]) -> tuple[Finding, ...]:
     return (
         Finding(
             "the factors as printed", f"off by at most {found[2]:.1f} units of the last printed digit", found[2] < 1.01
@@ -170,7 +174,7 @@ def _table_findings(found) -> tuple[Finding, ...]:
     )
 
 
-def _table_3_findings(table) -> tuple[Finding, ...]:
+def _table_3_findings(table: Table3) -> tuple[Finding, ...]:
     claim = "the range of RR becomes less with the damping constant C"
     widths = {k: np.ptp(v, axis=1) for k, v in table.found.items()}
     said = {k: np.ptp(np.array(v), axis=1) for k, v in PRINTED.items()}
@@ -180,7 +184,7 @@ def _table_3_findings(table) -> tuple[Finding, ...]:
     return (Finding(claim, words, found == 8),)
 
 
-def _scale_entry(number: int) -> Entry:
+def _scale_entry(number: int) -> Entry[Any]:
     caption = (
         "Scale factors of models of the prototype's density."
         if number == 1
@@ -195,7 +199,7 @@ def _scale_entry(number: int) -> Entry:
     )
 
 
-def _ratio_entry(name: str) -> Entry:
+def _ratio_entry(name: str) -> Entry[Any]:
     table, scaled, friction, moved = CASES[name]
     gravity = "scaled" if scaled else "unscaled"
     caption = f"Returned ratios: {friction}, {table}, gravity {gravity}{', positions scaled' if moved else ''}."

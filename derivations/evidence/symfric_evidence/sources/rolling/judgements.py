@@ -1,6 +1,6 @@
 """What the study of scaled rolling isolation says of its figures 4 to 8, judged on the ratios computed here."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,26 +47,28 @@ def findings_of(name: str, study: "xr.Dataset", motions: Sequence[Motion]) -> tu
     }[name]()
 
 
-def _finite(part, name: str) -> np.ndarray:
+def _finite(part: "xr.Dataset", name: str) -> np.ndarray:
     """Return the sizes of the ratios of a response, shape (model, motion, pga); NaN where the prototype rests."""
     found = np.abs(part[f"ratio_{name}"].transpose("model", "motion", "pga").values)
     return np.where(np.isfinite(found), found, np.nan)
 
 
-def _medians(part, name: str) -> np.ndarray:
+def _medians(part: "xr.Dataset", name: str) -> np.ndarray:
     """Return the medians over the motions, shape (model, pga)."""
-    return np.nanmedian(_finite(part, name), axis=1)
+    return np.asarray(np.nanmedian(_finite(part, name), axis=1))
 
 
-def _worst(part) -> float:
+def _worst(part: "xr.Dataset") -> float:
     return max(float(np.nanmax(np.abs(part[f"ratio_{k}"].values - 1))) for k in WORDS)
 
 
-def _row(values) -> str:
+def _row(values: Iterable[float]) -> str:
     return ", ".join(f"{v:.2f}" for v in values)
 
 
-def _similar(claim: str, part, motions, friction: str, *, moved: bool) -> tuple[Finding, ...]:
+def _similar(
+    claim: str, part: "xr.Dataset", motions: Sequence[Motion], friction: str, *, moved: bool
+) -> tuple[Finding, ...]:
     """Judge a figure whose models are similar to the prototype, and say where the printed scatter comes from."""
     worst = _worst(part)
     exact, rounded = (
@@ -91,7 +93,7 @@ def _size(ratio: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(ratio), np.abs(ratio), np.nan)
 
 
-def _uneven(part) -> Finding:
+def _uneven(part: "xr.Dataset") -> Finding:
     ends = {k: (float(np.nanmin(_finite(part, k))), float(np.nanmax(_finite(part, k)))) for k in WORDS}
     widths = [high - low for low, high in ends.values()]
     shown = ", ".join(f"{WORDS[k]} {low:.2f} to {high:.3g}" for k, (low, high) in ends.items())
@@ -99,7 +101,7 @@ def _uneven(part) -> Finding:
     return Finding(claim, shown, bool(np.all(np.diff(widths) > 0)))
 
 
-def _distorted(part) -> tuple[Finding, ...]:
+def _distorted(part: "xr.Dataset") -> tuple[Finding, ...]:
     by = [factors(float(L)) for L in SCALES]
     gravity = [f.gravity_2 / f.gravity_1 for f in by]
     median = _medians(part, "peak_acceleration")
@@ -117,7 +119,7 @@ def _distorted(part) -> tuple[Finding, ...]:
     )
 
 
-def _with_intensity(part, word: str = "") -> tuple[Finding, ...]:
+def _with_intensity(part: "xr.Dataset", word: str = "") -> tuple[Finding, ...]:
     """Judge what rising PGA does to the other ratios; gravity scaled by density asks for no side of 1."""
     velocity, length, rest = (_medians(part, k) for k in ("peak_velocity", "peak_displacement", "residual"))
     near = np.abs(length - 1)
@@ -158,7 +160,7 @@ def _irregular(rest: np.ndarray) -> Finding:
     return Finding("residual DRR changes irregularly with PGA", found, not bool(np.all(one_way)))
 
 
-def _with_damping(study) -> Finding:
+def _with_damping(study: "xr.Dataset") -> Finding:
     """Judge whether the larger damping constant brings the ratio of accelerations nearer to 1."""
     medians = [_medians(study.isel(damping=k), "peak_acceleration") for k in (0, 1)]
     gap = [np.abs(m - 1) for m in medians]
@@ -170,7 +172,7 @@ def _with_damping(study) -> Finding:
     )
 
 
-def _by_density(part) -> tuple[Finding, ...]:
+def _by_density(part: "xr.Dataset") -> tuple[Finding, ...]:
     accelerations = [factors(float(L), mass=0.008163).acceleration for L in SCALES]
     median = _medians(part, "peak_acceleration")
     short = np.array(accelerations) > 1  # gravity is less than similarity asks for

@@ -84,14 +84,22 @@ def _floor(profile: Profile) -> Callable[[np.ndarray], np.ndarray]:
     return lambda u: values[np.searchsorted(edges[1:-1], u, side="right")]
 
 
-def _march(a, dt, ends, by, damping: float, floor, moved: bool) -> dict[str, np.ndarray]:
+def _march(
+    a: np.ndarray,
+    dt: np.ndarray,
+    ends: np.ndarray,
+    by: Sequence[Factors],
+    damping: float,
+    floor: Callable[[np.ndarray], np.ndarray],
+    moved: bool,
+) -> dict[str, np.ndarray]:
     """March all motions, intensities and models at once; a has shape (n, motion, pga), results (model, motion, pga).
 
     Explicit steps: the mass rolls while v_s is not v_e, and stops when the velocity left and the driving acceleration
     are both within the friction of one step.
     """
 
-    def column(values):
+    def column(values: Sequence[float]) -> np.ndarray:
         return np.array(values, dtype=float)[:, None, None]
 
     time, scale, length = (column([getattr(f, name) for f in by]) for name in ("time", "acceleration", "length"))

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from symfric.motions import scaled_set
 from symfric.motions.motion import Motion
 from symfric.solve.exact.record.program import March, Marcher
 from symfric.theory.scaling import Factors, factors, returned_ratio
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 G = 9.81  # m/s^2
 MASS = 3e5  # kg
@@ -89,7 +92,7 @@ def rolling_study(
     scaled_positions: bool = False,
     jobs: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-):
+) -> "xr.Dataset":
     """Run every combination, 2 x 8 x 25 x 20 x 5 = 40 000 in the source, and compare the models with the prototype.
 
     Parameters
@@ -133,14 +136,15 @@ def rolling_study(
     found = {name: np.full(shape, np.nan) for name in RESPONSES}
     status = np.full(shape, -1, dtype=np.int8)
     tasks = [(f, k) for f in range(len(profiles)) for k in range(len(motions))]
-    marchers = [_marcher(profile, motions[0]) for profile in profiles.values()]
+    floors = list(profiles.values())
+    marchers = [Marcher(rolling_isolator(C=1.0, m=1.0, motion=motions[0], profile=floor)) for floor in floors]
 
     def work(f: int, k: int) -> None:
         march = marchers[f].under(motions[k].samples)
         for i, C in enumerate(dampings):
             for j, model in enumerate(against):
                 for n in range(len(intensities)):
-                    case = _values(model, C, scale[n, k], profiles, f, scaled_positions)
+                    case = _values(model, C, scale[n, k], floors[f], scaled_positions)
                     at = i, f, j, k, n
                     status[at] = _run(marchers[f], march, case, model, motions[k], found, at)
 
@@ -164,13 +168,9 @@ def rolling_study(
     return xr.Dataset(data, coords, {"scaled_by": by, "scaled_positions": int(scaled_positions)})
 
 
-def _marcher(profile, motion: Motion) -> Marcher:
-    return Marcher(rolling_isolator(C=1.0, m=1.0, motion=motion, profile=profile))
-
-
-def _values(model: Model, C: float, amplitude: float, profiles: Mapping, f: int, scaled_positions: bool) -> dict:
+def _values(model: Model, C: float, amplitude: float, profile: Profile, scaled_positions: bool) -> dict[str, float]:
     """Return the parameters of a case by name."""
-    by, profile = model.factors, list(profiles.values())[f]
+    by = model.factors
     case = {"C": C * by.damping, "m": MASS * by.mass, "g": G * model.gravity, "amplitude": amplitude * by.acceleration}
     if isinstance(profile, float | int):
         return case | {"mu": float(profile)}
@@ -179,7 +179,15 @@ def _values(model: Model, C: float, amplitude: float, profiles: Mapping, f: int,
     return case | {"stretch": by.length if scaled_positions else 1.0}
 
 
-def _run(marcher: Marcher, march: March, case: dict, model: Model, motion: Motion, found: dict, at: tuple) -> int:
+def _run(
+    marcher: Marcher,
+    march: March,
+    case: dict[str, float],
+    model: Model,
+    motion: Motion,
+    found: dict[str, np.ndarray],
+    at: tuple[int, ...],
+) -> int:
     """Run one case and store its responses; return its status."""
     time = model.factors.time
     p = np.array([case[name] for name in marcher.parameters])

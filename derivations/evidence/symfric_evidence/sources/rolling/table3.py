@@ -1,10 +1,12 @@
 """Table 3 of the study of scaled rolling isolation: ranges of the returned ratios, as a table and a figure."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from symfric.motions import Motion
 from symfric.report.study.figures import COLOURS, tidy
 from symfric_evidence.sources.rolling.study import rolling_study, synthetic_set
 
@@ -74,7 +76,7 @@ class Table3:
         return "\n".join(lines) + "\n"
 
 
-def table_3(motions=None, progress=None) -> Table3:
+def table_3(motions: Sequence[Motion] | None = None, progress: Callable[[int, int], None] | None = None) -> Table3:
     """Run the study; with artificial motions unless given."""
     study = rolling_study(synthetic_set() if motions is None else motions, progress=progress)
     scaled = study.sel(model=[m for m in study.model.values if m.startswith("table 1") and m.endswith("scaled g")])
@@ -86,7 +88,7 @@ def table_3(motions=None, progress=None) -> Table3:
     return Table3(study, found)
 
 
-def plot_table_3(table: Table3, axes=None):
+def plot_table_3(table: Table3, axes: Any = None) -> Any:
     """Draw the returned acceleration ratio against the intensity: gravity scaled or not, floors even or not.
 
     Lines are medians over the motions; bands hold four fifths of them, for the largest and the smallest model.

@@ -1,8 +1,11 @@
 """Amplitude against belt speed, Thomsen, figures 5 and 6."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from symfric.model import laws, scenes
+from symfric.model.scene import Scene
 from symfric.report.study.comparison import stick_onset
 from symfric.report.study.measurement import vibrations
 from symfric.report.study.prediction import belt_curves
@@ -19,7 +22,7 @@ EXCELLENT, QUITE_GOOD, HIGHLY = 0.03, 0.1, 0.3  # relative deviations that these
 SPEED, AMPLITUDE = r"$v_b$", "amplitude of $x$"
 
 
-def scene_of(mu_m: float):
+def scene_of(mu_m: float) -> Scene:
     """Return the belt of figure 3 with another least coefficient."""
     return scenes.mass_on_belt(laws.cubic(0.4, mu_m, 0.5), v_b=0.2, beta=0.05)
 
@@ -31,7 +34,9 @@ def computed(mu_m: float, plan: SweepPlan = PLAN) -> tuple[np.ndarray, np.ndarra
     return speeds, np.array([v.half_range for v in found])
 
 
-def _deviation(scene, speeds: np.ndarray, half: np.ndarray, order: int, low: float, high: float) -> tuple[float, float]:
+def _deviation(
+    scene: Scene, speeds: np.ndarray, half: np.ndarray, order: int, low: float, high: float
+) -> tuple[float, float]:
     """Return the smallest and the largest relative deviation of the prediction between two belt speeds."""
     inside = (speeds > low) & (speeds < high) & (half > 0)
     predicted = belt_curves(scene, speeds[inside])[order - 1].amplitude
@@ -95,7 +100,7 @@ def figure_5() -> FigureData:
     return FigureData("thomsen-5", caption, (panel,), 1, findings)
 
 
-def _by_orbits(scene, speeds) -> list[float]:
+def _by_orbits(scene: Scene, speeds: Iterable[float]) -> list[float]:
     """Return the half range of x of the limit cycle at some belt speeds."""
     from symfric.orbits.cycle import limit_cycle
 

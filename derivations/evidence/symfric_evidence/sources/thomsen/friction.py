@@ -15,7 +15,7 @@ SPEED, FRICTION = r"$v_r$", r"$\mu(v_r)$"
 POINTS = 801
 
 
-def odd(law, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def odd(law: laws.Law, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return speeds and a law's values, both signs, with the vertical piece that sticking adds at rest."""
     stick = float(law.stick)
     speeds = speeds[speeds > 0]
@@ -137,4 +137,4 @@ def _good_up_to(falling: laws.Law, q: float, limit: float) -> float:
 def _expansion_error(falling: laws.Law, q: float) -> np.ndarray:
     scene = scenes.mass_on_belt(v_b=0.2, a=q, Omega=1.0)
     w = np.linspace(0.0, q, POINTS)[1:]
-    return belt.effective_damping(scene) * w + belt.effective_cubic(scene) * w**3 - falling.averaged(q)(w)
+    return np.asarray(belt.effective_damping(scene) * w + belt.effective_cubic(scene) * w**3 - falling.averaged(q)(w))

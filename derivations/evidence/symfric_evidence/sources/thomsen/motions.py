@@ -17,7 +17,7 @@ NEAR = 0.01  # relative deviation up to which two numbers are called equal where
 SAID = {0.2: 0.86, 0.01: 0.83}  # frequency of stick-slip by belt speed, after (29)
 
 
-def motion(values: dict[str, float], end: float, number: int = 4000):
+def motion(values: dict[str, float], end: float, number: int = 4000) -> tuple[np.ndarray, np.ndarray]:
     """Return times and the states of the ready scene from rest."""
     from symfric.solve.routes import simulate
 

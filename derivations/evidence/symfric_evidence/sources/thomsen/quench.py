@@ -7,6 +7,7 @@ import sympy as sp
 
 from symfric.model import scenes
 from symfric.model.numeric import numeric_function
+from symfric.model.scene import Scene
 from symfric.theory import belt
 from symfric.theory.belt.scene import numbers
 from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve
@@ -20,7 +21,7 @@ FASTEST, SETTLE = 0.46, 300.0  # belt speed and time from which the forced orbit
 OMEGA, SPEED, INTENSITY = r"$\Omega$", r"$v_b$", r"$a\Omega$"
 
 
-def scene_of(beta: float, Omega: float = 0.0):
+def scene_of(beta: float, Omega: float = 0.0) -> Scene:
     """Return the belt of figure 9."""
     return scenes.mass_on_belt(v_b=0.3, beta=beta, a=A if Omega else 0.0, Omega=Omega)
 
@@ -49,15 +50,18 @@ def _averaged(beta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _limits(beta: float, Omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return both bounds of (55)."""
-    return tuple(_over(f, belt.SYMBOLS.Omega, Omega, beta) for f in belt.unstable_speeds(symbolic=True))
+    low, high = belt.unstable_speeds(symbolic=True)
+    return _over(low, belt.SYMBOLS.Omega, Omega, beta), _over(high, belt.SYMBOLS.Omega, Omega, beta)
 
 
-def _over(formula: sp.Expr, letter: sp.Symbol, values: np.ndarray, beta: float = DAMPINGS[0], q: float | None = None):
+def _over(
+    formula: sp.Expr, letter: sp.Symbol, values: np.ndarray, beta: float = DAMPINGS[0], q: float | None = None
+) -> np.ndarray:
     """Evaluate a closed form over the values of one letter, the others those of figure 9 or an intensity q."""
     given = dict(zip(belt.SYMBOLS, numbers(scene_of(beta)), strict=True))
     given |= {belt.SYMBOLS.a: A if q is None else q, belt.SYMBOLS.Omega: 1.0}
     known = {symbol: value for symbol, value in given.items() if symbol != letter}
-    return numeric_function((letter,), formula.subs(known))(values) * np.ones_like(values)
+    return np.asarray(numeric_function((letter,), formula.subs(known))(values) * np.ones_like(values))
 
 
 def figure_9() -> FigureData:
@@ -155,7 +159,7 @@ def quench_speeds() -> FigureData:
     return FigureData("thomsen-quench-speeds", r"$\beta$ = 0.05, as figure 4 else; $a$ = 0.01.", (panel,), 1, findings)
 
 
-def _work(scene, q: float, Omega: float = 50.0) -> float:
+def _work(scene: Scene, q: float, Omega: float = 50.0) -> float:
     """Return the work of the excitation over one of its periods, in the full model after it has settled."""
     from symfric.model.outputs import Integral
     from symfric.model.symbols import TIME

@@ -71,7 +71,7 @@ def claims() -> tuple[Claim, ...]:
 
 def claims_table(found: tuple[Claim, ...] | None = None) -> list[dict[str, object]]:
     """Return one row for each reading of each claim, plain data for JSON or CSV."""
-    return plain(
+    rows: list[dict[str, object]] = plain(
         [
             {
                 "where": claim.where,
@@ -86,14 +86,15 @@ def claims_table(found: tuple[Claim, ...] | None = None) -> list[dict[str, objec
             for reading in claim.readings
         ]
     )
+    return rows
 
 
 # --- Stiffness ---------------------------------------------------------------------------------------------------
 
 
-def _stiffer(slow: float, fast: float, **values) -> Evidence:
+def _stiffer(slow: float, fast: float, zeta: float = 0.0) -> Evidence:
     """Test whether the stiffer support stops sooner, by more than half a period of the soft one."""
-    times = {f: decay(f_n=f, mu_m=0.1, **values).time for f in (slow, fast)}
+    times = {f: decay(f_n=f, mu_m=0.1, zeta=zeta).time for f in (slow, fast)}
     return times[fast] < times[slow] - 0.5 / slow, {f"time at {f:g} Hz, s": t for f, t in times.items()}
 
 

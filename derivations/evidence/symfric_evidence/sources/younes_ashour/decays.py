@@ -1,11 +1,13 @@
 """Many decays of the contact damper, from one compiled program for each law."""
 
+from collections.abc import Iterable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symfric.model import scenes
+from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 
@@ -40,19 +42,29 @@ class RodDecay(NamedTuple):
     closest: float
 
 
-def start_of(energy, *, f_n: float, m: float, impulse: bool = False):
+def start_of(energy: float | np.ndarray, *, f_n: float, m: float, impulse: bool = False) -> Any:
     """Return displacement, m, or with `impulse` velocity, m/s, that gives the rod an energy, J; (4) corrected."""
     velocity = np.sqrt(2 * np.asarray(energy) / m)
     return velocity if impulse else velocity / (2 * np.pi * f_n)
 
 
-def run_of(law: str, *, f_n, mu_m, zeta=0.0, m=MASS, x0=START, v0=0.0, v_c=1.0) -> Run:
+def run_of(
+    law: str,
+    *,
+    f_n: float,
+    mu_m: float,
+    zeta: float = 0.0,
+    m: float = MASS,
+    x0: float = START,
+    v0: float = 0.0,
+    v_c: float = 1.0,
+) -> Run:
     """Return one motion with the corrected law or the one as printed."""
     values = {"f_n": f_n, "mu_m": mu_m, "zeta": zeta, "m": m, "v_c": v_c}
     return _program(law).run(values, {"x": x0, "u": v0}).checked()
 
 
-def decay(law: str = FALLING, **values) -> RodDecay:
+def decay(law: str = FALLING, **values: float) -> RodDecay:
     """Return one decay; the arguments are those of `run_of`."""
     run = run_of(law, **values)
     events = [e.t for e in run.events]
@@ -70,13 +82,13 @@ def decay(law: str = FALLING, **values) -> RodDecay:
     )
 
 
-def decays(law: str, name: str, values, **fixed) -> list[RodDecay]:
+def decays(law: str, name: str, values: Iterable[float], **fixed: float) -> list[RodDecay]:
     """Return decays over a range of one argument of `run_of`."""
     return [decay(law, **fixed, **{name: float(v)}) for v in values]
 
 
 @cache
-def _program(law: str):
+def _program(law: str) -> Program:
     scene = scenes.contact_damper(
         f_n=10.0, mu_m=0.1, zeta=0.01, g=GRAVITY, m=MASS, literal=law == PRINTED, horizon=HORIZON
     )

@@ -6,10 +6,20 @@ from typing import TypedDict
 
 import numpy as np
 
+from symfric.solve.run import Run
 from symfric.theory.transient import averaged_decay_time
 from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve
 from symfric_evidence.sources.registry import Finding
-from symfric_evidence.sources.younes_ashour.decays import FALLING, GRAVITY, LAWS, START, decays, run_of, start_of
+from symfric_evidence.sources.younes_ashour.decays import (
+    FALLING,
+    GRAVITY,
+    LAWS,
+    START,
+    RodDecay,
+    decays,
+    run_of,
+    start_of,
+)
 
 FREQUENCIES = (3.5, 5.0, 10.0, 20.0)  # Hz; the text names 3.5 and 10
 FRICTION = (0.02, 0.05, 0.1, 0.2)
@@ -129,7 +139,7 @@ def _records(number: str, name: str) -> FigureData:
     return FigureData(f"younes-{number}", caption, tuple(panels), 2, (Finding(claim, found, True if agrees else None),))
 
 
-def _acceleration(run, law: str, t: np.ndarray, mu_m: float) -> np.ndarray:
+def _acceleration(run: Run, law: str, t: np.ndarray, mu_m: float) -> np.ndarray:
     """Return the acceleration (2) gives at each time, 0 while the rod sticks, m/s^2."""
     omega, (x, u) = 2 * np.pi * RIG["f_n"], run(t)
     side = run.mode[0, np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, run.mode.shape[1] - 1)]
@@ -172,7 +182,7 @@ def _by_law(curves: Callable[[str], list[PanelCurve]], x: str, y: str, log: str 
     return tuple(Panel(law, x, y, tuple(curves(law)), log) for law in LAWS)
 
 
-def _curve(label: str, x: np.ndarray, runs: list, what: str, group: int) -> PanelCurve:
+def _curve(label: str, x: np.ndarray, runs: list[RodDecay], what: str, group: int) -> PanelCurve:
     y, closest = (np.array([getattr(run, name) for run in runs]) for name in (what, "closest"))
     return PanelCurve(label, x, y, group, closest, steps=what == "time")
 
@@ -181,7 +191,7 @@ def _averaged(x: np.ndarray, y: list[float], group: int) -> PanelCurve:
     return PanelCurve("averaged law", x, np.array(y), group, dash="dotted")
 
 
-def _transient(title: str, **values) -> Panel:
+def _transient(title: str, **values: float) -> Panel:
     """Return the motions with both laws, in mm, until a little after the later stop."""
     runs = {law: run_of(law, **values) for law in LAWS}
     t = np.linspace(0.0, 1.15 * max(run["stop_time"] for run in runs.values()), SAMPLES)

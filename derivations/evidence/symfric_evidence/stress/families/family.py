@@ -2,7 +2,7 @@
 
 import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,12 +11,11 @@ import sympy as sp
 from symfric.model import laws
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
-from symfric.model.system import Contact, System
+from symfric.model.system import Contact, Signal, System
 from symfric_evidence.stress.random_scenes import Draw
 
 Ranges = dict[str, tuple[float, float]]
 Units = tuple[float, float, float]  # of mass, length and time
-Adjust = Callable[[np.random.Generator, dict[str, float], dict[str, float]], None]
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,6 @@ class RandomStructure:
         Of parameters and starts; what is below zero or begins there is drawn uniformly, the rest by its logarithm.
     choices : dict of name to tuple of float
         Parameters and starts that take one of a few values.
-    adjust : callable, optional
-        ``adjust(rng, values, initial)`` changes the numbers drawn.
     dimensions : dict of name to (mass, length, time), optional
         Exponents of every parameter and state; given where the package runs the scene in other units.
     time_unit : float
@@ -46,8 +43,7 @@ class RandomStructure:
     scene: Scene
     ranges: Ranges = field(default_factory=dict)
     choices: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    adjust: Adjust | None = None
-    dimensions: dict[str, tuple[int, int, int]] | None = None
+    dimensions: dict[str, tuple[int, ...]] | None = None
     time_unit: float = 1.0
     exact: tuple[str, ...] = ()
     drawn: Callable[[int, int], Draw] | None = None
@@ -65,8 +61,6 @@ class RandomStructure:
         states = {s.name for s in self.scene.system.states}
         values = {k: v for k, v in numbers.items() if k not in states}
         initial = {k: v for k, v in numbers.items() if k in states}
-        if self.adjust is not None:
-            self.adjust(rng, values, initial)
         return Draw("", values, initial)
 
     def units(self, seed: int, number: int) -> Units:
@@ -128,9 +122,20 @@ class Family:
         return structure.draw(np.random.default_rng([zlib.crc32(self.name.encode()), seed, number, 1]))
 
 
-def random_family(name: str, make: Callable[[np.random.Generator], RandomStructure], *args, **options) -> Family:
+def random_family(
+    name: str,
+    make: Callable[[np.random.Generator], RandomStructure],
+    runs: int = 50,
+    *,
+    weight: float = 1.0,
+    sought: str = "",
+) -> Family:
     """Return the family whose structures follow from a generator of random numbers."""
-    return Family(name, lambda seed: make(np.random.default_rng([zlib.crc32(name.encode()), seed])), *args, **options)
+
+    def build(seed: int) -> RandomStructure:
+        return make(np.random.default_rng([zlib.crc32(name.encode()), seed]))
+
+    return Family(name, build, runs, weight, sought)
 
 
 def parameter(name: str) -> sp.Symbol:
@@ -143,7 +148,19 @@ def real(name: str) -> sp.Symbol:
     return sp.Symbol(name, real=True)
 
 
-def oscillators(n: int):
+def dimensioned() -> tuple[Ranges, dict[str, tuple[int, ...]], Callable[..., sp.Symbol]]:
+    """Return ranges, dimensions, and ``number(name, low, high, *dimension)``, which enters a new parameter there."""
+    ranges: Ranges = {}
+    dimensions: dict[str, tuple[int, ...]] = {}
+
+    def number(name: str, low: float, high: float, *dimension: int) -> sp.Symbol:
+        ranges[name], dimensions[name] = (low, high), dimension
+        return parameter(name) if low >= 0 else real(name)
+
+    return ranges, dimensions, number
+
+
+def oscillators(n: int) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...], list[sp.Expr], Ranges]:
     """Return coordinates, velocities, and forces of springs and dampers, each mass coupled to the next.
 
     Returns
@@ -167,30 +184,39 @@ def oscillators(n: int):
     return q, u, forces, ranges
 
 
-def scene_of(q, u, forces, contacts, ranges: Ranges, horizon=4.0, *, mass=None, z=(), z_rate=(), inputs=None) -> Scene:
-    """Return a scene with moderate numbers for all parameters that its expressions use."""
+def structure_of(
+    q: Sequence[sp.Symbol],
+    u: Sequence[sp.Symbol],
+    forces: Sequence[sp.Expr],
+    contacts: Sequence[Contact],
+    ranges: Ranges,
+    horizon: float = 4.0,
+    *,
+    mass: sp.Matrix | None = None,
+    z: Sequence[sp.Symbol] = (),
+    z_rate: Sequence[sp.Expr] = (),
+    inputs: Mapping[sp.Symbol, Signal] | None = None,
+    exact: tuple[str, ...] = (),
+) -> RandomStructure:
+    """Return the structure of a scene with moderate numbers for all parameters that its expressions use."""
     system = System(q=q, u=u, mass=sp.eye(len(q)) if mass is None else mass, force=forces, z=z, z_rate=z_rate)
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     names = {s.name for s in used} - {s.name for s in system.states} - {s.name for s in inputs or {}} - {"t"}
     middle = {name: _middle(*ranges[name]) for name in {*names, *(s.name for s in system.states)} & set(ranges)}
     values = {name: middle[name] for name in sorted(names & set(middle))}
     initial = {s: middle.get(s.name, 0.0) for s in system.states}
-    return Scene(system, contacts, values, initial, horizon, {"path": Trajectory()}, inputs or {})
+    scene = Scene(system, contacts, values, initial, horizon, {"path": Trajectory()}, inputs or {})
+    known = {s.name for s in (*scene.parameters, *system.states)}
+    return RandomStructure(scene, {k: v for k, v in ranges.items() if k in known}, exact=exact)
 
 
 def _middle(low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0 else 0.6 * high + 0.4 * low
 
 
-def structure_of(*args, dimensions=None, time_unit: float = 1.0, exact=(), **options) -> RandomStructure:
-    """Return the structure of the scene that `scene_of` makes of the same arguments."""
-    scene, ranges = scene_of(*args, **options), args[4]
-    names = {s.name for s in (*scene.parameters, *scene.system.states)}
-    used = {k: v for k, v in ranges.items() if k in names}
-    return RandomStructure(scene, used, dimensions=dimensions, time_unit=time_unit, exact=tuple(exact))
-
-
-def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load=1, profile=1) -> Contact:
+def plain_contact(
+    rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ranges, load: sp.Expr = 1, profile: sp.Expr = 1
+) -> Contact:
     """Return a contact with one of the usual laws and parameters of its own."""
     n, mu, r, w = (parameter(f"{p}{name}") for p in ("N", "mu", "r", "w"))
     ranges |= {n.name: (0.1, 1.5), mu.name: (0.1, 0.6), r.name: (0.01, 0.5), w.name: (0.1, 1.0)}
@@ -205,7 +231,15 @@ def plain_contact(rng: np.random.Generator, name: str, slip: sp.Expr, ranges: Ra
     return Contact(name, slip, n * load, law, profile)
 
 
-def pair_of_slips(rng: np.random.Generator, u, count: int, ranges: Ranges) -> list[sp.Expr]:
+def some_contacts(
+    rng: np.random.Generator, u: Sequence[sp.Symbol], ranges: Ranges, least: int, most: int
+) -> list[Contact]:
+    """Return a number of contacts with slips and laws of any kind."""
+    slips = pair_of_slips(rng, u, int(rng.integers(least, most + 1)), ranges)
+    return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
+
+
+def pair_of_slips(rng: np.random.Generator, u: Sequence[sp.Symbol], count: int, ranges: Ranges) -> list[sp.Expr]:
     """Return slips of contacts: bodies on the ground, on belts, and on each other."""
     slips = []
     for i in range(count):

@@ -1,28 +1,19 @@
 """Scenes with limit cycles: masses on belts and forced ones, with static friction above kinetic."""
 
+from dataclasses import replace
+
 import numpy as np
 import sympy as sp
 
 from symfric.model import laws
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact
-from symfric_evidence.stress.families.family import RandomStructure, parameter, real, structure_of
+from symfric_evidence.stress.families.family import RandomStructure, dimensioned, real, structure_of
 
 
-def _numbers():
-    """Return a function that creates parameters and collects their ranges and dimensions."""
-    ranges, dimensions = {}, {}
-
-    def number(name: str, low: float, high: float, *dimension: int) -> sp.Symbol:
-        ranges[name], dimensions[name] = (low, high), dimension
-        return parameter(name)
-
-    return ranges, dimensions, number
-
-
-def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, **options) -> RandomStructure:
+def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, time_unit: float | None = None) -> RandomStructure:
     x, u = real("x"), real("u")
-    ranges, dimensions, number = _numbers()
+    ranges, dimensions, number = dimensioned()
     ranges |= {"x": (0.5, 1.5), "u": (0.0, 0.0)}
     dimensions |= {"x": (0, 1, 0), "u": (0, 1, -1)}
     force = -number("k", 0.8, 1.25, 1, 0, -2) * x - number("d", 0.02, 0.15, 1, 0, -1) * u
@@ -41,9 +32,8 @@ def _one_mass(rng: np.random.Generator, forced: bool, moving: bool, **options) -
     ][rng.integers(4 if moving and not forced else 5)]
     contact = Contact("c", slip, number("N", 0.5, 1.0, 1, 1, -2), law)
     mass = sp.Matrix([[number("m", 0.8, 1.25, 1, 0, 0)]])
-    if options:
-        options |= {"dimensions": dimensions}
-    return structure_of([x], [u], [force], [contact], ranges, 200.0, mass=mass, **options)
+    structure = structure_of([x], [u], [force], [contact], ranges, 200.0, mass=mass)
+    return structure if time_unit is None else replace(structure, dimensions=dimensions, time_unit=time_unit)
 
 
 def cycles(rng: np.random.Generator) -> RandomStructure:

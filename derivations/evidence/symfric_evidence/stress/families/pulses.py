@@ -10,16 +10,19 @@ from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact
 from symfric_evidence.stress.families.family import (
     RandomStructure,
+    Ranges,
     oscillators,
     pair_of_slips,
     parameter,
     plain_contact,
     real,
+    some_contacts,
     structure_of,
 )
 
+Shape = Callable[[sp.Expr], sp.Expr]
 WIDTHS = (0.002, 0.2)
-SHAPES: dict[str, Callable] = {  # pulse shapes of height and width about 1
+SHAPES: dict[str, Shape] = {  # pulse shapes of height and width about 1
     "Gauss": lambda s: sp.exp(-(s**2)),
     "sech": lambda s: 1 / sp.cosh(s),
     "quartic Lorentz": lambda s: 1 / (1 + s**4),
@@ -27,7 +30,7 @@ SHAPES: dict[str, Callable] = {  # pulse shapes of height and width about 1
     "difference of erf": lambda s: (sp.erf(s + 1) - sp.erf(s - 1)) / 2,
     "bounded exponential": lambda s: sp.exp(1 / (1 + s**2)) - 1,
 }
-ARGUMENTS: dict[str, Callable] = {  # argument of a feature at p of width w
+ARGUMENTS: dict[str, Callable[[sp.Expr, sp.Expr, sp.Expr], sp.Expr]] = {  # argument of a feature at p of width w
     "difference": lambda x, p, w: (x - p) / w,
     "logarithm": lambda x, p, w: sp.log((x + 1) / (p + 1)) / w,
     "sine": lambda x, p, w: sp.sin(x - p) / w,
@@ -35,20 +38,17 @@ ARGUMENTS: dict[str, Callable] = {  # argument of a feature at p of width w
 }
 
 
-def _shape(rng) -> Callable:
+def _shape(rng: np.random.Generator) -> Shape:
     return list(SHAPES.values())[rng.integers(len(SHAPES))]
 
 
-def _symbols(ranges, place: tuple[float, float], *, signed=True):
+def _symbols(
+    ranges: Ranges, place: tuple[float, float], *, signed: bool = True
+) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
     p = real("p") if signed else parameter("p")
     w, a = parameter("w"), real("a")
     ranges |= {"p": place, "w": WIDTHS, "a": (-1.0, 1.0)}
     return p, w, a
-
-
-def _contacts(rng, u, ranges, most: int) -> list[Contact]:
-    slips = pair_of_slips(rng, u, int(rng.integers(most + 1)), ranges)
-    return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
 
 
 def in_time(rng: np.random.Generator) -> RandomStructure:
@@ -56,7 +56,7 @@ def in_time(rng: np.random.Generator) -> RandomStructure:
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (0.2, 3.8))
     pulse = _shape(rng)((TIME - p) / w)
-    contacts = _contacts(rng, u, ranges, 2)
+    contacts = some_contacts(rng, u, ranges, 0, 2)
     if contacts and rng.random() < 0.3:
         first = contacts[0]
         contacts[0] = Contact(first.name, first.slip - a * pulse, first.normal, first.law)
@@ -70,7 +70,7 @@ def in_position(rng: np.random.Generator) -> RandomStructure:
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (-0.7, 0.7))
     pulse = _shape(rng)((q[0] - p) / w)
-    contacts = _contacts(rng, u, ranges, 2)
+    contacts = some_contacts(rng, u, ranges, 0, 2)
     if contacts and rng.random() < 0.5:
         first = contacts[0]
         height = parameter("h")
@@ -86,7 +86,7 @@ def in_speed(rng: np.random.Generator) -> RandomStructure:
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.3))
     p, w, a = _symbols(ranges, (0.15, 0.8), signed=False)
     way = list(ARGUMENTS.values())[rng.integers(len(ARGUMENTS))]
-    contacts = _contacts(rng, u, ranges, 1)
+    contacts = some_contacts(rng, u, ranges, 0, 1)
     if rng.random() < 0.75:
         mu, n, b = parameter("mu"), parameter("N"), parameter("b")
         ranges |= {"mu": (0.1, 0.5), "N": (0.3, 1.5), "b": (0.01, 0.1)}

@@ -1,30 +1,23 @@
 """Scenes in other units of mass, length and time."""
 
+from dataclasses import replace
+
 import numpy as np
 import sympy as sp
 
 from symfric.model import laws
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact
-from symfric_evidence.stress.families.family import (
-    RandomStructure,
-    pair_of_slips,
-    parameter,
-    structure_of,
-)
+from symfric_evidence.stress.families.family import RandomStructure, dimensioned, pair_of_slips, structure_of
 
 
 def rescaled(rng: np.random.Generator) -> RandomStructure:
     """One to three masses whose numbers are given in units of 1e-6 to 1e6 each."""
     n = int(rng.choice([1, 2, 3], p=[0.4, 0.4, 0.2]))
     q, u = (sp.symbols(f"{name}1:{n + 1}", real=True) for name in "xu")
-    ranges, dimensions, forces = {}, {}, []
-
-    def number(name: str, low: float, high: float, *dimension: int) -> sp.Symbol:
-        ranges[name], dimensions[name] = (low, high), dimension
-        return parameter(name) if low >= 0 else sp.Symbol(name, real=True)
-
-    masses = []
+    ranges, dimensions, number = dimensioned()
+    masses: list[sp.Symbol] = []
+    forces: list[sp.Expr] = []
     for i in range(n):
         ranges |= {q[i].name: (-1.5, 1.5), u[i].name: (-0.7, 0.7)}
         dimensions |= {q[i].name: (0, 1, 0), u[i].name: (0, 1, -1)}
@@ -56,4 +49,5 @@ def rescaled(rng: np.random.Generator) -> RandomStructure:
         if rng.random() < 0.2:
             ranges[s.name] = (0.0, 0.0)
     unit = float(10.0 ** rng.uniform(-6, 6)) if rng.random() < 0.9 else 1.0
-    return structure_of(q, u, forces, contacts, ranges, mass=sp.diag(*masses), dimensions=dimensions, time_unit=unit)
+    structure = structure_of(q, u, forces, contacts, ranges, mass=sp.diag(*masses))
+    return replace(structure, dimensions=dimensions, time_unit=unit)

@@ -1,5 +1,7 @@
 """Friction that differs from place to place, belts that change their speed, and contacts that are nearly parallel."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import sympy as sp
 
@@ -8,6 +10,7 @@ from symfric.model.symbols import TIME
 from symfric.model.system import Contact
 from symfric_evidence.stress.families.family import (
     RandomStructure,
+    Ranges,
     oscillators,
     pair_of_slips,
     parameter,
@@ -17,7 +20,7 @@ from symfric_evidence.stress.families.family import (
 )
 
 
-def _cells(rng: np.random.Generator, q: sp.Symbol, edges, ranges) -> sp.Piecewise:
+def _cells(rng: np.random.Generator, q: sp.Symbol, edges: Sequence[sp.Rational], ranges: Ranges) -> sp.Piecewise:
     values = [parameter(f"p{i}") for i in range(len(edges) + 1)]
     ranges |= {p.name: (0.3, 2.0) for p in values}
     return sp.Piecewise(*((p, q < e) for p, e in zip(values[:-1], edges, strict=True)), (values[-1], True))

@@ -1,5 +1,7 @@
 """First-order states with kinks, masses that depend on the position, sampled inputs, and scenes without contacts."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import sympy as sp
 
@@ -8,21 +10,20 @@ from symfric.model.symbols import TIME
 from symfric.model.system import Contact, Signal
 from symfric_evidence.stress.families.family import (
     RandomStructure,
+    Ranges,
     oscillators,
     pair_of_slips,
     parameter,
     plain_contact,
     real,
+    some_contacts,
     structure_of,
 )
 
 
-def _some_contacts(rng, u, ranges, least: int, most: int):
-    slips = pair_of_slips(rng, u, int(rng.integers(least, most + 1)), ranges)
-    return [plain_contact(rng, f"c{i + 1}", slip, ranges) for i, slip in enumerate(slips)]
-
-
-def _with_state(rng, q, u, forces, ranges):
+def _with_state(
+    rng: np.random.Generator, q: Sequence[sp.Symbol], u: Sequence[sp.Symbol], forces: list[sp.Expr], ranges: Ranges
+) -> tuple[sp.Symbol, sp.Expr]:
     """Return a first-order state and its rate, and add its force."""
     z, a, b, c = real("z"), parameter("alpha"), parameter("beta"), parameter("gamma")
     ranges |= {"z": (-0.3, 0.3), "alpha": (0.5, 3.0), "beta": (0.2, 2.0), "gamma": (0.05, 0.8)}
@@ -45,7 +46,7 @@ def states(rng: np.random.Generator) -> RandomStructure:
     """First-order states: dynamic friction, saturated controllers."""
     q, u, forces, ranges = oscillators(1 + int(rng.random() < 0.4))
     z, rate = _with_state(rng, q, u, forces, ranges)
-    contacts = _some_contacts(rng, u, ranges, 0, 2)
+    contacts = some_contacts(rng, u, ranges, 0, 2)
     return structure_of(q, u, forces, contacts, ranges, z=[z], z_rate=[rate])
 
 
@@ -92,7 +93,7 @@ def masses(rng: np.random.Generator) -> RandomStructure:
             (mass[j, k].diff(q[i]) / 2 - mass[i, j].diff(q[k])) * u[j] * u[k] for j in range(n) for k in range(n)
         )
         forces[i] += inertia
-    contacts = _some_contacts(rng, u, ranges, 1, 2)
+    contacts = some_contacts(rng, u, ranges, 1, 2)
     return structure_of(q, u, forces, contacts, ranges, mass=mass)
 
 
@@ -107,7 +108,7 @@ def sampled(rng: np.random.Generator) -> RandomStructure:
     samples = (noise, wave, blows)[rng.integers(3)]
     signal = Signal(np.round(samples, 3), dt, float(rng.choice([0.0, 0.0, 0.4, -0.3])))
     forces[0] -= f * s * (1 + q[0] / 4 if rng.random() < 0.3 else 1)
-    contacts = _some_contacts(rng, u, ranges, 1, 2)
+    contacts = some_contacts(rng, u, ranges, 1, 2)
     if rng.random() < 0.4:
         ranges |= dict.fromkeys((q[0].name, u[0].name), (0.0, 0.0))
     return structure_of(q, u, forces, contacts, ranges, inputs={s: signal})
