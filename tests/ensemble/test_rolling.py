@@ -9,8 +9,8 @@ from click.testing import CliRunner
 import symfric as sf
 from symfric.cli import main
 from symfric.theory.scaling import factors
-from symfric_evidence.bench.peers.fixed_step import fixed_step
 from symfric_evidence.sources.rolling.study import MASS, Model, frictions, models, rolling_study
+from tests.fixed_step import fixed_step
 
 RECORDS = Path(__file__).parents[3] / "shared" / "ground_motions"
 EL_CENTRO, CORRALITOS = "ElCentro1940_IELC180.AT2", "LomaPrieta1989_RSN753_CLS000.AT2"

@@ -10,7 +10,6 @@ from click.testing import CliRunner
 
 import symfric as sf
 from symfric.cli import main
-from symfric_evidence.bench.peers.fixed_step import fixed_step
 from symfric_evidence.sources import registry
 from symfric_evidence.sources.gallery import gallery
 from symfric_evidence.sources.guida import slides
@@ -19,6 +18,7 @@ from symfric_evidence.sources.reproduction import NOT_MADE, chosen, reproduction
 from symfric_evidence.sources.rolling import figures, printed_scheme
 from symfric_evidence.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
 from symfric_evidence.sources.thomsen import quench
+from tests.fixed_step import fixed_step
 
 NAMES = tuple(reproductions())
 COSTLY = (

@@ -75,14 +75,20 @@ def _panels(figure: Any, number: int) -> np.ndarray:
     return np.asarray(axes[:number])
 
 
-def table(benchmark: "Benchmark") -> "Table":
-    """Return a rich Table: a row for each solver that answered on each problem."""
+def _table(title: str, columns: Sequence[str], words: Sequence[str]) -> "Table":
+    """Return an empty table; columns of words begin at the left, those of numbers end at the right."""
     from rich.table import Table
 
-    result = Table(title="CPU time of one run, median of interleaved rounds")
-    columns = ("problem", "solver", "ms to 1e-6", "ms to 1e-10", "best error", "events", "first run s")
+    result = Table(title=title)
     for name in columns:
-        result.add_column(name, justify="left" if name in ("problem", "solver") else "right")
+        result.add_column(name, justify="left" if name in words else "right")
+    return result
+
+
+def table(benchmark: "Benchmark") -> "Table":
+    """Return a rich Table: a row for each solver that answered on each problem."""
+    columns = ("problem", "solver", "ms to 1e-6", "ms to 1e-10", "best error", "events", "first run s")
+    result = _table("CPU time of one run, median of interleaved rounds", columns, ("problem", "solver"))
     last = None
     for curve in (c for c in benchmark.curves if c.points):
         if last not in (None, curve.problem):
@@ -108,11 +114,7 @@ def _milliseconds(seconds: float, stopped: bool) -> str:
 
 def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float) -> "Table":
     """Return a rich Table of outputs with their time in `unit` (s times `scale`) and memory."""
-    from rich.table import Table
-
-    result = Table("wanted", title=title)
-    for name in (unit, "kB"):
-        result.add_column(name, justify="right")
+    result = _table(title, ("wanted", unit, "kB"), ("wanted",))
     for need in needs:
         result.add_row(need.wanted, f"{scale * need.seconds:.3g}", f"{need.kilobytes:.4g}")
     return result
@@ -120,11 +122,8 @@ def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float) -> "
 
 def cases_table(costs: "Sequence[CaseCost]") -> "Table":
     """Return a rich Table of the time of a case, a column for each number of cases."""
-    from rich.table import Table
-
-    result = Table("cases together", title="One belt of P5 among many, us")
-    for size in costs[0].sizes if costs else ():
-        result.add_column(f"{size}", justify="right")
+    sizes = [f"{size}" for size in costs[0].sizes] if costs else []
+    result = _table("One belt of P5 among many, us", ("cases together", *sizes), ("cases together",))
     for cost in costs:
         result.add_row(cost.name, *(f"{1e6 * s:.3g}" for s in cost.seconds))
     return result
@@ -132,11 +131,7 @@ def cases_table(costs: "Sequence[CaseCost]") -> "Table":
 
 def growth_table(growths: Sequence[CostGrowth]) -> "Table":
     """Return a rich Table of times over sizes, with the slope of their logarithms."""
-    from rich.table import Table
-
-    result = Table(title="Growth of cost")
-    for name in ("of", "sizes", "s for one", "times", "exponent"):
-        result.add_column(name, justify="left" if name in ("of", "s for one") else "right")
+    result = _table("Growth of cost", ("of", "sizes", "s for one", "times", "exponent"), ("of", "s for one"))
     for g in growths:
         sizes, times = (", ".join(f"{v:.3g}" for v in row) for row in (g.sizes, g.seconds))
         result.add_row(g.name, sizes, g.unit, times, f"{g.exponent:.2f}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from symfric.report.study.data import plain
 from symfric.report.study.figures import COLOURS, GREY, WIDE, new_axes, tidy
-from symfric_evidence.sources.registry import Entry, Finding, title
+from symfric_evidence.sources.registry import Entry, Finding, Inputs, title
 
 PANEL = (4.4, 3.2)  # inches; two panels side by side are legible at the width of a page
 MOST_COLUMNS = 2
@@ -118,7 +118,14 @@ class FigureData:
 
 def panels_entry(make: Callable[[], FigureData]) -> Entry[FigureData]:
     """Return the entry of a function that computes panels; its docstring's first line is the caption."""
-    return Entry(first_line(make), lambda _inputs: make(), plot_figure, findings=lambda data: data.findings)
+    return figure_entry(first_line(make), lambda _inputs: make())
+
+
+def figure_entry(
+    caption: str, compute: Callable[[Inputs], FigureData], *, takes_records: bool = False
+) -> Entry[FigureData]:
+    """Return the entry of a figure that brings its findings."""
+    return Entry(caption, compute, plot_figure, findings=lambda data: data.findings, takes_records=takes_records)
 
 
 def first_line(function: Callable[..., object]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from symfric.motions import Motion, mean_spectrum
 from symfric.motions.synthetic import eurocode8
 from symfric.theory.scaling import factors
-from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve, plot_figure
+from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve, figure_entry
 from symfric_evidence.sources.registry import Entry, Finding, Inputs
 from symfric_evidence.sources.rolling.judgements import findings_of
 from symfric_evidence.sources.rolling.study import (
@@ -203,20 +203,12 @@ def _ratio_entry(name: str) -> Entry[Any]:
     table, scaled, friction, moved = CASES[name]
     gravity = "scaled" if scaled else "unscaled"
     caption = f"Returned ratios: {friction}, {table}, gravity {gravity}{', positions scaled' if moved else ''}."
-    return Entry(caption, partial(ratios, name), plot_figure, findings=lambda data: data.findings, takes_records=True)
+    return figure_entry(caption, partial(ratios, name), takes_records=True)
 
 
 FIGURES = {
-    "rolling-2": Entry(
-        "Three friction distributions of a floor.", figure_2, plot_figure, findings=lambda d: d.findings
-    ),
-    "rolling-3": Entry(
-        "Spectra of the motions, their mean and the target.",
-        figure_3,
-        plot_figure,
-        findings=lambda d: d.findings,
-        takes_records=True,
-    ),
+    "rolling-2": figure_entry("Three friction distributions of a floor.", figure_2),
+    "rolling-3": figure_entry("Spectra of the motions, their mean and the target.", figure_3, takes_records=True),
     **{name: _ratio_entry(name) for name in CASES},
     "rolling-table-1": _scale_entry(1),
     "rolling-table-2": _scale_entry(2),
