@@ -4,6 +4,7 @@ Compiled code knows an `ArraySet` as one pointer, to the table of their addresse
 it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, ClassVar, Self
 
@@ -29,7 +30,7 @@ class Scalars(np.ndarray):
     names: ClassVar[tuple[str, ...]] = ()
     kind: ClassVar[type] = float
 
-    def __init_subclass__(cls, kind: type | None = None):
+    def __init_subclass__(cls, kind: type | None = None) -> None:
         cls.names, cls.kind = (*cls.names, *cls.__annotations__), kind or cls.kind
         for place, name in enumerate(cls.names):
             setattr(cls, name, property(*_entry(place)))
@@ -40,11 +41,11 @@ class Scalars(np.ndarray):
         return np.zeros(len(cls.names), cls.kind).view(cls)
 
 
-def _entry(place: int):
-    def get(self: np.ndarray):
+def _entry(place: int) -> tuple[Callable[[np.ndarray], Any], Callable[[np.ndarray, float], None]]:
+    def get(self: np.ndarray) -> Any:
         return self.item(place)
 
-    def put(self: np.ndarray, value) -> None:
+    def put(self: np.ndarray, value: float) -> None:
         self[place] = value
 
     return get, put

@@ -15,6 +15,8 @@ from symfric.codegen.lane_values import FLAG, REAL, WHOLE, Lanes, Value, is_numb
 from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Instructions, Written
 from symfric.errors import SceneError
 
+Body = Callable[[Sequence[Value]], Sequence[Value]]
+
 
 class LaneCode:
     """One function ``void name(double* S, double* N, i64* F)`` of blocks of `width` lanes: fields, notes, masks."""
@@ -66,19 +68,19 @@ class LaneCode:
         return self._op(ARITHMETIC[op] + how, REAL, a, b)
 
     # arithmetic
-    def add(self, a, b):
+    def add(self, a: Value, b: Value) -> Value:
         """Return a + b."""
         if not moves(a) and not moves(b):
             return a + b
         return b if is_number(a, 0) else a if is_number(b, 0) else self._arithmetic(ca.OP_ADD, a, b)
 
-    def sub(self, a, b):
+    def sub(self, a: Value, b: Value) -> Value:
         """Return a - b."""
         if not moves(a) and not moves(b):
             return a - b
         return a if is_number(b, 0) else self.neg(b) if is_number(a, 0) else self._arithmetic(ca.OP_SUB, a, b)
 
-    def mul(self, a, b):
+    def mul(self, a: Value, b: Value) -> Value:
         """Return a b; zero if one of them is known to be that."""
         if not moves(a) and not moves(b):
             return a * b
@@ -86,13 +88,13 @@ class LaneCode:
             return 0.0
         return b if is_number(a, 1) else a if is_number(b, 1) else self._arithmetic(ca.OP_MUL, a, b)
 
-    def div(self, a, b):
+    def div(self, a: Value, b: Value) -> Value:
         """Return a / b."""
         if not moves(a) and not moves(b):
             return a / b
         return 0.0 if is_number(a, 0) else self._arithmetic(ca.OP_DIV, a, b)
 
-    def fma(self, a, b, c):
+    def fma(self, a: Value, b: Value, c: Value) -> Value:
         """Return a b + c with one rounding."""
         if is_number(a, 0) or is_number(b, 0):
             return c
@@ -100,11 +102,11 @@ class LaneCode:
             return self.add(b if is_number(a, 1) else a, c)
         return self._intrinsic("fma", *map(real, (a, b, c)))
 
-    def twice(self, a):
+    def twice(self, a: Value) -> Value:
         """Return 2 a."""
         return self._op("fadd", REAL, a, a) if moves(a) else 2.0 * a
 
-    def neg(self, a):
+    def neg(self, a: Value) -> Value:
         """Return -a."""
         return self._new(REAL, f"fneg {self._type[REAL]} {a.name}") if moves(a) else -a
 
@@ -113,23 +115,23 @@ class LaneCode:
         given = ", ".join(f"{d} {self._ref(a)}" for a in args)
         return self._new(REAL, f"call {d} @llvm.{name}.v{self._width}f64({given})")
 
-    def abs(self, a):
+    def abs(self, a: Value) -> Value:
         """Return the magnitude."""
         return self._intrinsic("fabs", a) if moves(a) else abs(a)
 
-    def sqrt(self, a):
+    def sqrt(self, a: Value) -> Value:
         """Return the square root."""
         return self._intrinsic("sqrt", a)
 
-    def compare(self, how: str, a, b) -> Lanes:
+    def compare(self, how: str, a: Value, b: Value) -> Lanes:
         """Return a mask."""
         return self._new(FLAG, f"fcmp {how} {self._type[REAL]} {self._ref(real(a))}, {self._ref(real(b))}")
 
-    def equal(self, a, b) -> Lanes:
+    def equal(self, a: Value, b: Value) -> Lanes:
         """Return where two numbers are equal."""
         return self.compare("oeq", a, b)
 
-    def logic(self, how: str, a, b):
+    def logic(self, how: str, a: Value, b: Value) -> Value:
         """Return a mask of two masks."""
         for p, q in ((a, b), (b, a)):
             if isinstance(p, bool):
@@ -139,7 +141,7 @@ class LaneCode:
                     return q
         return self._op(how, FLAG, a, b)
 
-    def select(self, mask, a, b):
+    def select(self, mask: Value, a: Value, b: Value) -> Value:
         """Return a in the lanes of the mask and b in the others."""
         if isinstance(mask, bool):
             return a if mask else b
@@ -148,11 +150,11 @@ class LaneCode:
         t = self._type[kind_of(a)]
         return self._new(kind_of(a), f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
 
-    def max(self, a, b):
+    def max(self, a: Value, b: Value) -> Value:
         """Return the larger; b if one is NaN."""
         return max(a, b) if not moves(a) and not moves(b) else self.select(self.compare("ogt", a, b), a, b)
 
-    def min(self, a, b):
+    def min(self, a: Value, b: Value) -> Value:
         """Return the smaller; b if one is NaN."""
         return min(a, b) if not moves(a) and not moves(b) else self.select(self.compare("olt", a, b), a, b)
 
@@ -165,15 +167,15 @@ class LaneCode:
         """Return the numbers of some bits."""
         return self._new(REAL, f"bitcast {self._type[WHOLE]} {a.name} to {self._type[REAL]}")
 
-    def whole(self, op: str, a, b) -> Lanes:
+    def whole(self, op: str, a: Value, b: Value) -> Lanes:
         """Return an operation of LLVM on whole numbers."""
         return self._op(op, WHOLE, a, b)
 
-    def compare_whole(self, how: str, a, b) -> Lanes:
+    def compare_whole(self, how: str, a: Value, b: Value) -> Lanes:
         """Return a mask."""
         return self._new(FLAG, f"icmp {how} {self._type[WHOLE]} {self._ref(a)}, {self._ref(b)}")
 
-    def best(self, how: str, a, b) -> Lanes:
+    def best(self, how: str, a: Value, b: Value) -> Lanes:
         """Return the larger (sgt) or the smaller (slt) of whole numbers."""
         t = self._type[WHOLE]
         mask = self.compare_whole(how, a, b)
@@ -188,15 +190,15 @@ class LaneCode:
         """Return field k."""
         return self._new(REAL, f"load {self._type[REAL]}, {self._place(k)}")
 
-    def store(self, k: int, a) -> None:
+    def store(self, k: int, a: Value) -> None:
         """Set field k."""
         self._lines.append(f"store {self._type[REAL]} {self._ref(a)}, {self._place(k)}")
 
-    def note(self, k: int, a) -> None:
+    def note(self, k: int, a: Value) -> None:
         """Set note k."""
         self._lines.append(f"store {self._type[REAL]} {self._ref(a)}, {self._place(k, '%N')}")
 
-    def store_mask(self, k: int, mask) -> None:
+    def store_mask(self, k: int, mask: Value) -> None:
         """Set word k of the masks, one bit for each lane."""
         wide = self._plain(f"zext i{self._width} {self._bitmask(mask)} to i64")
         self._lines.append(f"store i64 {wide}, i64* {self._plain(f'getelementptr i64, i64* %F, i64 {k}')}")
@@ -207,21 +209,21 @@ class LaneCode:
         narrow = self._plain(f"trunc i64 {wide} to i{self._width}")
         return self._new(FLAG, f"bitcast i{self._width} {narrow} to {self._type[FLAG]}")
 
-    def _bitmask(self, mask) -> str:
+    def _bitmask(self, mask: Value) -> str:
         return self._plain(f"bitcast {self._type[FLAG]} {self._ref(mask)} to i{self._width}")
 
     # control
-    def _any(self, mask) -> str:
+    def _any(self, mask: Value) -> str:
         return self._plain(f"icmp ne i{self._width} {self._bitmask(mask)}, 0")
 
     def _begin(self, label: str) -> None:
         self._lines.append(f"{label}:")
         self._block = label
 
-    def _phi(self, a, first: str, b, second: str) -> str:
+    def _phi(self, a: Value, first: str, b: Value, second: str) -> str:
         return f"phi {self._type[kind_of(a)]} [ {self._ref(a)}, %{first} ], [ {self._ref(b)}, %{second} ]"
 
-    def branch(self, mask, olds: Sequence, body: Callable[[Sequence], Sequence]) -> list:
+    def branch(self, mask: Value, olds: Sequence[Value], body: Body) -> list[Value]:
         """Return ``body(olds)`` if any lane is in the mask, else olds; the body itself selects what a lane keeps."""
         self._n += 1
         do, end, before = f"do{self._n}", f"end{self._n}", self._block
@@ -232,7 +234,7 @@ class LaneCode:
         self._begin(end)
         return [self._new(kind_of(o), self._phi(o, before, n, after)) for o, n in zip(olds, news, strict=True)]
 
-    def loop(self, state: Sequence, body: Callable[[Sequence], Sequence]) -> list:
+    def loop(self, state: Sequence[Value], body: Body) -> list[Value]:
         """Repeat ``state = body(state)`` while any lane is in the mask state[0]; lanes that left it must not change."""
         self._n += 1
         do, end, before = f"loop{self._n}", f"end{self._n}", self._block
@@ -248,7 +250,7 @@ class LaneCode:
         return [self._new(v.kind, self._phi(a, before, b, after)) for a, v, b in zip(state, inner, news, strict=True)]
 
     # functions
-    def _lane_by_lane(self, name: str, args: Sequence) -> Lanes:
+    def _lane_by_lane(self, name: str, args: Sequence[Value]) -> Lanes:
         """Call a function of the C library for one lane after another."""
         made = "undef"
         for lane in range(self._width):
@@ -258,12 +260,12 @@ class LaneCode:
             made = self._plain(f"insertelement {d} {made}, double {value}, i32 {lane}")
         return Lanes(self, made, REAL)
 
-    def graph(self, f: ca.Function, inputs: Sequence[Sequence]) -> list[list]:
+    def graph(self, f: ca.Function, inputs: Sequence[Sequence[Value]]) -> list[list[Value]]:
         """Return the outputs of a CasADi SX function as lists, given its inputs as lists; rounded, as in memory."""
         given = Instructions.of(f)
         within = {given.sources[k][j] for k, j in given.fused.items()}
         value: list[Any] = [None] * len(given.ops)
-        outs: list[list] = [[0.0] * f.nnz_out(i) for i in range(f.n_out())]
+        outs: list[list[Value]] = [[0.0] * f.nnz_out(i) for i in range(f.n_out())]
         self._contract = False
         for k, op in enumerate(given.ops):
             if k in within:
@@ -288,19 +290,19 @@ class LaneCode:
         self._contract = True
         return [[self.rounded(a) for a in out] for out in outs]
 
-    def rounded(self, a):
+    def rounded(self, a: Value) -> Value:
         """Return a value that no later operation becomes one instruction with, as one that is read from memory."""
         return self._intrinsic("arithmetic.fence", a) if moves(a) else a
 
-    def _number(self, a):
+    def _number(self, a: Value) -> Value:
         return self.select(a, 1.0, 0.0) if kind_of(a) == FLAG else a
 
-    def _flag(self, a):
+    def _flag(self, a: Value) -> Value:
         if kind_of(a) == FLAG:
             return a
         return self.compare("une", a, 0.0) if moves(a) else a != 0.0
 
-    def _operation(self, op: int, given: list):
+    def _operation(self, op: int, given: list[Value]) -> Value:
         if op == ca.OP_IF_ELSE_ZERO:
             return self.select(self._flag(given[0]), self._number(given[1]), 0.0)
         if op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
@@ -319,7 +321,7 @@ class LaneCode:
 
 
 _LOGIC = {ca.OP_AND: "and", ca.OP_OR: "or"}
-_PLAIN: dict[int, Callable] = {
+_PLAIN: dict[int, Callable[..., Value]] = {
     ca.OP_ADD: LaneCode.add,
     ca.OP_SUB: LaneCode.sub,
     ca.OP_MUL: LaneCode.mul,

@@ -16,59 +16,59 @@ class Lanes:
     def __init__(self, g: Any, name: str, kind: str):
         self.g, self.name, self.kind = g, name, kind
 
-    def __add__(self, other):
+    def __add__(self, other: Any) -> Any:
         return self.g.add(self, other)
 
-    def __radd__(self, other):
+    def __radd__(self, other: Any) -> Any:
         return self.g.add(other, self)
 
-    def __sub__(self, other):
+    def __sub__(self, other: Any) -> Any:
         return self.g.sub(self, other)
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: Any) -> Any:
         return self.g.sub(other, self)
 
-    def __mul__(self, other):
+    def __mul__(self, other: Any) -> Any:
         return self.g.mul(self, other)
 
-    def __rmul__(self, other):
+    def __rmul__(self, other: Any) -> Any:
         return self.g.mul(other, self)
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: Any) -> Any:
         return self.g.div(self, other)
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: Any) -> Any:
         return self.g.div(other, self)
 
-    def __neg__(self):
+    def __neg__(self) -> Any:
         return self.g.neg(self)
 
-    def __lt__(self, other):
+    def __lt__(self, other: Any) -> Any:
         return self.g.compare("olt", self, other)
 
-    def __le__(self, other):
+    def __le__(self, other: Any) -> Any:
         return self.g.compare("ole", self, other)
 
-    def __gt__(self, other):
+    def __gt__(self, other: Any) -> Any:
         return self.g.compare("ogt", self, other)
 
-    def __ge__(self, other):
+    def __ge__(self, other: Any) -> Any:
         return self.g.compare("oge", self, other)
 
-    def __and__(self, other):
+    def __and__(self, other: Any) -> Any:
         return self.g.logic("and", self, other)
 
     __rand__ = __and__
 
-    def __or__(self, other):
+    def __or__(self, other: Any) -> Any:
         return self.g.logic("or", self, other)
 
     __ror__ = __or__
 
-    def __xor__(self, other):
+    def __xor__(self, other: Any) -> Any:
         return self.g.logic("xor", self, other)
 
-    def __invert__(self):
+    def __invert__(self) -> Any:
         return self.g.logic("xor", self, True)
 
     __hash__ = None  # type: ignore[assignment]

@@ -1,5 +1,7 @@
 """Calls of a compiled event loop from compiled code."""
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 
@@ -9,13 +11,13 @@ FAILED = -100  # result of `call_loop` if the loop divided by zero; neither a st
 
 
 @inlined
-def call_loop(typing_context, loop, result, trouble, table, fresh):
+def call_loop(typing_context: Any, loop: Any, result: Any, trouble: Any, table: Any, fresh: Any) -> Any:
     """Call numba's ``int (int64* result, void** reason, int64 table, int64 fresh)`` at an integer address.
 
     Return the result of the loop, or `FAILED`.
     """
 
-    def generate(context, builder, signature, args):
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         word = ir.IntType(64)
         kind = ir.FunctionType(ir.IntType(32), [word.as_pointer(), word.as_pointer(), word, word])
         target = builder.inttoptr(args[0], kind.as_pointer())

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 
@@ -92,7 +92,8 @@ def _compiled(module: str) -> bytes:
     """Compile a loop; return the name of its function and the object code."""
     result = _compile_result(module)
     _, _, (code, _) = result.library.serialize_using_object_code()
-    return result.fndesc.llvm_func_name.encode() + b"\n" + code
+    name: bytes = result.fndesc.llvm_func_name.encode()
+    return name + b"\n" + bytes(code)
 
 
 def optimised(module: str) -> tuple[str, str]:
@@ -101,7 +102,7 @@ def optimised(module: str) -> tuple[str, str]:
     return result.fndesc.llvm_func_name, result.library.get_llvm_str()
 
 
-def _compile_result(module: str):
+def _compile_result(module: str) -> Any:
     dispatcher = importlib.import_module(module).launch
     dispatcher.compile("int64(int64, int64)")
     (result,) = dispatcher.overloads.values()

@@ -72,14 +72,16 @@ def compiled(
         options["error_model"] = "numpy"
 
     def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
-        return njit(**options)(function)
+        made: Callable[_P, _R] = njit(**options)(function)
+        return made
 
     return decorate if function is None else decorate(function)
 
 
 def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Decorate a function that is inlined in its only caller."""
-    return njit(inline="always")(function)
+    made: Callable[_P, _R] = njit(inline="always")(function)
+    return made
 
 
 _KINDS = {float: types.float64, int: types.int64}
@@ -88,7 +90,7 @@ _KINDS = {float: types.float64, int: types.int64}
 class NamedNumbers(types.Type):
     """The numba type of a `Scalars`: a pointer to its numbers."""
 
-    def __init__(self, scalars: type[Scalars]):
+    def __init__(self, scalars: type[Scalars]) -> None:
         super().__init__(f"NamedNumbers({scalars.__module__}.{scalars.__qualname__})")
         self.number = _KINDS[scalars.kind]
         self.places = {name: place for place, name in enumerate(scalars.names)}
@@ -97,7 +99,7 @@ class NamedNumbers(types.Type):
 class Arrays(types.Type):
     """The numba type of an `ArraySet`: a pointer to its table."""
 
-    def __init__(self, record: type[ArraySet]):
+    def __init__(self, record: type[ArraySet]) -> None:
         super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
         hints = get_type_hints(record, include_extras=True)
         self.fields = {name: (row, _type_of(hints[name])) for row, name in enumerate(record.names())}
@@ -111,7 +113,7 @@ def _type_of(hint: Any) -> types.Type:
 
 
 class _Pointer(models.PrimitiveModel):
-    def __init__(self, manager, kind):
+    def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, ir.IntType(64).as_pointer())
 
 
@@ -123,7 +125,7 @@ register_model(NamedNumbers)(_Pointer)
 class _Fields(AttributeTemplate):
     key = Arrays
 
-    def generic_resolve(self, value, attr):  # type: ignore[override]  # numba: "not implemented" until a class does
+    def generic_resolve(self, value: Any, attr: Any) -> Any:  # type: ignore[override]  # numba: "not implemented" until a class does
         return value.fields[attr][1] if attr in value.fields else None
 
 
@@ -131,17 +133,17 @@ class _Fields(AttributeTemplate):
 class _Numbers(AttributeTemplate):
     key = NamedNumbers
 
-    def generic_resolve(self, value, attr):  # type: ignore[override]
+    def generic_resolve(self, value: Any, attr: Any) -> Any:  # type: ignore[override]
         return value.number if attr in value.places else None
 
 
 @lower_getattr_generic(Arrays)
-def _field(context, builder, kind, table, name):
+def _field(context: Any, builder: Any, kind: Any, table: Any, name: Any) -> Any:
     """Generate code that builds an array from its row of the table, constant while compiled code runs."""
     row, array = kind.fields[name]
     constant = builder.module.add_metadata([])
 
-    def entry(column):
+    def entry(column: Any) -> Any:
         place = builder.gep(table, [ir.Constant(ir.IntType(64), WIDTH * row + column)])
         number = builder.load(place)
         number.set_metadata("invariant.load", constant)
@@ -160,31 +162,31 @@ def _field(context, builder, kind, table, name):
     return made._getvalue()
 
 
-def _place(context, builder, kind, numbers, name):
+def _place(context: Any, builder: Any, kind: Any, numbers: Any, name: Any) -> Any:
     """Generate code for the address of a number."""
     start = builder.bitcast(numbers, context.get_value_type(kind.number).as_pointer())
     return builder.gep(start, [ir.Constant(ir.IntType(64), kind.places[name])])
 
 
 @lower_getattr_generic(NamedNumbers)
-def _read(context, builder, kind, numbers, name):
+def _read(context: Any, builder: Any, kind: Any, numbers: Any, name: Any) -> Any:
     return builder.load(_place(context, builder, kind, numbers, name))
 
 
 @lower_setattr_generic(NamedNumbers)
-def _write(context, builder, signature, args, name):
+def _write(context: Any, builder: Any, signature: Any, args: Any, name: Any) -> None:
     kind, given = signature.args
     value = context.cast(builder, args[1], given, kind.number)
     builder.store(value, _place(context, builder, kind, args[0], name))
 
 
-def opener(record: type[ArraySet]) -> Callable:
+def opener(record: type[ArraySet]) -> Callable[..., Any]:
     """Return the compiled function from the address of a table to the arrays of its `ArraySet`."""
     kind = Arrays(record)
 
     @inlined
-    def at_addresses(typing_context, address):
-        def generate(context, builder, signature, args):
+    def at_addresses(typing_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
 
         return kind(address), generate
@@ -192,16 +194,17 @@ def opener(record: type[ArraySet]) -> Callable:
     return at_addresses
 
 
-def inlined(function: Callable) -> Callable:
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return numba's `intrinsic` with the type of the function that compiled code calls, without typing context."""
-    return intrinsic(function)
+    made: Callable[..., Any] = intrinsic(function)
+    return made
 
 
 @inlined
-def call_code(typing_context, address, a, b, out):
+def call_code(typing_context: Any, address: Any, a: Any, b: Any, out: Any) -> Any:
     """Call machine code ``void f(double*, double*, double*)`` at an integer address, from numba."""
 
-    def generate(context, builder, signature, args):
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         pointer = ir.DoubleType().as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [pointer] * 3)
         target = builder.inttoptr(args[0], kind.as_pointer())

@@ -13,6 +13,7 @@ import lzma
 import platform
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import llvmlite.binding as llvm
 
@@ -40,14 +41,14 @@ def shipped_object(module: str, sources: list[Path]) -> bytes | None:
         known, bitcode = _read(module)
         if known["made for"] != conditions() or known["sources"] != meaning(sources):
             return None
-        function = known["function"].encode()
-        code = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
+        function: bytes = known["function"].encode()
+        code: bytes = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
     except UNREADABLE:
         return None
     return function + b"\n" + code
 
 
-def shipped_header(module: str) -> dict:
+def shipped_header(module: str) -> dict[str, Any]:
     """Return what a shipped file says of itself."""
     return _read(module)[0]
 
@@ -59,10 +60,10 @@ def shipped_code(module: str) -> bytes:
 
 def bitcode(text: str) -> bytes:
     """Return intermediate code as bitcode: the same bytes for the same code, whatever process made it."""
-    return llvm.parse_assembly(text).as_bitcode()
+    return bytes(llvm.parse_assembly(text).as_bitcode())
 
 
-def _read(module: str) -> tuple[dict, bytes]:
+def _read(module: str) -> tuple[dict[str, Any], bytes]:
     unpacker = lzma.LZMADecompressor(memlimit=_MAX_UNPACKED)
     content = unpacker.decompress(place(module).read_bytes(), _MAX_UNPACKED)
     if not unpacker.eof:

@@ -33,7 +33,7 @@ def target_key() -> str:
 def target_triple() -> str:
     """Return processor, vendor and system for which code is made."""
     _prepare()
-    return llvm.get_default_triple()
+    return str(llvm.get_default_triple())
 
 
 def link(code: bytes) -> llvm.ExecutionEngine:
