@@ -2,20 +2,12 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 from symfric.interrupts import STATUS
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from symfric.ensemble.progress import Progress
-    from symfric.scenefile.read import SceneFile
 
 FILE = click.Path(path_type=Path)
 STORE = "store"  # folder of the finished cases, inside the folder of the results
@@ -28,7 +20,7 @@ TABLE = "sweep.csv"
 @click.option("--jobs", "-j", type=int, default=-1, help="Threads; as many as there are processors unless given.")
 @click.option("--resume", is_flag=True, help="Continue an interrupted sweep, or show a finished one.")
 @common_options
-def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, quiet: bool) -> None:
+def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, quiet: bool):
     """Run a scene file for every combination of values in [sweep].
 
     [sweep.grid] gives a list of values or {start, stop, count} for each parameter; without it from, to and number of
@@ -65,7 +57,7 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
     _report(result, file, folder, time.monotonic() - begin, as_json, quiet)
 
 
-def _check(found: "SceneFile", file: Path) -> None:
+def _check(found, file: Path) -> None:
     """Raise unless the file has an axis and a scalar output."""
     from symfric.errors import SceneError
 
@@ -90,11 +82,11 @@ def _make_room(place: Path) -> None:
     store.clear(place)
 
 
-def _staged(progress: Callable[[str, float], None]) -> Callable[["Progress"], None]:
+def _staged(progress):
     """Return a function that reports the sweep's progress, without a terminal at growing intervals."""
     steady, begin, last = sys.stderr.isatty(), time.monotonic(), 0.0
 
-    def report(at: "Progress") -> None:
+    def report(at) -> None:
         nonlocal last
         spent = time.monotonic() - begin
         if steady or spent - last > max(1.0, 0.1 * spent):
@@ -104,7 +96,7 @@ def _staged(progress: Callable[[str, float], None]) -> Callable[["Progress"], No
     return report
 
 
-def _rows(result: "xr.Dataset") -> Iterator[Sequence[Any]]:
+def _rows(result):
     """Yield the header of a table and a row for each case: values of the axes, outputs, name of the status."""
     import numpy as np
 
@@ -114,11 +106,11 @@ def _rows(result: "xr.Dataset") -> Iterator[Sequence[Any]]:
             result["status"].attrs["flag_values"].tolist(), result["status"].attrs["flag_meanings"].split(), strict=True
         )
     )
-    columns: dict[str, list[float]] = {}
+    columns: dict[str, list] = {}
     for name, data in result.data_vars.items():
         if name != "status":
             parts = (
-                {str(name): data}
+                {name: data}
                 if "state" not in data.dims
                 else {f"{name}_{s}": data.sel(state=s) for s in data.state.values}
             )
@@ -130,7 +122,7 @@ def _rows(result: "xr.Dataset") -> Iterator[Sequence[Any]]:
     yield from zip(*values, status, strict=True)
 
 
-def _write(place: Path, result: "xr.Dataset") -> None:
+def _write(place: Path, result) -> None:
     import csv
     import io
 
@@ -139,7 +131,7 @@ def _write(place: Path, result: "xr.Dataset") -> None:
     write_results({place: text.getvalue()})
 
 
-def _report(result: "xr.Dataset", file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
+def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
     """Print a summary; exit with status 1 if no case was successful."""
     from collections import Counter
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
@@ -23,10 +22,6 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.model.units import attributes_of
 from symfric.orbits.sizes import over_time
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
 
 _MOST = 20  # most attractors; starts that end in others are not labelled
 _TURNS = 8  # most horizons that motions slow to settle are followed together
@@ -72,7 +67,7 @@ class Basins:
         """Fraction of the starts that end in each attractor, shape (number of attractors,)."""
         return np.array([np.mean(self.label == k) for k in range(len(self.attractors))])
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, ax=None):
         """Draw the basins over one or two axes in colours; return the Axes.
 
         Parameters
@@ -114,7 +109,7 @@ class Basins:
     def _repr_html_(self) -> str:
         return html_table("Basins", self.to_dict())
 
-    def to_xarray(self) -> "xr.Dataset":
+    def to_xarray(self):
         """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes.
 
         Returns

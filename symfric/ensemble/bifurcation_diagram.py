@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
@@ -26,10 +24,6 @@ from symfric.solve.program import check_tolerance
 from symfric.solve.protocol import Program
 from symfric.solve.run import Run
 from symfric.solve.status import Status
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
 
 _MOST = 4_000_000  # most numbers of points that are computed at once
 _STILL = 1e-6  # range relative to the sizes of the states below which a motion after the transient is a point
@@ -95,7 +89,7 @@ class BifurcationDiagram:
         """
         return self.states[:, self.case == k]
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, ax=None):
         """Draw the first coordinate on the section against the parameter; return the Axes.
 
         Parameters
@@ -131,7 +125,7 @@ class BifurcationDiagram:
     def _repr_html_(self) -> str:
         return html_table("BifurcationDiagram", self.to_dict())
 
-    def to_xarray(self) -> "xr.Dataset":
+    def to_xarray(self):
         """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``.
 
         Returns
@@ -140,8 +134,8 @@ class BifurcationDiagram:
         """
         import xarray as xr
 
-        told = partial(attributes_of, units=self.units)
-        data: dict[str, Any] = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
+        told = lambda name: attributes_of(name, self.units)  # noqa: E731
+        data: dict = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
         data |= {"t": ("point", self.times, told("t")), "status": ("case", self.status)}
         coordinates = {
             self.parameter: ("point", self.values[self.case], told(self.parameter)),

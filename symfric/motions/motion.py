@@ -15,9 +15,6 @@ from symfric.model.system import Signal
 from symfric.motions.units import G, factor_of
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-
     from symfric.motions.spectrum import Spectrum
 
 _WHOLE = 1e-9  # distance from a sample, relative to the step, within which a time is that of the sample
@@ -69,7 +66,7 @@ class Motion:
     name: str = "motion"
     note: str = field(default="")
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         factor = factor_of(self.unit, f"the unit of {self.name}")
         try:
             samples = np.array(self.samples, dtype=float)
@@ -220,7 +217,7 @@ class Motion:
         return spectrum(self, periods, damping)
 
     @alone(DRAWING)
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, ax=None):
         """Draw acceleration against time; return the Axes.
 
         Parameters
@@ -261,12 +258,12 @@ class Motion:
             "samples": self.samples.tolist(),
         }
 
-    def to_xarray(self) -> "xr.DataArray":
+    def to_xarray(self):
         """Return an xarray.DataArray over time.
 
         Returns
         -------
-        xarray.DataArray
+        xarray.Dataset
         """
         import xarray as xr
 

@@ -14,9 +14,6 @@ from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-
     from symfric.motions.motion import Motion
 
 FINE = 20  # points per period, between which peaks are computed
@@ -77,7 +74,7 @@ class Spectrum:
     def _repr_html_(self) -> str:
         return html_table("Spectrum", self.to_dict())
 
-    def to_xarray(self) -> "xr.Dataset":
+    def to_xarray(self):
         """Return an xarray.Dataset over the period.
 
         Returns
@@ -91,7 +88,7 @@ class Spectrum:
         return xr.Dataset(data, {"period": self.periods}, {"damping": self.damping, "motion": self.name})
 
     @alone(DRAWING)
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, ax=None):
         """Draw pseudo-acceleration against period; return the Axes.
 
         Parameters
