@@ -11,7 +11,7 @@ from symfric.model.unit_texts import read_unit
 G = 9.81  # m/s^2
 _AT_ONCE = {"m/s^2": 1.0, "g": G, "gal": 0.01}  # the usual one, and two that pint takes for a gram and a gallon
 KNOWN = "'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2'"
-# what has a length and this power of time as its dimension
+# by the power of time beside a length
 _KINDS: Mapping[Fraction | int, str] = {-2: "an acceleration", -1: "a velocity", 0: "a displacement"}
 
 
@@ -31,10 +31,8 @@ def _read(unit: str) -> tuple[str, float]:
         found = read_unit(plain)
     except SceneError:
         return "", 1.0
-    powers = dict(found.base)
-    is_motion = powers.pop("[length]", 0) == 1
-    time = powers.pop("[time]", 0)
-    return _KINDS.get(time, "") if is_motion and not powers else "", short_factor(found)
+    moved = {**found.base, "[time]": 0} == {"[length]": 1, "[time]": 0}  # a length, whatever the power of time
+    return _KINDS.get(found.base.get("[time]", 0), "") if moved else "", short_factor(found)
 
 
 def is_acceleration(unit: str) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.solve.case_values import workers_of
+from symfric.solve.case_values import processors
 from symfric_evidence.processes import interrupts_ignored, processes
 from symfric_evidence.stress.comparison import Comparison
 from symfric_evidence.stress.derivative_comparison import DerivativeComparison
@@ -51,7 +51,7 @@ def stress(
     families : sequence of str, optional
         All of them unless given.
     jobs : int
-        Processes; -1 takes every processor.
+        Processes; -1 takes every processor, -2 all but one.
     progress : callable, optional
         Called with the number of scenes done.
 
@@ -65,11 +65,11 @@ def stress(
     SceneError
         If a number is not positive, or a family is unknown.
     """
-    if scenes < 1 or seed < 0:
-        raise SceneError("scenes must be positive, and seed not negative")
+    if scenes < 1 or seed < 0 or jobs == 0:
+        raise SceneError("scenes must be positive, seed not negative, and jobs not zero")
     names = [family(name).name for name in families] or list(FAMILIES)
     found: list[Verdict] = []
-    for verdicts in _examined(_parts(names, scenes, seed), workers_of(jobs, "jobs")):
+    for verdicts in _examined(_parts(names, scenes, seed), jobs if jobs > 0 else processors() + 1 + jobs):
         found += verdicts
         if progress is not None:
             progress(len(found))
@@ -78,7 +78,7 @@ def stress(
 
 def _examined(parts: list[tuple[str, int, range]], jobs: int) -> Iterator[list[Verdict]]:
     """Yield the verdicts of every part, in the order of the parts."""
-    if jobs == 1:
+    if jobs <= 1:
         yield from itertools.starmap(examine, parts)
         return
     with processes(min(jobs, len(parts))) as pool:
