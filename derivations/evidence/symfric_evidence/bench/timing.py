@@ -25,13 +25,80 @@ _QUICK_ROUNDS, _ENOUGH = 3, 0.3  # of a quick benchmark; s, a solver that is slo
 class _Entry:
     """One solver at one tolerance while it is measured."""
 
-    peer: Peer
     tolerance: float
     run: Callable[[], BenchAnswer]
     answer: BenchAnswer
     once: float
     rounds: int
     samples: list[float] = field(default_factory=list)
+
+    def sample(self) -> None:
+        """Take CPU seconds of one run, averaged over the repeats; the collector is off, as in timeit."""
+        run, repeats = self.run, max(1, int(_SAMPLE / self.once))
+        enabled = gc.isenabled()
+        gc.disable()
+        try:
+            start = time.process_time_ns()
+            for _ in range(repeats):
+                run()
+            self.samples.append((time.process_time_ns() - start) / (1e9 * repeats) * self.answer.every)
+        finally:
+            if enabled:
+                gc.enable()
+
+
+@dataclass
+class _Measured:
+    """One solver on one problem while it is measured."""
+
+    peer: Peer
+    problem: Problem
+    entries: list[_Entry] = field(default_factory=list)
+    prepared: float | None = None
+    failure: str = ""
+    stopped: bool = False
+
+    def prepare(self, rounds: int, quick: bool) -> None:
+        """Prepare it for each of its tolerances, until one fails."""
+        for tolerance in self.peer.tolerances[quick :: 1 + quick]:
+            try:
+                entry = self._entry(tolerance, rounds)
+            except Exception as error:  # any failure of a peer is reported in the table
+                self.failure = f"{type(error).__name__} at {tolerance:g}: {_message(error)}"
+                return
+            self.entries.append(entry)
+            if quick and entry.once > _ENOUGH:
+                self.stopped = True
+                return
+
+    def _entry(self, tolerance: float, rounds: int) -> _Entry:
+        """Prepare and run twice: the first run may still compile or load, the second says how often to repeat."""
+        start = time.perf_counter()  # elapsed time, since CPU time does not include a compiler process
+        run = self.peer.prepare(self.problem, tolerance)
+        answer = run()
+        if self.prepared is None:
+            self.prepared = time.perf_counter() - start
+        start = time.process_time()
+        run()
+        once = max(time.process_time() - start, 1e-7)
+        most = 1 if once > _SLOWEST else 3 if once > _SLOW else rounds
+        samples = _MORE * rounds if once < _SHORT else min(rounds, most)
+        return _Entry(tolerance, run, answer, once, samples)
+
+    def curve(self) -> ErrorCurve:
+        """Return what was measured."""
+        points = tuple(
+            ErrorPoint(
+                tolerance=entry.tolerance,
+                seconds=statistics.median(entry.samples),
+                spread=max(entry.samples) / max(min(entry.samples), 1e-9),
+                error=achieved_error(entry.answer, self.problem),
+                events=entry.answer.events,
+            )
+            for entry in self.entries
+        )
+        name, solver, prepared = self.problem.name, self.peer.name, self.prepared or 0.0
+        return ErrorCurve(name, solver, points, prepared, self.problem.events, self.failure, self.stopped)
 
 
 def measure(
@@ -109,86 +176,23 @@ def _processor() -> str:
 def _measure_problem(
     problem: Problem, chosen: list[Peer], rounds: int, quick: bool, tell: Callable[[str], None]
 ) -> list[ErrorCurve]:
-    entries: list[_Entry] = []
-    failures: dict[str, str] = {}
-    prepared: dict[str, float] = {}
-    stopped: set[str] = set()
-    takers = [p for p in chosen if problem.name in p.problems]
-    for peer in takers:
-        tell(f"{problem.name}: preparing {peer.name}")
-        for tolerance in peer.tolerances[quick :: 1 + quick]:
-            start = time.perf_counter()  # elapsed time, since CPU time does not include a compiler process
-            try:
-                entry = _prepare(problem, peer, tolerance, rounds, start, prepared)
-            except Exception as error:  # any failure of a peer is reported in the table
-                failures[peer.name] = f"{type(error).__name__} at {tolerance:g}: {_message(error)}"
-                break
-            entries.append(entry)
-            if quick and entry.once > _ENOUGH:
-                stopped.add(peer.name)
-                break
+    found = [_Measured(peer, problem) for peer in chosen if problem.name in peer.problems]
+    for each in found:
+        tell(f"{problem.name}: preparing {each.peer.name}")
+        each.prepare(rounds, quick)
     tell(f"{problem.name}: measuring")
+    entries = [entry for each in found for entry in each.entries]
     for k in range(max((entry.rounds for entry in entries), default=0)):
         for entry in entries:
             if k < entry.rounds:
-                entry.samples.append(_sample(entry))
-    return [
-        _curve(problem, p, entries, prepared.get(p.name, 0.0), failures.get(p.name, ""), p.name in stopped)
-        for p in takers
-    ]
-
-
-def _prepare(
-    problem: Problem, peer: Peer, tolerance: float, rounds: int, start: float, prepared: dict[str, float]
-) -> _Entry:
-    """Prepare and run twice: the first run may still compile or load, the second says how often to repeat."""
-    run = peer.prepare(problem, tolerance)
-    answer = run()
-    prepared.setdefault(peer.name, time.perf_counter() - start)
-    start = time.process_time()
-    run()
-    once = max(time.process_time() - start, 1e-7)
-    most = 1 if once > _SLOWEST else 3 if once > _SLOW else rounds
-    samples = _MORE * rounds if once < _SHORT else min(rounds, most)
-    return _Entry(peer, tolerance, run, answer, once, samples)
+                entry.sample()
+    return [each.curve() for each in found]
 
 
 def _message(error: Exception) -> str:
     """Return the last line of an error that is not a rule: where CasADi says the reason, after the places."""
     lines = [line.strip() for line in str(error).splitlines() if any(c.isalnum() for c in line)]
     return lines[-1][:120] if lines else ""
-
-
-def _sample(entry: _Entry) -> float:
-    """CPU seconds of one run, averaged over the repeats; the collector is off, as in timeit."""
-    run, repeats = entry.run, max(1, int(_SAMPLE / entry.once))
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        start = time.process_time_ns()
-        for _ in range(repeats):
-            run()
-        return (time.process_time_ns() - start) / (1e9 * repeats) * entry.answer.every
-    finally:
-        if enabled:
-            gc.enable()
-
-
-def _curve(
-    problem: Problem, peer: Peer, entries: list[_Entry], prepared: float, failure: str, stopped: bool
-) -> ErrorCurve:
-    points = []
-    for entry in (e for e in entries if e.peer is peer):
-        points.append(
-            ErrorPoint(
-                tolerance=entry.tolerance,
-                seconds=statistics.median(entry.samples),
-                spread=max(entry.samples) / max(min(entry.samples), 1e-9),
-                error=achieved_error(entry.answer, problem),
-                events=entry.answer.events,
-            )
-        )
-    return ErrorCurve(problem.name, peer.name, tuple(points), prepared, problem.events, failure, stopped)
 
 
 def achieved_error(answer: BenchAnswer, problem: Problem) -> float:
