@@ -8,14 +8,9 @@ import numpy as np
 from symfric.motions import scaled_set
 from symfric.motions.motion import Motion
 from symfric.theory.scaling import Factors, factors, returned_ratio
-from symfric_evidence.sources.rolling.study import INTENSITIES, MASS, SCALES, G, Profile
+from symfric_evidence.sources.rolling.study import INTENSITIES, MASS, RESPONSES, SCALES, G, Profile
 
-FIELDS = {  # response, and the field of Factors that takes it back to full scale
-    "peak_acceleration": "acceleration",
-    "peak_velocity": "velocity",
-    "peak_displacement": "length",
-    "residual": "length",
-}
+FIELDS = {name: field for name, field in RESPONSES.items() if name != "residual_end_of_record"}
 PRINTED = {  # of table 1, for 1:4 to 1:19; the other rows are whole numbers or fractions
     "mass": (0.0156, 0.00292, 0.001, 0.000455, 0.000244, 0.000146),
     "force": (0.0625, 0.0204, 0.01, 0.00592, 0.00391, 0.00277),
