@@ -251,7 +251,7 @@ def test_every_value_of_a_template_must_be_given():
 def test_the_templates_are_part_of_the_package():
     from importlib import resources
 
-    for name in ("page.html", "parts.html", "study.html", "gallery.html", "explore.html", "result.html", "style.css"):
+    for name in ("page.html", "parts.html", "study.html", "explore.html", "result.html", "style.css"):
         assert resources.files("symfric.templates").joinpath(name).is_file()
 
 
