@@ -26,7 +26,7 @@ def __getattr__(name: str):
 
 def _study(scene, progress=None):
     """Return the study of a scene; see `Scene.study`."""
-    from symfric.report.study.scene_study import study_of
+    from symfric.report.study.study import study_of
 
     return study_of(scene, progress)
 

@@ -10,7 +10,7 @@ import matplotlib
 
 from docs.pages.files import put
 from symfric.report.study.data import plain
-from symfric.report.study.figures import png
+from symfric.report.study.drawing.axes import png
 from symfric_evidence.sources.gallery import VERDICTS
 from symfric_evidence.sources.registry import SOURCES, title
 from symfric_evidence.sources.reproduction import NOT_MADE, reproductions

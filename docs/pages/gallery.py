@@ -99,22 +99,20 @@ def _script(name: str, path: Path, folder: Path) -> Shown:
 
 def _file(name: str, path: Path, folder: Path) -> Shown:
     """Study a scene file; keep its page and one picture."""
-    from symfric.report.study import narrative
-    from symfric.report.study.captions import pictures
-    from symfric.report.study.page import page
+    from symfric.report.study.page import page, summary
+    from symfric.report.study.sections import motion, sweep
     from symfric.report.study.study import study
     from symfric.scenefile import read_scene_file
 
     result = study(read_scene_file(path))
-    drawn = pictures(result)
-    picture = (drawn["amplitude"] or drawn["motion"])[0]
+    picture = (sweep.pictures(result) or motion.pictures(result.motion.found, result.file))[0]
     image = f"made/{name}.svg"
     (folder / "made").mkdir(parents=True, exist_ok=True)
     (folder / image).write_bytes(base64.b64decode(picture.uri.partition(",")[2]))
     put(folder / "extra" / "studies" / f"{name}.html", page(result))
     words = " ".join((result.file.description or "").split())
-    summary = "\n".join(str(line) for line in narrative.summary(result))
-    return Shown(result.file.title or name, words, summary, image, picture.alt)
+    short = "\n".join(summary(result))
+    return Shown(result.file.title or name, words, short, image, picture.alt)
 
 
 def _tile(name: str, shown: Shown) -> str:

@@ -2,11 +2,15 @@
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
 from symfric.errors import SceneError
+
+if TYPE_CHECKING:
+    from symfric.report.study.section import StudyResult
 
 FILE = click.Path(path_type=Path)
 LIMIT = "Longest time for the runs of one part, ten times as long for designs and limit cycles."
@@ -40,41 +44,33 @@ def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool
     found = read_scene_file(file)
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:
-        from symfric.report.study import study as report
-        from symfric.report.study.data import data_files, json_text, to_dict
-        from symfric.report.study.page import page
+        from symfric.report.study.study import Study
+        from symfric.report.study.study import study as computed
 
-        result = report.study(found, progress, limit)
+        made = Study(computed(found, progress, limit))
         progress("pictures", 0.97)
-        data = to_dict(result)
-        files = {
-            "study.html": page(result),
-            **data_files(result),
-            "study.json": json_text(data),
-        }
-        write_results({folder / name: text for name, text in files.items()})
+        write_results({folder / name: text for name, text in made.files().items()})
     if as_json:
-        print_json(data)
+        print_json(made.to_dict())
     elif not quiet:
-        _print_summary(result, folder)
+        _print_summary(made.result, folder)
 
 
-def _print_summary(result, folder: Path) -> None:
+def _print_summary(result: "StudyResult", folder: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from symfric.report.study import narrative
+    from symfric.report.html.words import percent
+    from symfric.report.study.page import summary
 
     console = Console(highlight=False)
     console.print(result.file.title or result.file.path, style="bold", markup=False)
-    for line in narrative.summary(result):
+    for line in summary(result):
         console.print(f"  {line}", markup=False)
-    if result.rows:
+    if result.comparison.value:
         table = Table("quantity", "predicted", "computed", "difference", "formula", box=None, pad_edge=False)
-        for r in result.rows:
-            table.add_row(
-                r.quantity, f"{r.predicted:.6g}", f"{r.computed:.6g}", narrative.percent(r.difference), r.formula
-            )
+        for r in result.comparison.value:
+            table.add_row(r.quantity, f"{r.predicted:.6g}", f"{r.computed:.6g}", percent(r.difference), r.formula)
         console.print(table)
     console.print(f"{folder / 'study.html'} ({result.seconds:.1f} s)", markup=False, soft_wrap=True)
 

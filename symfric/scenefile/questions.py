@@ -1,6 +1,6 @@
 """The tables of ``[design]``: the arguments of the functions in ``sf.design`` as data."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
@@ -10,7 +10,7 @@ MAX_MOTIONS = 50
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MAX_TABLES)]
 
 
-def _path_as_table(value):
+def _path_as_table(value: Any) -> Any:
     """Convert the path of a record to a table."""
     return {"file": value} if isinstance(value, str) else value
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.laws import Law
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, nearest
+from symfric.model.symbols import TIME, nearest, shorten
 from symfric.scenefile.contact_tables import RowFriction
-from symfric.scenefile.expressions import parse_expression, shorten
+from symfric.scenefile.expressions import parse_expression
 from symfric.scenefile.friction import (
     LawSpec,
     call,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:  # slow to import, and few files have a structure
     from symfric.structures.contacts import RowContact
     from symfric.structures.structure import Structure
 
+Given = str | float  # an expression, or a number
 MAKERS = ("beam", "chain", "disc_and_pad", "ziegler")
 MOST_MADE = 3000  # largest number that a maker takes for the size of what it makes
 MOST_KEPT = 200  # degrees of freedom up to which a structure is not reduced
@@ -89,7 +91,7 @@ class _Names:
     known: dict[str, sp.Expr]
     of: dict[sp.Symbol, tuple[str, str]] = field(default_factory=dict)  # kind, "q" or "u", and name of a state
 
-    def row(self, given, place: str, kind: str = "q") -> dict[str, float]:
+    def row(self, given: Given | Mapping[str, float], place: str, kind: str = "q") -> dict[str, float]:
         """Return the weights of a row that is an expression or a table."""
         if isinstance(given, Mapping):
             return dict(given)
@@ -98,7 +100,7 @@ class _Names:
             raise SceneError(f"{place} is {shorten(given, 60)}; it must be a sum of degrees of freedom with numbers")
         return weights
 
-    def parts(self, given, place: str, kind: str) -> tuple[dict[str, float], sp.Expr]:
+    def parts(self, given: Given, place: str, kind: str) -> tuple[dict[str, float], sp.Expr]:
         """Return the weights in a linear expression, and what is left without the degrees of freedom."""
         e = sp.sympify(exact(given)) if not isinstance(given, str) else parse_expression(given, self.known, place)
         used = sorted((s for s in e.free_symbols if s in self.of), key=str)
@@ -236,17 +238,20 @@ def _known(row: Mapping[str, float], full: "Structure", place: str) -> None:
             raise SceneError(f"{place}: no degree of freedom {shorten(name, 40)!r}{nearest(name, full.names)}")
 
 
-def _kept(row: Mapping[str, float]):
+def _kept(row: Mapping[str, float]) -> str | dict[str, float]:
     """Return a row for a reduction: a degree of freedom by its name, so that it is called so."""
     (name, weight), *more = row.items()
     return name if not more and weight == 1 else dict(row)
 
 
-def _read(given, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
+def _read(given: Given | None, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
+    assert given is not None
     return parse_expression(given, known, place) if isinstance(given, str) else sp.sympify(exact(given))
 
 
-def _contacts(document: Document, source: _Source, names: _Names, parameters) -> "tuple[list, tuple[LawSpec, ...]]":
+def _contacts(
+    document: Document, source: _Source, names: _Names, parameters: Mapping[str, sp.Symbol]
+) -> "tuple[list[Any], tuple[LawSpec, ...]]":
     """Return the contacts and their laws for display; a maker's own ones where a contact has no slip."""
     found: list[Any] = []
     specs: list[LawSpec] = []
@@ -272,7 +277,14 @@ def _contacts(document: Document, source: _Source, names: _Names, parameters) ->
     return found, tuple(specs)
 
 
-def _made(friction: RowFriction, place: str, source: _Source, law, own, parameters) -> list:
+def _made(
+    friction: RowFriction,
+    place: str,
+    source: _Source,
+    law: Law,
+    own: Mapping[str, sp.Expr],
+    parameters: Mapping[str, sp.Symbol],
+) -> "list[RowContact]":
     """Return the contacts of a maker."""
     if source.pairs is None:
         raise SceneError(f"{place}.slip is missing; it says where the contact acts, as {_example(source.structure)}")
@@ -290,9 +302,18 @@ def _example(structure: "Structure") -> str:
     return f'slip = "d_{structure.names[0]} - v"'
 
 
-def _contact(friction: RowFriction, name: str, place: str, law, own, names: _Names, full) -> "RowContact":
+def _contact(
+    friction: RowFriction,
+    name: str,
+    place: str,
+    law: Law,
+    own: Mapping[str, sp.Expr],
+    names: _Names,
+    full: "Structure",
+) -> "RowContact":
     from symfric.structures.contacts import RowContact, RowLoad
 
+    assert friction.slip is not None  # else the contacts are those of the maker
     if friction.normal is None:
         raise SceneError(f"{place}.normal is missing; add the normal load")
     if isinstance(friction.slip, Mapping):
@@ -313,7 +334,8 @@ def _contact(friction: RowFriction, name: str, place: str, law, own, names: _Nam
     profile = 1 if friction.profile is None else own["profile"]
     spring = None if friction.spring is None else own["spring"]
     arguments = {"name": name, "row": slip, "normal": normal, "law": law, "speed": speed}
-    return call(f"[{place}]", RowContact, {**arguments, "profile": profile, "stiffness": spring})
+    made: RowContact = call(f"[{place}]", RowContact, {**arguments, "profile": profile, "stiffness": spring})
+    return made
 
 
 def plan_of(scene: Scene) -> StructurePlan:

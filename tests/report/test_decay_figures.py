@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.report.study.figures import to_svg
+from symfric.report.study.drawing.axes import to_svg
 from symfric.theory import transient
 from symfric_evidence.sources.panels import plot_figure, plot_panel
 from symfric_evidence.sources.reproduction import reproductions

@@ -8,14 +8,20 @@ import sympy as sp
 
 import symfric as sf
 from symfric.report.html.mathml import friction_of_contact, to_mathml
-from symfric.report.study import designs, figures, narrative
-from symfric.report.study.closed_forms import closed_forms
-from symfric.report.study.friction_curves import friction_curves
+from symfric.report.html.words import typeset
+from symfric.report.study import designs
+from symfric.report.study.drawing import axes
 from symfric.report.study.measurement import motion
-from symfric.report.study.page import typeset
-from symfric.report.study.prediction import PredictionCurve, averaged_curves
-from symfric.report.study.safe_speed import safe_speed
-from symfric.report.study.study import _steady, measuring, study
+from symfric.report.study.page import summary
+from symfric.report.study.sections import MOTION, STEADY
+from symfric.report.study.sections.closed_forms import closed_forms
+from symfric.report.study.sections.friction import friction_curves, plot_friction
+from symfric.report.study.sections.how import without_answer
+from symfric.report.study.sections.motion import motion_in_words
+from symfric.report.study.sections.onset import safe_speed
+from symfric.report.study.sections.prediction import PredictionCurve, averaged_curves
+from symfric.report.study.sections.stability import what_slides
+from symfric.report.study.study import study
 from symfric.scenefile import read_scene_file
 from symfric.scenefile.starters import starter
 
@@ -33,6 +39,13 @@ def started(model, tmp_path, **changed):
     return read_scene_file(path)
 
 
+def moving(file):
+    """Return the motion, and the vibration if it settles to one."""
+    found = study(file, sections=(MOTION, STEADY))
+    steady = found.steady.value
+    return found.motion.value, steady if steady.settled else None
+
+
 @pytest.mark.parametrize(
     ("model", "changed", "near"),
     [
@@ -47,8 +60,8 @@ def started(model, tmp_path, **changed):
 )
 def test_closed_forms_of_ready_scenes_stand_beside_the_motion(model, changed, near, tmp_path):
     file = started(model, tmp_path, **changed)
-    moved, steady = motion(file.scene), _steady(file.scene, measuring(file))
-    rows = closed_forms(file, moved, steady if steady.settled else None)
+    moved, steady = moving(file)
+    rows = closed_forms(file, moved, steady)
     assert rows
     for _, predicted, computed, *_ in rows:
         assert predicted == pytest.approx(computed, rel=near)
@@ -57,8 +70,7 @@ def test_closed_forms_of_ready_scenes_stand_beside_the_motion(model, changed, ne
 def test_closed_forms_are_left_out_where_they_do_not_hold(tmp_path):
     for model, changed in (("positioning_stage", {"compensation": 0.5}), ("two_slides", {"fs1": 7.2})):
         file = started(model, tmp_path, **changed)
-        steady = _steady(file.scene, measuring(file))
-        assert closed_forms(file, motion(file.scene), steady if steady.settled else None) == []
+        assert closed_forms(file, *moving(file)) == []
 
 
 def test_the_letters_of_slip_and_speed_are_free_ones():
@@ -85,7 +97,7 @@ def test_names_of_several_letters_stay_apart():
     ratio, tuning = sp.symbols("ratio tuning")
     assert "<mspace" in to_mathml(ratio * tuning)
     assert to_mathml(sp.Symbol("lam")) == to_mathml(sp.Symbol("lambda"))
-    assert figures.label("lam", {}) == r"$\lambda$"
+    assert axes.label("lam", {}) == r"$\lambda$"
 
 
 def test_expressions_of_contacts_are_set_as_mathematics():
@@ -120,22 +132,24 @@ def test_a_scene_without_units_shows_none(tmp_path):
 
 def test_a_stable_scene_that_vibrates_says_both(tmp_path):
     result = study(started("drive_slide", tmp_path))
-    first = narrative.summary(result)[0]
+    first = summary(result)[0]
     assert "stable" in first
     assert "A large one need not" in first
     quiet = study(started("two_slides", tmp_path, fs1=7.2))
-    assert "A large one" not in narrative.summary(quiet)[0]
+    assert "A large one" not in summary(quiet)[0]
 
 
 def test_a_scene_without_contact_does_not_slide(tmp_path):
     result = study(started("absorber", tmp_path))
-    said = " ".join([*narrative.summary(result), narrative.motion(result), narrative.stability_heading(result)])
+    said = " ".join(
+        [*summary(result), motion_in_words(result.motion.value, result.file), what_slides(result.file.scene)]
+    )
     assert "The equilibrium" in said
     assert not re.search("slid|mode|stick", said)
 
 
 def test_reasons_are_given_once(tmp_path):
-    lines = narrative.without_answer(study(started("coulomb_oscillator", tmp_path)))
+    lines = without_answer(study(started("coulomb_oscillator", tmp_path)))
     reasons = [line.partition(": ")[2] for line in lines]
     assert len(set(reasons)) == len(reasons)
     assert lines[0].startswith("equilibrium, stability: ")
@@ -153,7 +167,7 @@ def test_friction_of_the_place_is_drawn_over_the_place(tmp_path):
     (curve,) = friction_curves(file.scene, motion(file.scene), None, None)
     assert curve.place == "u"
     assert curve.coefficient == pytest.approx(0.005 + 0.05 * np.abs(curve.speed))
-    assert "u" in figures.plot_friction(curve, "m").get_xlabel()
+    assert "u" in plot_friction(curve, "m").get_xlabel()
 
 
 def test_a_legend_names_only_what_is_drawn():

@@ -9,7 +9,7 @@ import sympy as sp
 import symfric as sf
 from symfric.model.excitation import common_rate, later
 from symfric.orbits.steady_state import schedule, vibration
-from symfric.report.study.narrative import summary
+from symfric.report.study.page import summary
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 

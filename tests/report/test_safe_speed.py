@@ -6,7 +6,7 @@ import pytest
 
 import symfric as sf
 from symfric.report.study import designs
-from symfric.report.study.safe_speed import SafeSpeed, safe_speed
+from symfric.report.study.sections.onset import SafeSpeed, safe_speed
 from symfric.scenefile import SweepPlan, read_scene_file
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

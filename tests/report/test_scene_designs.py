@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.report.study.comparison import of_design
 from symfric.report.study.data import to_dict
 from symfric.report.study.page import page
+from symfric.report.study.sections.comparison import of_design
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_file, read_scene_text
 
@@ -155,7 +155,7 @@ def test_the_page_shows_every_design(rod):
     assert ">Hz</td>" in text
     assert re.search('alt="decay time[^"$]* against f_n', text)
     assert "Stopping the vibration" not in text
-    (row,) = [r for r in rod.rows if r.quantity == "decay time"]
+    (row,) = [r for r in rod.comparison.value if r.quantity == "decay time"]
     assert row.predicted == pytest.approx(row.computed, rel=1e-9)
     assert "design damper" in rod.skipped()
 

@@ -6,9 +6,9 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.report.study.diagram import GROUND, diagram_of
-from symfric.report.study.labels import SCALE, WIDTH
-from symfric.report.study.sketch import in_words, picture, plot_system
+from symfric.report.study.drawing.diagram import GROUND, diagram_of
+from symfric.report.study.drawing.labels import SCALE, WIDTH
+from symfric.report.study.drawing.sketch import in_words, picture, plot_system
 from symfric.scenefile import read_scene_file
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

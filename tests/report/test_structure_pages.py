@@ -12,8 +12,8 @@ import symfric as sf
 from symfric.cli import main
 from symfric.report.study.measurement import motion
 from symfric.report.study.page import page
-from symfric.report.study.structural import structure_result
-from symfric.report.study.structure_words import flutter as flutter_words
+from symfric.report.study.sections import EQUILIBRIUM, FLUTTER, OPENED, SLOW
+from symfric.report.study.sections.flutter import flutter_in_words
 from symfric.report.study.study import study
 from symfric.scenefile import read_scene_file, read_scene_text
 from symfric.scenefile.places import read_places
@@ -192,8 +192,8 @@ def test_the_page_of_the_starter(tmp_path):
     text = place.read_text().replace("number = 11", "number = 3").replace("horizon = 0.4", "horizon = 0.2")
     place.write_text(text.replace("[0.2, 0.25]", "[0.2, 0.226]"))
     found = sf.read(place).study()
-    structure, branch = found.result.structure, found.result.branch.value
-    (point,) = structure.flutter.value.critical
+    branch = found.result.branch.value
+    (point,) = found.result.flutter.value.map.critical
     mu, omega, _ = 0.2051745, 1012.42, None  # of the undamped pair with equal dampers: mu where it grows
     assert point.mu == pytest.approx(mu, rel=1e-5)
     assert point.omega == pytest.approx(omega, rel=1e-5)
@@ -207,7 +207,7 @@ def test_the_page_of_the_starter(tmp_path):
     settled = found.result.sweep.value
     near = np.interp(settled.values[1], branch.values, branch.half_range)  # simulated beside continued
     assert settled.half_range[1] == pytest.approx(near, rel=1e-3) or settled.values[1] < hopf.value
-    (share,) = structure.shares
+    (share,) = found.result.contacts.value
     assert share.contact == "pad"
     page = found.html()
     assert "161.1 Hz" in page
@@ -227,12 +227,12 @@ def test_the_page_of_a_made_brake_draws_its_mesh_and_says_which_contacts_open():
     """At mu = 0.6 a pair is open in steady sliding: the flutter map, which has all closed, does not hold there."""
     result = study(read_scene_text(MADE.replace("mu = 0.3\n", "mu = 0.6\n")))
     html = page(result)
-    assert result.structure.modes.value.frequency.size == 6
+    assert result.modes.value.frequency.size == 6
     assert "33 nodes, 3 contacts" in html
     assert "every contact" in html or html.count("pair3: ") == 1
     assert "<mtable>" not in html  # no matrices of many coordinates
     assert html.count("sweep.branch") == 1  # folded into one line
-    assert result.structure.opened == ("pair3",)
+    assert result.opened.value == ["pair3"]
     assert "pair3 is open in steady sliding: trust the eigenvalues there" in html
 
 
@@ -240,13 +240,14 @@ def test_a_critical_point_that_steady_sliding_cannot_reach_is_said():
     """With contacts closed two modes couple at 0.708; one pair opens before, and the scene is stable at 0.85 again."""
     text = MADE.replace("columns = 8, width = 2", "columns = 24, width = 3").replace("mu = 0.3\n", "mu = 0.85\n")
     file = read_scene_text(text.replace("[0.0, 0.6]", "[0.6, 0.8]").replace("modes = 4", "modes = 8"))
-    found = structure_result(file, None, sf.equilibrium(file.scene))
-    (point,) = found.flutter.value.critical
+    result = study(file, sections=(SLOW, EQUILIBRIUM, OPENED, FLUTTER))
+    found = result.flutter.value
+    (point,) = found.map.critical
     assert point.mu == pytest.approx(0.70789, abs=1e-4)
     assert found.torn == (("pair4",),)
-    assert found.opened == ("pair3", "pair4")
+    assert result.opened.value == ["pair3", "pair4"]
     assert sf.stability(file.scene).stable
-    assert "the point does not hold" in flutter_words(found, file)[0]
+    assert "the point does not hold" in flutter_in_words(found, [], file)[0]
 
 
 def test_a_scene_made_in_python_has_a_study():
@@ -277,10 +278,10 @@ def test_a_follower_load_is_no_coefficient_of_friction():
         number = 2
     """
     result = study(read_scene_text("\n".join(line.strip() for line in text.splitlines())))
-    (row,) = (r for r in result.rows if r.quantity == "P at the onset")
+    (row,) = (r for r in result.comparison.value if r.quantity == "P at the onset")
     assert row.predicted == pytest.approx(41 / 28, abs=1e-6)
     assert row.computed == pytest.approx(row.predicted, rel=1e-8)
-    (first,) = flutter_words(result.structure, result.file)
+    (first,) = flutter_in_words(result.flutter.value, [], result.file)
     assert first.startswith("From P = 1.4643 on")
     assert "coefficient of friction" not in page(result)
 

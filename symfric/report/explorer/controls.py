@@ -20,6 +20,9 @@ if (text) {
 """
 
 
+Widgets = dict[str, tuple[Any, Any]]  # slider and number, by name
+
+
 @dataclass(frozen=True, eq=False)
 class Controls:
     """The widgets of the page.
@@ -34,8 +37,8 @@ class Controls:
         What the browser saves: a file's text and name.
     """
 
-    values: dict
-    starts: dict
+    values: Widgets
+    starts: Widgets
     coordinate: Any
     contact: Any
     reset: Any
@@ -72,7 +75,7 @@ def controls(explorer: Explorer) -> Controls:
     )
 
 
-def _number(r: SliderRange, before: str = "") -> tuple:
+def _number(r: SliderRange, before: str = "") -> tuple[Any, Any]:
     """Return a slider and the field of its number."""
     from bokeh.models.widgets import NumericInput, Slider
 
@@ -91,7 +94,7 @@ def _number(r: SliderRange, before: str = "") -> tuple:
     return slider, NumericInput(value=r.value, mode="float", name=f"number of {name}", width=100)
 
 
-def _choice(names: list[str], what: str):
+def _choice(names: list[str], what: str) -> Any:
     """Return a menu of names, None for one or none; equal names are told apart by their number."""
     from bokeh.models.widgets import Select
 
@@ -114,11 +117,11 @@ def connect(made: Controls, explorer: Explorer, answer: Callable[[], None], tell
         if not before:
             answer()
 
-    def moved(entry, value: float) -> None:
+    def moved(entry: Any, value: float) -> None:
         if not state["quiet"]:
             quietly(lambda: entry.update(value=value))
 
-    def typed(slider, entry, r: SliderRange, value: float | None) -> None:
+    def typed(slider: Any, entry: Any, r: SliderRange, value: float | None) -> None:
         if value is None:
             entry.update(value=r.value)
         elif not state["quiet"]:

@@ -5,24 +5,25 @@ text.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from symfric.report.explorer.controls import Controls, connect, controls
 from symfric.report.explorer.views import Explorer, SliderRange
-from symfric.report.study.figures import BLUE, GREEN, ORANGE
+from symfric.report.study.drawing.axes import BLUE, GREEN, ORANGE
 from symfric.templates import template
 
 AT_ONCE = 0.015  # time per batch of points of the amplitude diagram, s
+Named = dict[str, Any]  # widgets, figures and sources of Bokeh by name
 WAIT = 20  # time between two batches, ms
 
 
-def page(explorer: Explorer) -> Callable:
+def page(explorer: Explorer) -> Callable[[Any], None]:
     """Return a function that fills a Bokeh document."""
 
-    def fill(doc) -> None:
+    def fill(doc: Any) -> None:
         from bokeh.layouts import column, row
 
         figures = _figures(explorer)
@@ -45,11 +46,11 @@ def page(explorer: Explorer) -> Callable:
     return fill
 
 
-def _panel(explorer: Explorer, made: Controls) -> list:
+def _panel(explorer: Explorer, made: Controls) -> list[Any]:
     """Return the controls in their order on the page."""
     from bokeh.layouts import row
 
-    parts: list = [row(made.reset, made.save)]
+    parts: list[Any] = [row(made.reset, made.save)]
     for menu, words in ((made.coordinate, "coordinate"), (made.contact, "contact")):
         if menu is not None:
             parts += [_text(words), menu]
@@ -67,7 +68,7 @@ def _in_unit(name: str, unit: str | None) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _text(text: str, **options):
+def _text(text: str, **options: Any) -> Any:
     """Return a line of plain text."""
     from bokeh.models.widgets import Div
 
@@ -77,14 +78,14 @@ def _text(text: str, **options):
     )
 
 
-def _figure(title: str):
+def _figure(title: str) -> Any:
     """Return an empty figure."""
     from bokeh.plotting import figure
 
     return figure(title=title, name=title, height=260, sizing_mode="stretch_width", toolbar_location=None)
 
 
-def _lines(shown, *of: tuple[str, str, float, str]) -> None:
+def _lines(shown: Any, *of: tuple[str, str, float, str]) -> None:
     """Draw lines, each of a new source of data; a legend beside the drawing names them."""
     from bokeh.models import ColumnDataSource, PlainText
     from bokeh.models.annotations import Legend, LegendItem
@@ -103,7 +104,7 @@ def _lines(shown, *of: tuple[str, str, float, str]) -> None:
         axis.axis_label = PlainText(text="")
 
 
-def _figures(explorer: Explorer) -> dict:
+def _figures(explorer: Explorer) -> Named:
     """Return the figures by name."""
     from bokeh.models import ColumnDataSource
 
@@ -124,12 +125,12 @@ def _figures(explorer: Explorer) -> dict:
     return figures
 
 
-def _sources(figures: dict) -> dict:
+def _sources(figures: Named) -> Named:
     """Return the sources of data of the figures by name."""
     return {r.data_source.name: r.data_source for shown in figures.values() for r in shown.renderers}
 
 
-def _label(figures: dict, explorer: Explorer, coordinate: int, contact: int) -> None:
+def _label(figures: Named, explorer: Explorer, coordinate: int, contact: int) -> None:
     """Write the names and units of what is shown on the axes, as plain text."""
     from bokeh.models import PlainText
 
@@ -146,7 +147,7 @@ def _label(figures: dict, explorer: Explorer, coordinate: int, contact: int) -> 
             axis.axis_label = PlainText(text=text)
 
 
-def _answering(doc, explorer: Explorer, figures: dict, made: Controls, note) -> Callable[[], None]:
+def _answering(doc: Any, explorer: Explorer, figures: Named, made: Controls, note: Any) -> Callable[[], None]:
     """Return the callback of a change: updates motion and friction at once, and the amplitude diagram in batches."""
     state: dict[str, Any] = {"change": 0, "shown": None}
     sources = _sources(figures)
@@ -176,7 +177,7 @@ def _answering(doc, explorer: Explorer, figures: dict, made: Controls, note) -> 
         spent = 1000 * (time.perf_counter() - begin)
         note.text = f"answered in {spent:.0f} ms" + (f"; {view.status}" if view.status else "")
 
-    def more(lots, change: int) -> None:
+    def more(lots: Iterator[list[tuple[float, float]]], change: int) -> None:
         points = next(lots, None)
         if points is not None and change == state["change"]:
             _show(sources["amplitude"], points, anew=False)
@@ -185,7 +186,7 @@ def _answering(doc, explorer: Explorer, figures: dict, made: Controls, note) -> 
     return answer
 
 
-def _show(source, points: list[tuple[float, float]], anew: bool) -> None:
+def _show(source: Any, points: list[tuple[float, float]], anew: bool) -> None:
     """Show points in increasing order of the abscissa."""
     x, y = (np.array(part, dtype=float) for part in (zip(*points, strict=True) if points else ((), ())))
     if not anew:

@@ -4,6 +4,7 @@ import contextlib
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from typing import Any
 from urllib.parse import urlsplit
 
 from bokeh.application import Application
@@ -30,7 +31,7 @@ class OwnPages(BokehTornado):
         self._hosts = {f"localhost:{port}", f"127.0.0.1:{port}"}
         super().__init__(pages, extra_websocket_origins=sorted(self._hosts), absolute_url=f"http://localhost:{port}/")
 
-    def find_handler(self, request: HTTPServerRequest, **arguments):
+    def find_handler(self, request: HTTPServerRequest, **arguments: Any) -> Any:
         """Return the handler of a request of any path, including files and sockets."""
         if not self._own(request):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
@@ -49,7 +50,7 @@ def _host_of(origin: str) -> str:
     return host if scheme == "http" and urlsplit(f"//{host}").netloc == host else ""
 
 
-def serve(fill: Callable, port: int, ready: Callable[[str], None]) -> None:
+def serve(fill: Callable[[Any], None], port: int, ready: Callable[[str], None]) -> None:
     """Serve a page on the loopback address until interrupted.
 
     Parameters
@@ -82,7 +83,7 @@ def _ended_by_interrupt(loop: IOLoop) -> Iterator[None]:
     Raised inside a callback it could be lost: compiled code that calls Python back drops what is raised there.
     """
 
-    def stop(_signal, _frame) -> None:
+    def stop(_signal: int, _frame: object) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         loop.add_callback_from_signal(loop.stop)
 

@@ -2,10 +2,11 @@
 
 import itertools
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -26,6 +27,7 @@ from symfric.solve.run import Run
 
 Numbers = Mapping[str, float]
 NO_NUMBERS: Numbers = MappingProxyType({})
+Evaluated = Callable[..., Any]
 SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
 SHOWN = 0.25  # last fraction of the horizon shown under a fast excitation, which would fill the phase portrait
 TOLERANCE = 1e-7
@@ -99,7 +101,7 @@ class Explorer:
     """
 
     file: SceneFile
-    tables: dict | None
+    tables: dict[str, Any] | None
     ranges: tuple[SliderRange, ...]
     starts: tuple[SliderRange, ...]
     swept: str
@@ -288,10 +290,18 @@ def _reach(file: SceneFile) -> float:
     swept, speeds = _sweep(file)
     values = file.scene.parameter_values()
     given = [abs(values[s]) for s in belt_speeds(file.scene)]
-    return max([0.0, *given, *(np.abs(speeds) if swept in {s.name for s in belt_speeds(file.scene)} else ())])
+    return max(
+        [
+            0.0,
+            *map(float, given),
+            *(np.abs(speeds).tolist() if swept in {s.name for s in belt_speeds(file.scene)} else ()),
+        ]
+    )
 
 
-def _curves(parameters, law, fast, top: float, values: Mapping[str, float]) -> tuple:
+def _curves(
+    parameters: Sequence[sp.Symbol], law: Evaluated, fast: Evaluated, top: float, values: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return both curves; the mean over a period of the fast slip is computed from equally spaced phases."""
     given = [values[s.name] for s in parameters]
     v = np.linspace(top / SPEEDS, top, SPEEDS)

@@ -4,6 +4,7 @@ import inspect
 import re
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from typing import Any
 
 import sympy as sp
 from markupsafe import Markup, escape
@@ -42,12 +43,12 @@ HIDDEN = "D_of_"  # prefix of a velocity's name that stands for its rate, writte
 class _Printer(MathMLPresentationPrinter):
     """MathML printer: rates of velocities with a dot, cases with a brace, all other texts escaped."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         unescaped = self.dom.createTextNode  # SymPy's own method, which does not escape
         self.dom.createTextNode = lambda text: unescaped(text if ENTITY.fullmatch(text) else str(escape(text)))
 
-    def _print_Symbol(self, sym, style="plain"):
+    def _print_Symbol(self, sym: sp.Symbol, style: str = "plain") -> Any:
         if sym.name.startswith(HIDDEN):
             over = self.dom.createElement("mover")
             over.appendChild(super()._print_Symbol(sp.Symbol(sym.name.removeprefix(HIDDEN))))
@@ -57,7 +58,7 @@ class _Printer(MathMLPresentationPrinter):
             return over
         return super()._print_Symbol(letter(sym))
 
-    def _print_Piecewise(self, expr):
+    def _print_Piecewise(self, expr: sp.Piecewise) -> Any:
         row, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
         brace = self.dom.createElement("mo")
         brace.appendChild(self.dom.createTextNode("{"))
@@ -79,24 +80,24 @@ class _Printer(MathMLPresentationPrinter):
         row.appendChild(table)
         return row
 
-    def _text(self, words: str):
+    def _text(self, words: str) -> Any:
         node = self.dom.createElement("mtext")
         node.appendChild(self.dom.createTextNode(words.replace(" ", "\u2002")))
         return node
 
-    def _as_ordered_terms(self, expr, order=None):
+    def _as_ordered_terms(self, expr: sp.Expr, order: str | None = None) -> list[sp.Expr]:
         """Return the terms of a sum, those without a minus first."""
         terms = super()._as_ordered_terms(expr, order=order)
         return sorted(terms, key=lambda term: term.could_extract_minus_sign())
 
-    def _print_Float(self, expr):
+    def _print_Float(self, expr: sp.Float) -> Any:
         number = self.dom.createElement("mn")
         number.appendChild(self.dom.createTextNode(format(float(expr), ".6g")))
         return number
 
 
 @alone(SYMBOLIC)
-def to_mathml(expr) -> Markup:
+def to_mathml(expr: Any) -> Markup:
     """Return the contents of a ``<math>`` element."""
     text = _Printer().doprint(_with_exponentials(sp.sympify(expr)))
     for printed, shown in SHOWN.items():
@@ -104,7 +105,7 @@ def to_mathml(expr) -> Markup:
     return Markup(text)
 
 
-def _with_exponentials(expr):
+def _with_exponentials(expr: Any) -> Any:
     """Return an expression in which a product with an exponential is no fraction: a exp(-v/b), not a / exp(v/b)."""
     written = sp.Function("exp")
     return expr.replace(sp.exp, lambda e: written(e)) if isinstance(expr, sp.Basic) and expr.has(sp.exp) else expr
@@ -116,7 +117,7 @@ def block(parts: Iterable[Markup], label: str) -> Markup:
     return Markup('<math display="block" aria-label="{}"><mrow>{}</mrow></math>').format(label, inside)
 
 
-def inline(expr) -> Markup:
+def inline(expr: Any) -> Markup:
     """Return an inline expression as MathML."""
     return Markup("<math>{}</math>").format(to_mathml(expr))
 
@@ -134,7 +135,7 @@ def number_in_letters(value: float) -> Markup:
     return Markup("{}<mn>{}</mn>{}").format(sign, mantissa, power)
 
 
-def _in_brackets(expr) -> Markup:
+def _in_brackets(expr: sp.Expr) -> Markup:
     """Return an expression, in brackets if it is a sum."""
     inside = to_mathml(expr)
     return Markup("<mrow><mo>(</mo>{}<mo>)</mo></mrow>").format(inside) if expr.is_Add else inside
@@ -171,7 +172,7 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     return lines
 
 
-def _inertia(row, rates) -> list[Markup]:
+def _inertia(row: Iterable[sp.Expr], rates: Iterable[sp.Symbol]) -> list[Markup]:
     """Return the sum of masses times accelerations, each mass before its acceleration."""
     parts: list[Markup] = []
     for mass, rate in zip(row, rates, strict=True):
@@ -198,7 +199,8 @@ def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
         return contact.law
     function = friction_laws()[spec.law]
     given = {n: sp.Symbol(n, positive=True) for n in inspect.signature(function).parameters if n in spec.coefficients}
-    return function(**given)
+    law: Law = function(**given)
+    return law
 
 
 @alone(SYMBOLIC)

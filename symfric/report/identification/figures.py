@@ -3,14 +3,16 @@
 import numpy as np
 from scipy.stats import norm
 
+from symfric.identification.fit import Fit
 from symfric.identification.plotting import plot_profile
-from symfric.report.study.captions import Picture
-from symfric.report.study.figures import BLUE, GREY, ORANGE, new_axes, tidy, to_svg
+from symfric.identification.profile import Profile
+from symfric.report.html.elements import Picture
+from symfric.report.study.drawing.axes import BLUE, GREY, ORANGE, new_axes, tidy, to_svg
 
 LAGS = 30
 
 
-def record_pictures(fit, name: str) -> list[Picture]:
+def record_pictures(fit: Fit, name: str) -> list[Picture]:
     """Draw record and fit, the residuals, their autocorrelation and their distribution."""
     t, y = fit.records[name]
     rest, found = fit.residuals[name], fit.diagnostics[name]
@@ -64,7 +66,7 @@ def _distribution(rest: np.ndarray, name: str) -> Picture:
     )
 
 
-def profile_picture(profile) -> Picture:
+def profile_picture(profile: Profile) -> Picture:
     """Draw a profile."""
     ax = plot_profile(profile, new_axes())
     words = f"{_range(*profile.interval)} with probability {100 * profile.level:g} %"

@@ -2,10 +2,11 @@
 
 import math
 
+from symfric.identification.fit import Fit
 from symfric.report.html.versions import used
+from symfric.report.html.words import inline_name, number
 from symfric.report.identification.figures import profile_picture, record_pictures
 from symfric.report.identification.result import IdentificationResult
-from symfric.report.study.page import inline_name, number
 from symfric.templates import render
 
 
@@ -45,7 +46,7 @@ def summary(result: IdentificationResult) -> list[str]:
     return [*lines, *fit.notes]
 
 
-def _row(result: IdentificationResult, name: str) -> list:
+def _row(result: IdentificationResult, name: str) -> list[str]:
     fit = result.fit
     low, high = result.intervals[name]
     profile = result.profiles.get(name)
@@ -54,5 +55,5 @@ def _row(result: IdentificationResult, name: str) -> list:
     return [inline_name(name), *(number(v) for v in values), result.file.units.get(name, "")]
 
 
-def _correlation(fit) -> list[list]:
+def _correlation(fit: Fit) -> list[list[str]]:
     return [[inline_name(n), *(number(v, 3) for v in row)] for n, row in zip(fit.names, fit.correlation, strict=True)]

@@ -3,12 +3,14 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.profile import Profile
+from symfric.model.scene import Scene
 from symfric.report.html.versions import versions
 from symfric.report.study.data import plain
 from symfric.scenefile import SceneFile
@@ -84,7 +86,7 @@ def _interval(fit: Fit, name: str) -> tuple[float, float]:
         return float("nan"), float("nan")
 
 
-def asked_fit(file: SceneFile) -> Callable:
+def asked_fit(file: SceneFile) -> Callable[[Scene], Fit]:
     """Return the fit that a scene file asks for, as a function of the scene; raise `SceneError` if there is none."""
     if file.identification is None:
         raise SceneError(
@@ -93,10 +95,10 @@ def asked_fit(file: SceneFile) -> Callable:
     return file.identification
 
 
-def to_dict(result: IdentificationResult) -> dict:
+def to_dict(result: IdentificationResult) -> dict[str, Any]:
     """Return a fit as plain data."""
     fit = result.fit
-    return plain(
+    data: dict[str, Any] = plain(
         {
             "file": result.file.path,
             "fit": fit.to_dict(),
@@ -110,3 +112,4 @@ def to_dict(result: IdentificationResult) -> dict:
             "versions": result.versions,
         }
     )
+    return data

@@ -8,7 +8,7 @@ from symfric.design.damper.design import DamperCheck
 from symfric.design.quench.multipliers import MultiplierCheck
 from symfric.design.result import Design
 from symfric.model.symbols import TIME
-from symfric.report.study.figures import in_brackets
+from symfric.report.study.drawing.axes import in_brackets
 from symfric.scenefile import DesignPlan, SceneFile, belt_speeds
 
 _NUMBER = r"([-−]?\d++(?:\.\d++)?+(?:e[+-]?\d++)?+)"

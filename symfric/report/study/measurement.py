@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
+import sympy as sp
 
 from symfric.ensemble.cases import Listed
 from symfric.model.excitation import excitation_of
-from symfric.model.outputs import Max, Min, Output, Trajectory
+from symfric.model.outputs import Integral, Max, Min, Output, Trajectory, dissipated_power
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import (
     END,
@@ -24,9 +25,11 @@ from symfric.orbits.steady_state import (
     weights_of,
 )
 from symfric.scenefile import SweepPlan
+from symfric.solve.routes import simulate
 
 SAMPLES = 4000  # samples of a motion to draw
 MOST_STEPS = 40_000  # further samples, at the steps of a run; of more, at every second, third, ...
+MOST_CONTACTS = 40  # of which the loads and the energies are computed
 PATH = "motion of the study"  # name of an additional output, unlikely to occur in a file
 
 
@@ -76,8 +79,6 @@ def as_run(scene: Scene) -> Scene:
 
 def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tolerance: float = 1e-9) -> SampledMotion:
     """Simulate the scene; return its motion and scalar outputs, with further outputs."""
-    from symfric.solve.routes import simulate
-
     run = simulate(as_run(scene.wanting({**scene.outputs, **also})), tolerance=tolerance)
     if not run.t_final > 0:
         run.checked()
@@ -101,8 +102,19 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
     )
 
 
+def contact_outputs(scene: Scene) -> dict[str, Output]:
+    """Return outputs of the motion that say what the contacts of a structure do."""
+    found: dict[str, Output] = {}
+    if scene.system.linear is None or len(scene.contacts) > MOST_CONTACTS:
+        return found
+    for c in scene.contacts:
+        found[f"least load of contact {c.name}"] = Min(sp.sympify(c.normal))
+        found[f"energy dissipated in contact {c.name}"] = Integral(dissipated_power(c.name))
+    return found
+
+
 def vibrations(
-    scene: Scene, parameter: str, values: np.ndarray, plan: SweepPlan, progress: Callable
+    scene: Scene, parameter: str, values: np.ndarray, plan: SweepPlan, progress: Callable[[float], None]
 ) -> list[Vibration]:
     """Return the steady vibration for each value of a parameter; NaN where a run failed.
 
@@ -128,10 +140,19 @@ def vibrations(
     return found
 
 
-def _measured(scene: Scene, times: Schedule, coordinate: str, values: Mapping, progress) -> list[Vibration]:
+def _measured(
+    scene: Scene,
+    times: Schedule,
+    coordinate: str,
+    values: Mapping[str, np.ndarray],
+    progress: Callable[[float], None] | None,
+) -> list[Vibration]:
     """Return the steady vibration for given parameter values, or for those of the scene."""
     x = state_symbol(scene, coordinate)
-    told = lambda k: (lambda f: progress((k + f) / 3)) if progress else None  # noqa: E731
+
+    def told(k: int) -> Callable[[float], None] | None:
+        return None if progress is None else lambda f: progress((k + f) / 3)
+
     extremes = {"high": Max(x), "low": Min(x)}
     first = Listed(settling(scene, times, extremes), tuple(values))
     window = Listed(measuring(scene, times, extremes), tuple(values))

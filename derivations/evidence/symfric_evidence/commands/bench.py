@@ -106,7 +106,7 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
 
 
 def _write(benchmark: "Benchmark", folder: Path) -> None:
-    from symfric.report.study.figures import png
+    from symfric.report.study.drawing.axes import png
     from symfric_evidence.bench.picture import picture
 
     files: dict[Path, bytes | str] = {folder / "bench.json": json.dumps(benchmark.to_dict(), indent=2)}

@@ -105,7 +105,7 @@ def _read(folder: Path) -> list["Motion"]:
 
 def _write(folder: Path, name: str, made: "Made") -> list[str]:
     """Write the figures and tables; return the names of the files."""
-    from symfric.report.study.figures import png
+    from symfric.report.study.drawing.axes import png
 
     parts: dict[Path, bytes | str] = {}
     if made.figure is not None:

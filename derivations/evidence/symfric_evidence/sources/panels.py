@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symfric.report.study.data import plain
-from symfric.report.study.figures import COLOURS, GREY, WIDE, new_axes, tidy
+from symfric.report.study.drawing.axes import COLOURS, GREY, WIDE, new_axes, tidy
 from symfric_evidence.sources.registry import Entry, Finding, Inputs, title
 
 PANEL = (4.4, 3.2)  # inches; two panels side by side are legible at the width of a page

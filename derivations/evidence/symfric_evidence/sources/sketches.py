@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from symfric.report.study.figures import GREY, ORANGE
-from symfric.report.study.shapes import INK, arrow, block, damper, ground, roller, spring, wall
+from symfric.report.study.drawing.axes import GREY, ORANGE
+from symfric.report.study.drawing.shapes import INK, arrow, block, damper, ground, roller, spring, wall
 from symfric_evidence.sources.registry import Entry, title
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symfric.report.study.figures import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, WIDE, label, new_axes, tidy
+from symfric.report.study.drawing.axes import BLUE, COLOURS, GREEN, GREY, ORANGE, RED, WIDE, label, new_axes, tidy
 from symfric_evidence.sources.guida import slides
 from symfric_evidence.sources.panels import legend_below
 from symfric_evidence.sources.registry import Entry, Finding

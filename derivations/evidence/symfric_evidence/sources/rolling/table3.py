@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from symfric.motions import Motion
-from symfric.report.study.figures import COLOURS, tidy
+from symfric.report.study.drawing.axes import COLOURS, tidy
 from symfric_evidence.sources.rolling.study import rolling_study, synthetic_set
 
 if TYPE_CHECKING:

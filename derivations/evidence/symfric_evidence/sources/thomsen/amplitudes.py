@@ -6,9 +6,9 @@ import numpy as np
 
 from symfric.model import laws, scenes
 from symfric.model.scene import Scene
-from symfric.report.study.comparison import stick_onset
 from symfric.report.study.measurement import vibrations
-from symfric.report.study.prediction import belt_curves
+from symfric.report.study.sections.comparison import stick_onset
+from symfric.report.study.sections.prediction import belt_curves
 from symfric.scenefile import SweepPlan
 from symfric.theory import belt
 from symfric.theory.hopf import hopf

@@ -7,11 +7,18 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.excitation import is_excited
 from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
+from symfric.report.study.section import Progress, Section, StudyResult, answer
+from symfric.report.study.sections.stability import SLOW
+from symfric.scenefile import SceneFile
+from symfric.theory import belt
 from symfric.theory.averaging import average
+from symfric.theory.belt.scene import SYMBOLS, numbers
 from symfric.theory.slow_flow import SlowFlow, stationary
 
+FINE = 201  # most points of a curve
 RARE = 16  # most values for numeric slow flows, each built anew; a symbolic one serves all values
 
 
@@ -95,9 +102,6 @@ def _edges(flow: SlowFlow, changed: dict[str, float]) -> tuple[float, ...]:
 @alone(SYMBOLIC)
 def belt_curves(scene: Scene, values: np.ndarray) -> list[PredictionCurve]:
     """Return the belt's closed forms of first and second order over belt speeds."""
-    from symfric.theory import belt
-    from symfric.theory.belt.scene import SYMBOLS, numbers
-
     given = dict(zip(SYMBOLS, numbers(scene), strict=True))
     speed = SYMBOLS.v_b
     del given[speed]
@@ -109,3 +113,34 @@ def belt_curves(scene: Scene, values: np.ndarray) -> list[PredictionCurve]:
         amplitude = np.where(values <= low, sticking, np.where(values < high, slipping, np.nan))
         curves.append(PredictionCurve(f"closed form, {words} order", source, values, amplitude))
     return curves
+
+
+def closed_forms_apply(file: SceneFile) -> bool:
+    """Whether the belt's closed forms apply: the ready scene with the cubic law, not excited."""
+    cubic = not file.laws or file.laws[0].law == "cubic"
+    return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
+
+
+def _compute(study: StudyResult, _tell: Progress) -> tuple[PredictionCurve, ...]:
+    file, plan = study.file, study.file.sweep
+    if plan is None or study.sweep.value is None:  # said of the sweep
+        return ()
+    slow = study[SLOW].found
+    q = slow.system.q
+    if file.structure is not None and len(q) > 1:
+        raise NotFound(f"averaging takes one coordinate and its velocity, and the structure has {len(q)}")
+    if plan.coordinate != q[0].name:
+        raise NotFound(f"averaging speaks of the coordinate {q[0].name}, not of {plan.coordinate}")
+    fine = np.linspace(plan.start, plan.stop, min(4 * plan.number - 3, FINE))
+    averaged = answer(averaged_curves, slow, plan.parameter, fine)
+    curves, reason = list(averaged.value or ()), averaged.note
+    if closed_forms_apply(file) and plan.parameter == "v_b":
+        closed = answer(belt_curves, slow, fine)
+        curves += closed.value or ()
+        reason = reason or closed.note
+    if not curves:
+        raise NotFound(reason)
+    return tuple(curves)
+
+
+CURVES = Section("curves", _compute, topic="predicted amplitudes")

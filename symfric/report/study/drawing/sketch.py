@@ -6,24 +6,25 @@ from itertools import pairwise, permutations
 import numpy as np
 
 from symfric.model.scene import Scene
-from symfric.report.study.captions import Picture
-from symfric.report.study.diagram import GROUND, Diagram, Link, Surface, diagram_of
-from symfric.report.study.figures import GREY, ORANGE, to_svg
-from symfric.report.study.labels import POINTS, SCALE, WIDTH, Sheet, mathematics, width, write_key
-from symfric.report.study.shapes import INK, arrow, block, damper, ground, roller, slider, spring, wall
+from symfric.report.html.elements import Picture
+from symfric.report.study.drawing.axes import GREY, ORANGE, Axes, to_svg
+from symfric.report.study.drawing.diagram import GROUND, Diagram, Link, Surface, diagram_of
+from symfric.report.study.drawing.labels import POINTS, SCALE, WIDTH, Sheet, mathematics, width, write_key
+from symfric.report.study.drawing.shapes import INK, arrow, block, damper, ground, roller, slider, spring, wall
 
 PALE = "0.65"
 ROW, HIGHEST_ROUTES = 6, 2  # most bodies in a row, and most pairs that are linked past others
 LANE, ROUTE = 0.62, 0.72  # heights of a link beside a body and above the row
+Routes = list[tuple[int, int, list[Link]]]  # links above the row, by their bodies
 DRAW = {"stiffness": spring, "damping": damper, "friction": slider}
 
 
-def plot_system(diagram: Diagram, ax=None):
+def plot_system(diagram: Diagram, ax: Axes | None = None) -> Axes:
     """Draw a system; return the Axes."""
     from matplotlib.figure import Figure
 
-    own = ax is None
-    ax = Figure(figsize=(SCALE * WIDTH, 1.0)).add_axes((0, 0, 1, 1)) if own else ax
+    own = Figure(figsize=(SCALE * WIDTH, 1.0))
+    given, ax = ax, own.add_axes((0, 0, 1, 1)) if ax is None else ax
     sheet, order = Sheet(ax), _order(diagram)
     low, top = _row(sheet, diagram, order) if order else _graph(sheet, diagram)
     low = write_key(sheet, diagram, low)
@@ -33,8 +34,8 @@ def plot_system(diagram: Diagram, ax=None):
     ax.set_ylim(low - 0.1, top + 0.1)
     ax.set_aspect("equal")
     ax.axis("off")
-    if own:
-        ax.figure.set_size_inches(SCALE * WIDTH, SCALE * (top - low + 0.2))
+    if given is None:
+        own.set_size_inches(SCALE * WIDTH, SCALE * (top - low + 0.2))
     return ax
 
 
@@ -190,7 +191,7 @@ def _coordinate(sheet: Sheet, diagram: Diagram, i: int, p: _Place, aside: bool, 
         sheet.ax.text(x, y + 0.08, name, ha="left", va="bottom")
 
 
-def _draw_links(sheet: Sheet, diagram: Diagram, places: dict[int, _Place], order) -> list[tuple[int, int, list[Link]]]:
+def _draw_links(sheet: Sheet, diagram: Diagram, places: dict[int, _Place], order: tuple[int, ...]) -> Routes:
     """Draw links between neighbours and to walls; return those that go above the row."""
     routed, stacked = [], _stacked(diagram)
     at = {body: k for k, body in enumerate(order)}
@@ -289,7 +290,7 @@ def _belt(sheet: Sheet, surface: Surface, p: _Place, floor: float, room: float) 
     sheet.ax.text(x + 0.55, floor - 0.52, name, ha="left", va="center")
 
 
-def _draw_routes(sheet: Sheet, places: dict[int, _Place], routed, top: float) -> float:
+def _draw_routes(sheet: Sheet, places: dict[int, _Place], routed: Routes, top: float) -> float:
     """Draw links that pass above others, those to the ground first and side by side; return the upper end."""
     base = top
     for first, _, links in (r for r in routed if r[1] == GROUND):

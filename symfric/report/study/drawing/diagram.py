@@ -1,6 +1,6 @@
 """Read a scene as bodies, springs, dampers, contacts and loads, for its sketch."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -176,11 +176,11 @@ def _taken_apart(system: System, driven: set[sp.Symbol]) -> tuple[sp.Matrix, sp.
     return -_slopes(parts[0], system.q), -_slopes(parts[1], system.u), parts[2]
 
 
-def _slopes(forces: list[sp.Expr], states) -> sp.Matrix:
+def _slopes(forces: list[sp.Expr], states: Iterable[sp.Symbol]) -> sp.Matrix:
     return sp.Matrix([[sp.expand(sp.diff(f, s)) for s in states] for f in forces])
 
 
-def _links(kind: str, A: sp.Matrix, absent) -> Iterator[Link]:
+def _links(kind: str, A: sp.Matrix, absent: Callable[[sp.Expr], bool]) -> Iterator[Link]:
     """Yield the links of a stiffness or damping matrix."""
     n = A.rows
     for i in range(n):

@@ -3,14 +3,21 @@
 import math
 from collections.abc import Callable, Iterator
 
+import sympy as sp
+
 from symfric.errors import NotFound, SceneError
+from symfric.orbits.steady_state import Vibration
 from symfric.report.study.measurement import SampledMotion
 from symfric.scenefile import SceneFile
+from symfric.theory import transient
+from symfric.theory.drive import positioning_error, two_slides_cycle
+from symfric.theory.hunting import hunting
+from symfric.theory.transient import averaged_decay_time
 
 Row = tuple[str, float, float, str, str]  # quantity, predicted, computed, formula, symbol whose unit it has
 
 
-def closed_forms(file: SceneFile, motion: SampledMotion | None, steady) -> list[Row]:
+def closed_forms(file: SceneFile, motion: SampledMotion | None, steady: Vibration | None) -> list[Row]:
     """Return the closed forms that apply to a ready scene.
 
     Parameters
@@ -38,9 +45,7 @@ def _rest(motion: SampledMotion) -> float:
     return max(start for start, _ in last) if all(end >= motion.t[-1] for _, end in last) else math.nan
 
 
-def _coulomb_oscillator(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]:
-    from symfric.theory import transient
-
+def _coulomb_oscillator(file: SceneFile, motion: SampledMotion, steady: Vibration | None) -> Iterator[Row]:
     given = _numbers(file)
     if given["u"] != 0:
         return
@@ -50,25 +55,19 @@ def _coulomb_oscillator(file: SceneFile, motion: SampledMotion, steady) -> Itera
     yield "x at rest", float(transient.stop_position(*start)), float(motion.x[0, -1]), words, "x"
 
 
-def _contact_damper(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]:
-    from symfric.theory.transient import averaged_decay_time
-
+def _contact_damper(file: SceneFile, motion: SampledMotion, steady: Vibration | None) -> Iterator[Row]:
     words = "averaging; within half of a half cycle"
     yield "time of rest", averaged_decay_time(file.scene), _rest(motion), words, "t"
 
 
-def _drive_stop(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]:
-    from symfric.theory.drive import positioning_error
-
+def _drive_stop(file: SceneFile, motion: SampledMotion, steady: Vibration | None) -> Iterator[Row]:
     given = _numbers(file)
     if given["speed"] == 0 and "error" in motion.outputs:
         error = positioning_error(given["mu1"], given["mu2"], given["lam"], epsilon=given["epsilon"])
         yield "positioning error", error.value, motion.outputs["error"], "Guida (15), (20)", ""
 
 
-def _two_slides(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]:
-    from symfric.theory.drive import two_slides_cycle
-
+def _two_slides(file: SceneFile, motion: SampledMotion, steady: Vibration | None) -> Iterator[Row]:
     given = _numbers(file)
     if steady is None or not steady.stick_fraction > 0:
         return
@@ -83,13 +82,11 @@ def _two_slides(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]
     yield "period", cycle.period, steady.period, words, "t"
 
 
-def _named(file: SceneFile, name: str):
+def _named(file: SceneFile, name: str) -> list[sp.Symbol]:
     return [s for s in file.scene.parameters if s.name == name]
 
 
-def _positioning_stage(file: SceneFile, motion: SampledMotion, steady) -> Iterator[Row]:
-    from symfric.theory.hunting import hunting
-
+def _positioning_stage(file: SceneFile, motion: SampledMotion, steady: Vibration | None) -> Iterator[Row]:
     given, law = _numbers(file), file.scene.contacts[0].law.where(file.scene.parameter_values())
     if steady is None or given["compensation"] != 0 or law.memory or not law.kinetic.is_number:
         return

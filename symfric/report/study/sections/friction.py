@@ -1,11 +1,14 @@
 """Friction curve of each contact, with the effective curve under a fast excitation."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
+from markupsafe import Markup
 
-from symfric.errors import SceneError
+from symfric.design.result import Design
+from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.excitation import is_excited
 from symfric.model.laws import Law
@@ -13,7 +16,29 @@ from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact
+from symfric.report.html.elements import Picture, gallery, heading
+from symfric.report.study.drawing.axes import (
+    BLUE,
+    COLOURS,
+    GREY,
+    Axes,
+    in_brackets,
+    label,
+    legend,
+    new_axes,
+    tidy,
+    to_svg,
+)
 from symfric.report.study.measurement import SampledMotion
+from symfric.report.study.section import Progress, Section, StudyResult
+from symfric.report.study.sections.motion import MOTION
+from symfric.report.study.sections.quench import QUENCH
+from symfric.report.study.sections.stability import EQUILIBRIUM
+from symfric.scenefile import SceneFile
+from symfric.theory.equilibrium import Equilibrium
+from symfric.theory.separation import separate
+
+Slow = list[tuple[str, Scene]]  # words on an excitation, and the scene of slow motions under it
 
 POINTS = 500
 
@@ -50,7 +75,9 @@ class FrictionCurve:
     place: str = ""
 
 
-def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, design) -> tuple[FrictionCurve, ...]:
+def friction_curves(
+    scene: Scene, motion: SampledMotion | None, equilibrium: Equilibrium | None, design: Design | None
+) -> tuple[FrictionCurve, ...]:
     """Return one curve for each contact, over the sliding speeds that occur.
 
     Parameters
@@ -65,10 +92,8 @@ def friction_curves(scene: Scene, motion: SampledMotion | None, equilibrium, des
         shaken.append(("under the excitation", scene))
     if design is not None:
         shaken.append(("under the designed excitation", scene.where(design.values)))
-    slow = []
+    slow: Slow = []
     for words, excited in shaken:
-        from symfric.theory.separation import separate
-
         try:
             slow.append((words, separate(excited)))
         except SceneError as error:
@@ -96,7 +121,9 @@ def _range(x: np.ndarray) -> tuple[float, float]:
 
 
 @alone(SYMBOLIC)
-def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> FrictionCurve:
+def _curve(
+    scene: Scene, i: int, motion: SampledMotion | None, equilibrium: Equilibrium | None, slow: Slow, note: str
+) -> FrictionCurve:
     contact = scene.contacts[i]
     law = contact.law.where(scene.parameter_values())
     over = _place(scene, contact, law)
@@ -120,3 +147,61 @@ def _curve(scene: Scene, i: int, motion, equilibrium, slow, note: str) -> Fricti
     stick = float(law.stick)
     force = contact.normal * contact.profile == 1
     return FrictionCurve(contact.name, speed, law(speed), stick, effective, operating, note, force)
+
+
+def _compute(study: StudyResult, _tell: Progress) -> tuple[FrictionCurve, ...]:
+    if not study.file.scene.contacts:
+        raise NotFound("the scene has no contacts")
+    quench = study[QUENCH].value
+    design = None if quench is None else quench.design
+    return friction_curves(study.file.scene, study[MOTION].value, study[EQUILIBRIUM].value, design)
+
+
+def _page(study: StudyResult) -> Iterator[Markup]:
+    curves = study[FRICTION].value
+    if curves:
+        yield heading("Friction and effective friction" if study[EFFECTIVE].value else "Friction", "friction")
+        yield gallery([_picture(curve, study.file) for curve in curves], study.said)
+
+
+def _picture(curve: FrictionCurve, file: SceneFile) -> Picture:
+    velocities = {file.units.get(u.name, "") for u in file.scene.system.u}
+    unit = file.units.get(curve.place, "") if curve.place else ""
+    ax = plot_friction(curve, unit or (velocities.pop() if len(velocities) == 1 else ""))
+    what = "Force" if curve.is_force else "Coefficient"
+    alt = f"{what} of friction of contact {curve.contact} against {curve.place or 'sliding speed'}"
+    if curve.effective:
+        alt += ", and the effective one under fast excitation"
+    return Picture(to_svg(ax), alt, f"Friction of contact {curve.contact}.")
+
+
+def plot_friction(curve: FrictionCurve, unit: str = "", ax: Axes | None = None) -> Axes:
+    """Draw the coefficient of friction of a contact against sliding speed or place, and the one when shaken."""
+    ax = new_axes() if ax is None else ax
+    ax.plot(curve.speed, curve.coefficient, color=BLUE, label="friction law")
+    if not curve.place:
+        ax.plot(0, curve.stick, "o", color=BLUE, markersize=5, label="largest while sticking")
+    for (name, values), colour in zip(curve.effective, COLOURS[1:], strict=False):
+        ax.plot(curve.speed, values, color=colour, linestyle=(0, (6, 2)), label=name)
+    if curve.operating is not None:
+        ax.axvline(curve.operating, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), label="steady sliding")
+    ax.set_xlim(left=min(-0.02 * curve.speed[-1], curve.speed[0]), right=curve.speed[-1])
+    ax.set_ylim(bottom=min(0.0, float(np.nanmin(curve.coefficient))))
+    ax.set_xlabel(label(curve.place, {}, unit) if curve.place else "sliding speed" + in_brackets(unit))
+    ax.set_ylabel("friction force" if curve.is_force else "coefficient of friction")
+    legend(ax)
+    return tidy(ax)
+
+
+def _effective(study: StudyResult, _tell: Progress) -> bool:
+    """Whether a curve of effective friction is shown; the reason is raised if not."""
+    curves = study[FRICTION].found
+    if not any(c.effective for c in curves):
+        note = next((c.note for c in curves if c.note), "")
+        still = "the scene is not shaken, and the file designs no shaking"
+        raise NotFound(note if is_excited(study.file.scene) and note else still)
+    return True
+
+
+FRICTION = Section("friction", _compute, topic="friction", place=60, page=_page)
+EFFECTIVE = Section("effective", _effective, topic="effective friction", asked=lambda file: bool(file.scene.contacts))

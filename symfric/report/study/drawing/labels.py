@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy as sp
 
-from symfric.report.study.diagram import Diagram
+from symfric.report.study.drawing.diagram import Diagram
 
 SCALE, WIDTH, POINTS = 0.7, 6.2, 9  # inches in a unit, units, size of the letters at the width of a narrow screen
 SMALLEST = 6.5  # points of a line of the key
@@ -68,7 +68,7 @@ def _on_a_line(expr: sp.Expr) -> str:
     expr = expr.xreplace({n: sp.Float(n, 4) for n in expr.atoms(sp.Float)})
     above, below = sp.fraction(expr)
     if expr.is_Add or below == 1:
-        return sp.latex(expr, mul_symbol=r"\,")
+        return str(sp.latex(expr, mul_symbol=r"\,"))
     parts = [sp.latex(e, mul_symbol=r"\,") for e in (above, below)]
     compound = (above.is_Add, below.is_Add or below.is_Mul)
     return "/".join(rf"\left({p}\right)" if c else p for p, c in zip(parts, compound, strict=True))

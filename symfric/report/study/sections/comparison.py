@@ -1,9 +1,14 @@
 """Table of predictions: each applicable formula and the computed value of the same quantity."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from markupsafe import Markup
 
 from symfric.design.comparison import Comparison
 from symfric.design.result import Design
@@ -11,10 +16,26 @@ from symfric.errors import NotFound, SceneError
 from symfric.model.excitation import is_excited
 from symfric.model.outputs import Max
 from symfric.model.scene import Scene
-from symfric.orbits.steady_state import SETTLE, Schedule, Settling
-from symfric.report.study.closed_forms import closed_forms
+from symfric.model.symbols import SPEED
+from symfric.orbits.steady_state import SETTLE, Schedule, Settling, Vibration
+from symfric.report.html.elements import heading, table
+from symfric.report.html.words import number, percent
 from symfric.report.study.designs import with_all_units
+from symfric.report.study.section import Progress, Section, StudyResult, answer
+from symfric.report.study.sections.closed_forms import closed_forms
+from symfric.report.study.sections.designs import DESIGNS
+from symfric.report.study.sections.flutter import FLUTTER, FlutterResult, open_contacts
+from symfric.report.study.sections.motion import MOTION, STEADY
+from symfric.report.study.sections.onset import HOPF
+from symfric.report.study.sections.prediction import closed_forms_apply
+from symfric.report.study.sections.stability import EQUILIBRIUM, base
 from symfric.scenefile import DesignPlan, SceneFile
+from symfric.theory import belt
+from symfric.theory.averaging import average
+from symfric.theory.equilibrium import Equilibrium, equilibrium
+from symfric.theory.hopf import HopfPoint
+
+_ALIKE = 1e-9  # relative difference of coefficients of friction that are the same
 
 
 @dataclass(frozen=True)
@@ -41,37 +62,31 @@ class ComparisonRow:
         return self.predicted / self.computed - 1 if self.computed else float("nan")
 
 
-def closed_forms_apply(file: SceneFile) -> bool:
-    """Whether the belt's closed forms apply: the ready scene with the cubic law, not excited."""
-    cubic = not file.laws or file.laws[0].law == "cubic"
-    return file.model == "mass_on_belt" and cubic and not is_excited(file.scene)
-
-
-def compare(file: SceneFile, base: Scene, equilibrium, onset, motion, steady, designs) -> tuple[ComparisonRow, ...]:
-    """Return the lines of the table.
-
-    Parameters
-    ----------
-    base : Scene
-        Of the slow motion if the file's scene is excited.
-    equilibrium, onset, motion, steady : result or None
-        Results of the study.
-    designs : tuple of DesignResult
-    """
-    rows = []
-    steady = steady if steady is not None and steady.settled else None  # an unsettled vibration cannot be compared
+def _compute(study: StudyResult, tell: Progress) -> tuple[ComparisonRow, ...]:
+    tell("comparison", 0.95)
+    file, onset = study.file, study[HOPF].value
+    steady = study[STEADY].value
+    if steady is not None and not steady.settled:  # cannot be compared
+        steady = None
+    rows: list[ComparisonRow] = []
     if steady is not None:
-        rows += _of_vibration(file, base, equilibrium, steady)
+        rows += _of_vibration(file, base(study), study[EQUILIBRIUM].value, steady)
     if closed_forms_apply(file):
         rows += _of_belt(file.scene, onset, steady)
-    forms = closed_forms(file, motion, steady)
+    forms = closed_forms(file, study[MOTION].value, steady)
     rows += [ComparisonRow(what, one, two, source, file.units.get(name, "")) for what, one, two, source, name in forms]
-    for found in designs:
-        if found.design.value is not None:
-            rows += of_design(file, found.plan, found.design.value)
+    for made in study[DESIGNS].value or ():
+        if made.design.value is not None:
+            rows += of_design(file, made.plan, made.design.value)
     first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
     rows.sort(key=lambda r: first[r.quantity])  # grouped by quantity
-    return tuple(r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed))
+    rows = [r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed)]
+    flutter = study[FLUTTER].value
+    if flutter is not None and onset is not None:
+        rows[:0] = of_flutter(file, base(study), flutter, onset)
+    if not rows:
+        raise NotFound("no formula applies to this scene")
+    return tuple(rows)
 
 
 def _try(formula: Callable[[], float]) -> float:
@@ -82,10 +97,10 @@ def _try(formula: Callable[[], float]) -> float:
         return math.nan
 
 
-def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[ComparisonRow]:
+def _of_vibration(
+    file: SceneFile, base: Scene, equilibrium: Equilibrium | None, steady: Vibration
+) -> list[ComparisonRow]:
     """Compare averaging with the steady vibration, or the equilibrium position if there is no vibration."""
-    from symfric.theory.averaging import average
-
     name = file.sweep.coordinate if file.sweep else base.system.q[0].name
     try:
         flow = average(base)
@@ -114,10 +129,8 @@ def _of_vibration(file: SceneFile, base: Scene, equilibrium, steady) -> list[Com
     ]
 
 
-def _of_belt(scene: Scene, onset, steady) -> list[ComparisonRow]:
+def _of_belt(scene: Scene, onset: HopfPoint | None, steady: Vibration | None) -> list[ComparisonRow]:
     """Compare the belt's closed forms with eigenvalues and motions."""
-    from symfric.theory import belt
-
     rows = []
     if onset is not None and onset.parameter == "v_b":
         formula = _try(lambda: belt.onset_speed(scene))
@@ -194,10 +207,8 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Compari
     return rows
 
 
-def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[ComparisonRow]:
+def _of_quench(scene: Scene, asked: Mapping[str, Any], design: Design) -> list[ComparisonRow]:
     """Compare the closed forms of the smallest intensity with the design."""
-    from symfric.theory import belt
-
     if asked["minimise"] != "intensity" or asked["margin"] or asked.get("limits"):
         return []
     low, high = asked["speeds"]
@@ -206,13 +217,76 @@ def _of_quench(scene: Scene, asked: Mapping, design: Design) -> list[ComparisonR
     return [ComparisonRow("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
 
 
-def _of_damper(asked: Mapping, design: Design) -> list[ComparisonRow]:
+def _of_damper(asked: Mapping[str, Any], design: Design) -> list[ComparisonRow]:
     """Compare the onset of vibration under the designed damping with the critical speed, if stability was limiting."""
-    from symfric.theory import belt
-
     if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):
         return []
     formula = _try(lambda: belt.onset_speed(design.scene))
     return [
         ComparisonRow("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")
     ]
+
+
+def of_flutter(file: SceneFile, base: Scene, found: FlutterResult, onset: HopfPoint) -> list[ComparisonRow]:
+    """Compare the onset by the full matrices with the Hopf point of the scene."""
+    if not found.map.critical:
+        return []
+    scene = base.where({onset.parameter: onset.value})
+    at = answer(equilibrium, scene)
+    if at.value is None:
+        return []
+    mu = coefficient_at(scene, at.value)
+    opened = open_contacts(scene, at.value)
+    near = min(found.map.critical, key=lambda p: abs(p.mu - mu) if np.isfinite(mu) else abs(p.omega - onset.omega))
+    words = "full matrices; computed: Hopf point"
+    if opened:
+        words += f"; made for closed contacts, and {opened[0]} is open there"
+    elif any(c.law.kinetic.free_symbols & {SPEED} for c in scene.contacts):
+        words += "; made without the slope of the law"
+    return [
+        ComparisonRow(f"{found.factor or 'coefficient of friction'} at the onset", near.mu, mu, words),
+        ComparisonRow("angular frequency at the onset", near.omega, onset.omega, words, file.units.angular),
+    ]
+
+
+def coefficient_at(scene: Scene, equilibrium: Equilibrium) -> float:
+    """Return the coefficient of friction in steady sliding, or the load in its place; NaN if contacts differ in it."""
+    values, part = scene.parameter_values(), scene.system.linear
+    if not scene.contacts and part is not None and part.scaled:
+        return float(part.scaled[0][0].subs(values))
+    found = [
+        float(c.law.where(values)(abs(equilibrium.sliding[c.name]))) * float(sp.sympify(c.profile).subs(values))
+        for c in scene.contacts
+        if sp.sympify(c.profile).free_symbols <= set(values)
+    ]
+    if len(found) < max(1, len(scene.contacts)) or np.ptp(found) > _ALIKE * max(found):
+        return float("nan")
+    return found[0]
+
+
+def _page(study: StudyResult) -> Iterator[Markup]:
+    found = study[COMPARISON].value
+    if not found:
+        return
+    yield heading("Predicted and computed", "comparison")
+    rows = [
+        [
+            study.said(r.quantity + (f" [{r.unit}]" if r.unit else "")),
+            number(r.predicted),
+            number(r.computed),
+            percent(r.difference),
+            study.said(r.formula),
+        ]
+        for r in found
+    ]
+    yield table(["quantity", "predicted", "computed", "difference", "formula"], rows, [1, 2, 3])
+
+
+def _data(_study: StudyResult, rows: tuple[ComparisonRow, ...]) -> list[dict[str, object]]:
+    names = ("quantity", "predicted", "computed", "difference", "formula", "unit")
+    return [{name: getattr(r, name) for name in names} for r in rows]
+
+
+COMPARISON = Section(
+    "comparison", _compute, topic="comparison", place=10, page=_page, key="comparison", data=_data, without=()
+)
