@@ -17,23 +17,25 @@ BELOW = {
     "axes": {"errors"},
     "errors": set(),
     "array_files": {"errors"},
+    "fields": {"model"},
     "files": set(),
     "interrupts": set(),
     "locks": set(),
     "time_limit": set(),
+    "search": set(),
     "templates": set(),
     "model": {"axes", "errors", "locks", "templates"},
     "lower": {"errors", "locks", "model"},
-    "theory": {"axes", "errors", "locks", "lower", "model"},
-    "motions": {"axes", "errors", "files", "locks", "model", "templates"},
+    "theory": {"axes", "errors", "locks", "lower", "model", "search"},
+    "motions": {"axes", "errors", "fields", "files", "locks", "model", "templates"},
     "codegen": {"errors", "files", "locks", "time_limit"},
-    "solve": {"axes", "codegen", "errors", "files", "locks", "time_limit", "templates", "model", "lower"},
+    "solve": {"axes", "codegen", "errors", "files", "locks", "search", "time_limit", "templates", "model", "lower"},
 }
 BELOW["export"] = BELOW["solve"] | {"solve"}
 BELOW["orbits"] = BELOW["solve"] | {"solve", "theory"}
 BELOW["ensemble"] = BELOW["orbits"] | {"orbits", "motions"}
 BELOW["structures"] = BELOW["orbits"] | {"array_files", "orbits"}
-BELOW["design"] = BELOW["ensemble"] | {"ensemble", "structures"}
+BELOW["design"] = BELOW["ensemble"] | {"ensemble", "fields", "structures"}
 BELOW["identification"] = BELOW["ensemble"] | {"array_files", "ensemble"}
 BELOW["scenefile"] = BELOW["design"] | {"design", "identification"}
 BELOW["report"] = BELOW["scenefile"] | {"scenefile"}

@@ -1,5 +1,6 @@
 """One table of the keys of a scene file, from the schema that reads it."""
 
+import dataclasses
 import inspect
 import json
 import types
@@ -8,10 +9,14 @@ from pathlib import Path
 
 from numpydoc.docscrape import NumpyDocString
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from docs.pages.files import put
-from symfric.scenefile import contact_tables, fields, schema, structure_tables
+from symfric import fields
+from symfric.design import plan
+from symfric.design.plans import PLANS
+from symfric.scenefile import contact_tables, schema, structure_tables
 
 WORDS = {  # annotated types: what one writes
     fields.Number: "number",
@@ -26,6 +31,8 @@ WORDS = {  # annotated types: what one writes
     fields.Axis: "list, or {start, stop, count}",
     fields.Mass: "number, diagonal or rows",
     fields.Range: "[lower, upper]",
+    plan.Span: "[lower, upper]",
+    plan.SignedSpan: "[lower, upper]",
     contact_tables.Row: "expression linear in names, or table of name = weight",
     structure_tables.Points: "name, list of names, or table of name = row",
     structure_tables.Matrices: "path, or table `[scene.structure]`",
@@ -49,22 +56,33 @@ def write(folder: Path) -> None:
     lines = ["| key | value | meaning |", "|---|---|---|"]
     for place, section in PLACES:
         lines += [row for row in _rows(place, section) if row not in lines]
-    for name, field in schema.Designs.model_fields.items():
-        lines += _rows(f"design.{name}", _section(field.annotation))
+    for design in PLANS:
+        lines += _rows(f"design.{design.kind}", design)
     text = (folder / "toml.in.md").read_text(encoding="utf-8")
     put(folder / "toml.md", text.replace("<!-- the table -->", "\n".join(lines)))
 
 
-def meanings(section: type[BaseModel]) -> dict[str, str]:
+def meanings(section: type) -> dict[str, str]:
     """Return what the docstring of a section says of each key."""
     entries = NumpyDocString(inspect.cleandoc(section.__doc__ or ""))["Attributes"]
     return {name: " ".join(e.desc) for e in entries for name in e.name.split(", ")}
 
 
-def _rows(place: str, section: type[BaseModel]) -> list[str]:
+def _fields(section: type) -> dict[str, FieldInfo]:
+    """Return the keys of a section, or of a dataclass whose fields are annotated like one."""
+    if issubclass(section, BaseModel):
+        return section.model_fields
+    hints, make = typing.get_type_hints(section, include_extras=True), FieldInfo.from_annotated_attribute
+    needed = {f.name: f.default is dataclasses.MISSING for f in dataclasses.fields(section)}
+    return {
+        n: FieldInfo.from_annotation(hints[n]) if e else make(hints[n], getattr(section, n)) for n, e in needed.items()
+    }
+
+
+def _rows(place: str, section: type) -> list[str]:
     said, hints = meanings(section), typing.get_type_hints(section, include_extras=True)
     rows = []
-    for name, field in section.model_fields.items():
+    for name, field in _fields(section).items():
         inner, key = _section(field.annotation), field.alias or name
         path = f"{place}.{key}" if place else key
         if name not in said:
@@ -77,10 +95,10 @@ def _rows(place: str, section: type[BaseModel]) -> list[str]:
     return rows
 
 
-def _section(annotation) -> type[BaseModel] | None:
+def _section(annotation) -> type | None:
     """Return the section that a key holds, if it is a table with fixed keys."""
     for part in (annotation, *typing.get_args(annotation)):
-        if isinstance(part, type) and issubclass(part, BaseModel):
+        if isinstance(part, type) and (issubclass(part, BaseModel) or dataclasses.is_dataclass(part)):
             return part
     return None
 
@@ -93,7 +111,7 @@ def _kind(hint) -> str:
     if origin is dict:
         return f"table of name = {_kind(parts[1])}"
     if origin is typing.Literal:
-        return " or ".join(f'`"{v}"`' for v in parts)
+        return " or ".join(f"`{json.dumps(v)}`" for v in parts)
     if origin in (types.UnionType, typing.Union, typing.Annotated):
         return _kind(parts[0])
     return {list: "list", bool: "true or false", int: "whole number"}.get(origin or hint, "table")

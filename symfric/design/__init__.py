@@ -2,11 +2,11 @@
 
 from symfric.design.absorber.classic import absorber
 from symfric.design.absorber.foundation import sprung_foundation
-from symfric.design.contact_damper import contact_damper
+from symfric.design.contact_damper.design import contact_damper
 from symfric.design.damper.design import damper
 from symfric.design.isolator.design import isolator
 from symfric.design.optimal_control.collocation import Profile, collocation
-from symfric.design.positioning import positioning
+from symfric.design.positioning.design import positioning
 from symfric.design.quench.design import quench
 from symfric.design.result import Curve, Design
 from symfric.model.offering import offer

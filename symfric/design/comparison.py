@@ -1,10 +1,13 @@
 """Comparison of predicted quantities of a design with the event-driven model."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Any
+
+from symfric.model.results import Result
 
 
 @dataclass(frozen=True)
-class Compared:
+class Compared(Result):
     """A predicted and a computed value of one quantity at an optimum.
 
     Attributes
@@ -24,6 +27,10 @@ class Compared:
     tolerance: float
     size: float = 0.0
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain Python data."""
+        return {**super().to_dict(), "agrees": self.agrees}
+
     @property
     def agrees(self) -> bool:
         """Whether both values agree within the tolerance; False if one is NaN."""
@@ -38,13 +45,15 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Result):
     """Verification of an optimum: several quantities compared with the event-driven model.
 
     Attributes
     ----------
     rows : tuple of Compared
     """
+
+    _told = ("agrees", "rows")
 
     rows: tuple[Compared, ...]
 
@@ -61,10 +70,6 @@ class Comparison:
     def __getitem__(self, quantity: str) -> Compared:
         """Return the comparison of one quantity."""
         return {row.quantity: row for row in self.rows}[quantity]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
-        return {"agrees": self.agrees, "rows": [{**asdict(row), "agrees": row.agrees} for row in self.rows]}
 
     def __str__(self) -> str:
         return "; ".join(row.words for row in self.rows)

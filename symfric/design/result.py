@@ -1,14 +1,16 @@
 """Result of a design."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from symfric.axes import axes_for
-from symfric.locks import DRAWING, alone
-from symfric.model.notebook import html_table
+from symfric.model.results import Drawable, Result
 from symfric.model.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +55,12 @@ class Checked(Protocol):
     def disagreements(self) -> tuple[str, ...]:
         """Disagreements, one line of text each; empty if `agrees`."""
 
-    def to_dict(self) -> dict:
+    def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design:
+class Design(Result, Drawable):
     """An optimum and its verification on the full model.
 
     Attributes
@@ -100,6 +102,8 @@ class Design:
     >>> ax = found.plot()
     """
 
+    _told = ("values", "objective", "active", "status", "doubts", "neighbours", "corrected", "check")
+
     values: dict[str, float]
     objective: float
     active: tuple[str, ...]
@@ -117,41 +121,7 @@ class Design:
         active = "; ".join(self.active)
         return f"Design({self.status}, {values}, objective={self.objective:.6g}, active: {active}{doubts})"
 
-    def _repr_html_(self) -> str:
-        return html_table("Design", self.to_dict())
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "values": dict(self.values),
-            "objective": self.objective,
-            "active": list(self.active),
-            "status": self.status,
-            "doubts": list(self.doubts),
-            "neighbours": [dict(n) for n in self.neighbours],
-            "corrected": dict(self.corrected) if self.corrected else None,
-            "check": self.check.to_dict(),
-        }
-
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the limiting condition and return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: "Axes | None") -> "Axes":
         ax = axes_for(ax)
         curve = self.curve
         ax.plot(curve.x, curve.y)

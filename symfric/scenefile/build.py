@@ -4,9 +4,10 @@ import difflib
 import inspect
 import keyword
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -15,21 +16,19 @@ from symfric.model import outputs as kinds
 from symfric.model import scenes
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, nearest
+from symfric.model.symbols import TIME, nearest, shorten
 from symfric.model.system import Contact, System
-from symfric.scenefile.expressions import RESERVED, parse_expression, shorten
-from symfric.scenefile.friction import (
-    LawSpec,
+from symfric.motions.motion import Motion
+from symfric.scenefile.arguments import (
+    as_expr,
     call,
     check_arguments,
-    contact_place,
-    exact,
     finite_value,
     functions_returning,
-    law_of,
     real_symbols,
-    spec_of,
 )
+from symfric.scenefile.expressions import RESERVED, parse_expression
+from symfric.scenefile.laws import LawSpec, contact_name, contact_place, law_of, spec_of
 from symfric.scenefile.schema import Document, OwnScene, ReadyScene
 from symfric.scenefile.structure import StructurePlan, build_structure
 from symfric.scenefile.structure_tables import StructureScene
@@ -38,7 +37,7 @@ OF_EXPRESSION = kinds.words(kinds.OutputOfExpression)
 PLAIN = {word: kind for word, kind in kinds.words().items() if word not in OF_EXPRESSION}
 
 
-def ready_scenes() -> dict[str, Callable]:
+def ready_scenes() -> dict[str, Callable[..., Scene]]:
     """Return the ready scenes by name."""
     return functions_returning(scenes, Scene)
 
@@ -52,7 +51,7 @@ class Built:
     structure: StructurePlan | None = None
 
 
-def build_scene(document: Document, motion=None, folder: Path | None = None) -> Built:
+def build_scene(document: Document, motion: Motion | None = None, folder: Path | None = None) -> Built:
     """Return the scene of a document.
 
     Parameters
@@ -98,7 +97,7 @@ def _check_names(document: Document) -> None:
             raise SceneError(f"{place}: {name} is taken ({'time' if name == TIME.name else 'a function'}); rename it")
 
 
-def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scene, tuple[LawSpec, ...]]:
+def _from_library(document: Document, section: ReadyScene, motion: Motion | None) -> tuple[Scene, tuple[LawSpec, ...]]:
     """Return a ready scene; `[values]` holds its numbers, `[scene]` its options, `[friction]` its law."""
     known = ready_scenes()
     if section.model not in known:
@@ -135,7 +134,7 @@ def _from_library(document: Document, section: ReadyScene, motion) -> tuple[Scen
     return (scene.starting(section.initial) if section.initial else scene), specs
 
 
-def _check_options(function: Callable, options: Mapping) -> None:
+def _check_options(function: Callable[..., Scene], options: Mapping[str, Any]) -> None:
     """Raise if an option is text instead of a number or the reverse, judged by the function's default."""
     for name, value in options.items():
         if name == "law":
@@ -149,7 +148,9 @@ def _check_options(function: Callable, options: Mapping) -> None:
             raise SceneError(f"scene.{name} is {shorten(value, 30)}, not text; write it in quotes, as {default!r}")
 
 
-def _only_law(document: Document, function: Callable, values: Mapping) -> tuple[Law, tuple[LawSpec, ...]]:
+def _only_law(
+    document: Document, function: Callable[..., Scene], values: Mapping[str, Any]
+) -> tuple[Law, tuple[LawSpec, ...]]:
     """Return the law of a ready scene with one contact, whose place the model defines."""
     if "law" not in inspect.signature(function).parameters:
         raise SceneError(f"[friction]: {function.__name__} has its own friction; remove the section")
@@ -169,21 +170,16 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     parameters = real_symbols(document.values)
     names = {**states, **parameters, TIME.name: TIME}
 
-    def read(value, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
-        if isinstance(value, str):
-            return parse_expression(value, known, place)
-        return sp.sympify(exact(value))
-
-    rows = [[read(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
+    rows = [[as_expr(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
     if len({len(row) for row in rows}) > 1:
         raise SceneError("scene.mass: the rows differ in length; write a square matrix")
     system = System(
         q=[states[n] for n in section.coordinates],
         u=[states[n] for n in section.velocities],
         mass=rows,
-        force=[read(e, f"scene.force[{i}]", names) for i, e in enumerate(section.force)],
+        force=[as_expr(e, f"scene.force[{i}]", names) for i, e in enumerate(section.force)],
         z=[states[n] for n in section.z],
-        z_rate=[read(e, f"scene.z_rate[{i}]", names) for i, e in enumerate(section.z_rate)],
+        z_rate=[as_expr(e, f"scene.z_rate[{i}]", names) for i, e in enumerate(section.z_rate)],
     )
     contacts, specs = [], []
     for i, friction in enumerate(document.friction):
@@ -193,15 +189,15 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
                 near = difflib.get_close_matches(key, friction.model_extra or {}, n=1, cutoff=0.6)
                 cure = f"is {near[0]} meant?" if near else "own equations say where the contact acts"
                 raise SceneError(f"{place}.{key} is missing; {cure}")
-        name = friction.name or ("contact" if len(document.friction) == 1 else f"contact {i + 1}")
+        name = contact_name(document, i)
         parts = {
-            key: read(getattr(friction, key), f"{place}.{key}", names)
+            key: as_expr(getattr(friction, key), f"{place}.{key}", names)
             for key in ("slip", "normal", "profile")
             if getattr(friction, key) is not None
         }
         contacts.append(Contact(name, law=law_of(friction, place, parameters, document.values), **parts))
         specs.append(spec_of(friction, name))
-    initial = {n: read(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
+    initial = {n: as_expr(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
     numbers = {s: document.values[n] for n, s in parameters.items()}
     _check_start(system, contacts, initial, numbers)
     scene = call(
@@ -218,7 +214,9 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     return scene, tuple(specs)
 
 
-def _check_start(system: System, contacts: list[Contact], initial: Mapping, numbers: Mapping) -> None:
+def _check_start(
+    system: System, contacts: list[Contact], initial: Mapping[str, Any], numbers: Mapping[str, Any]
+) -> None:
     """Raise on expressions that are not finite at the start.
 
     Evaluated in floats, because exact arithmetic does not terminate for expressions such as cosh(exp(1e9*x)).
@@ -258,7 +256,9 @@ def _outputs(document: Document, scene: Scene) -> dict[str, kinds.Output]:
     return result
 
 
-def _of_expression(word: str, inside: str, names, place: str, contacts) -> kinds.Output:
+def _of_expression(
+    word: str, inside: str, names: Mapping[str, sp.Expr], place: str, contacts: Sequence[str]
+) -> kinds.Output:
     """Read an output of an expression, with times after commas if it takes any."""
     expression, *times = _at_commas(inside)
     given = [parse_expression(expression, names, place, contacts)]

@@ -4,11 +4,11 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict
 
-from symfric.scenefile.expressions import shorten
-from symfric.scenefile.fields import Coefficient, Section, Term, Text, kind_of, number
+from symfric.fields import Coefficient, Section, Term, Text, kind_of, number
+from symfric.model.symbols import shorten
 
 
-def as_row(value) -> str | dict[str, float]:
+def as_row(value: object) -> str | dict[str, float]:
     """Return a row over the degrees of freedom: an expression linear in their names, or a table of weights."""
     if isinstance(value, str):
         return value

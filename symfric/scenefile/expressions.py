@@ -9,11 +9,12 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.fields import LARGEST
 from symfric.model.outputs import OF_CONTACTS
 from symfric.model.symbols import nearest, shorten
 
@@ -27,10 +28,11 @@ MAX_NODES = 3_000
 MAX_EXPONENT = 64  # largest exponent of numbers
 MAX_POWER = 16  # largest exponent of other expressions, some of which SymPy expands
 MAX_BRANCHING = 30  # abs, min, max and pieces of piecewise together: SymPy compares them with one another
-LARGEST = 1e300
 
 
-FUNCTIONS: dict[str, tuple[Callable, Callable[[float], float]]] = {  # SymPy's function and its value on floats
+FUNCTIONS: dict[
+    str, tuple[Callable[..., sp.Expr], Callable[[float], float]]
+] = {  # SymPy's function and its value on floats
     "sin": (sp.sin, math.sin),
     "cos": (sp.cos, math.cos),
     "tan": (sp.tan, math.tan),
@@ -45,7 +47,7 @@ FUNCTIONS: dict[str, tuple[Callable, Callable[[float], float]]] = {  # SymPy's f
     "acos": (sp.acos, math.acos),
     "atan": (sp.atan, math.atan),
 }
-EXTREMES: dict[str, tuple[Callable, Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
+EXTREMES: dict[str, tuple[Callable[..., sp.Expr], Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 # the boundary of a condition is solved for, which SymPy can do for simple functions
 IN_COMPARISONS = ("abs", "sin", "cos")
@@ -199,7 +201,7 @@ class _Reader:
         cure = "" if ";" in what or "piecewise" in what else "; use numbers, names, + - * / ** and known functions"
         return self.refuse(f"{what}{cure} (at character {getattr(node, 'col_offset', 0) + 1})")
 
-    def constant(self, value) -> _Term:
+    def constant(self, value: object) -> _Term:
         """Return a number as an Integer or a Float."""
         if isinstance(value, str | bytes):
             self.refuse(f"the string {shorten(repr(value), 30)} is not allowed inside an expression")
@@ -219,7 +221,7 @@ class _Reader:
             self.refuse(f"{name} is a function; write {name}(...)")
         return self.refuse(f"unknown name {shorten(name, 40)}{nearest(name, self.names)}")
 
-    def combine(self, operation: Callable, *terms: _Term) -> _Term:
+    def combine(self, operation: Callable[..., Any], *terms: _Term) -> _Term:
         """Apply an operation to expressions and, if all are constants, first to their values."""
         value = self.value_of(operation, terms)
         return _Term(operation(*(t.expr for t in terms)), value)
@@ -341,7 +343,7 @@ class _Reader:
         pieces.append((self.term(arguments[-1], depth + 1).expr, True))
         return _Term(sp.Piecewise(*pieces))
 
-    def condition(self, node: ast.AST, depth: int):
+    def condition(self, node: ast.AST, depth: int) -> Any:
         """Return a comparison, or several joined by and / or."""
         if depth > MAX_DEPTH:
             self.refuse(f"nested more than {MAX_DEPTH} deep; write it simpler")

@@ -11,8 +11,8 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.identification.loss import LOSSES
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, nearest
-from symfric.scenefile.expressions import parse_expression, shorten
+from symfric.model.symbols import TIME, nearest, shorten
+from symfric.scenefile.arguments import as_expr
 from symfric.scenefile.schema import Identify
 
 if TYPE_CHECKING:
@@ -95,9 +95,7 @@ def read_identification(section: Identify, scene: Scene, folder: Path | None) ->
     names = {s.name: s for s in (*scene.system.states, *scene.parameters)} | {TIME.name: TIME}
     contacts = [c.name for c in scene.contacts]
     observed = {
-        name: parse_expression(e, names, f"identify.observed.{shorten(name, 40)}", contacts)
-        if isinstance(e, str)
-        else sp.sympify(e)
+        name: as_expr(e, f"identify.observed.{shorten(name, 40)}", names, contacts)
         for name, e in section.observed.items()
     }
     if section.loss not in LOSSES:

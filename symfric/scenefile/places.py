@@ -10,8 +10,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.files import read_regular
-from symfric.model.symbols import nearest
-from symfric.scenefile.expressions import shorten
+from symfric.model.symbols import nearest, shorten
 
 _HEADS = (["name", "x"], ["name", "x", "y"], ["name", "x", "y", "direction"])
 _MOST = 10_000_000  # bytes of a table of places

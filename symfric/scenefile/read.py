@@ -3,27 +3,31 @@
 import re
 import tomllib
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.files import read_regular
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.belts import belt_speeds
 from symfric.model.scene import Scene
-from symfric.model.symbols import nearest
+from symfric.model.symbols import nearest, shorten
 from symfric.scenefile.build import build_scene, observables
-from symfric.scenefile.designs import DesignPlan, read_designs, read_motion
-from symfric.scenefile.expressions import shorten
-from symfric.scenefile.friction import LawSpec
+from symfric.scenefile.designs import read_designs
 from symfric.scenefile.identification import IdentificationPlan, read_identification
+from symfric.scenefile.laws import LawSpec
+from symfric.scenefile.motions import read_motion
 from symfric.scenefile.schema import Sweep, read_document
 from symfric.scenefile.structure import StructurePlan, plan_of
 from symfric.scenefile.units import Units, units_in_file
+
+if TYPE_CHECKING:
+    from symfric.design.plan import DesignPlan
 
 MAX_BYTES = 1_000_000
 MAX_NESTING = 40  # nested brackets in TOML, whose reader recurses
@@ -76,7 +80,7 @@ class SceneFile:
     laws : tuple of LawSpec
         As written; empty where a ready scene keeps its default law.
     sweep : SweepPlan or None
-    grid : dict of str to tuple of float
+    grid : dict[str, Any] of str to tuple of float
         Values of each parameter that ``symfric sweep`` varies; empty without ``[sweep]``.
     designs : tuple of DesignPlan
         One for each table of ``[design]``.
@@ -94,7 +98,7 @@ class SceneFile:
     laws: tuple[LawSpec, ...]
     sweep: SweepPlan | None
     grid: Mapping[str, tuple[float, ...]]
-    designs: tuple[DesignPlan, ...]
+    designs: "tuple[DesignPlan, ...]"
     identification: IdentificationPlan | None = None
     structure: StructurePlan | None = None
 
@@ -109,7 +113,7 @@ class SceneFile:
         """Unit of each state and value by name, "t" for time; empty for a scene without units."""
         return self.scene.units
 
-    def plan(self, kind: str) -> DesignPlan | None:
+    def plan(self, kind: str) -> "DesignPlan | None":
         """Return the design of a kind, None if the file has none."""
         return next((p for p in self.designs if p.kind == kind), None)
 
@@ -169,7 +173,7 @@ def read_scene_text(text: str, name: str = "scene file", folder: Path | None = N
     return _named(name, lambda: text, folder)
 
 
-def _named(name: str, text_of, folder: Path | None) -> SceneFile:
+def _named(name: str, text_of: Callable[[], str], folder: Path | None) -> SceneFile:
     """Read a scene file, with its name in front of every error message."""
     shown = shorten(name, 120)
     try:
@@ -209,7 +213,7 @@ def _text_of(path: Path) -> str:
         ) from None
 
 
-def _toml(text: str) -> dict:
+def _toml(text: str) -> dict[str, Any]:
     """Return the parsed TOML."""
     if not text.strip():
         raise SceneError("is empty; a scene file has at least a section [scene]")
@@ -244,7 +248,7 @@ def _check_nesting(text: str) -> None:
         before = token
 
 
-def _check_letters(value, place: str = "") -> None:
+def _check_letters(value: object, place: str = "") -> None:
     """Raise on control characters in keys and texts, which terminals execute and pages cannot show."""
     if isinstance(value, dict):
         for key, inner in value.items():
@@ -291,16 +295,6 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
         designs=read_designs(document.design, scene, getattr(document.scene, "model", None), folder),
         structure=built.structure,
     )
-
-
-@alone(SYMBOLIC)
-def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
-    """Return the belt speeds: parameters that occur in a slip besides the velocities."""
-    found = []
-    for contact in scene.contacts:
-        drive = contact.slip.subs(dict.fromkeys(scene.system.u, 0))
-        found += sorted(drive.free_symbols & set(scene.parameters), key=str)
-    return tuple(dict.fromkeys(found))
 
 
 def _grid(sweep: Sweep, plan: SweepPlan | None, scene: Scene) -> dict[str, tuple[float, ...]]:

@@ -1,15 +1,11 @@
 """Sections of a scene file and the types of their keys; errors of pydantic become one line with place and cure."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field
 
 from symfric.errors import SceneError
-from symfric.model.symbols import nearest
-from symfric.scenefile.contact_tables import FrictionTable, RowFriction
-from symfric.scenefile.expressions import shorten
-from symfric.scenefile.fields import (
+from symfric.fields import (
     MAX_TABLES,
     Axis,
     Mass,
@@ -25,7 +21,10 @@ from symfric.scenefile.fields import (
     Unit,
     kind_of,
 )
-from symfric.scenefile.questions import Designs, Ground
+from symfric.model.symbols import nearest, shorten
+from symfric.motions.table import Ground
+from symfric.scenefile.contact_tables import FrictionTable, RowFriction
+from symfric.scenefile.sections import checked
 from symfric.scenefile.structure_tables import FlutterTable, StructureScene
 
 _DEEPEST_NAME = 8  # points in the name of a state
@@ -154,6 +153,9 @@ class Identify(Section):
     loss: Text = "linear"
 
 
+Tables = Annotated[dict[str, Any], Field(max_length=MAX_TABLES)]
+
+
 class Document(Section):
     """A whole scene file.
 
@@ -192,11 +194,11 @@ class Document(Section):
     sweep: Sweep | None = None
     flutter: FlutterTable | None = None
     identify: Identify | None = None
-    design: Designs = Designs()
+    design: Tables = Field(default_factory=dict)
     units: Annotated[dict[str, Unit], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
 
 
-def read_document(raw: dict) -> Document:
+def read_document(raw: dict[str, Any]) -> Document:
     """Check the types and keys of a parsed file.
 
     Parameters
@@ -217,34 +219,34 @@ def read_document(raw: dict) -> Document:
         raise SceneError("there is no [scene] section" + (close or "; add one with a model, or with own equations"))
     table = _with_states_of_contacts(_table(data.pop("scene"), "scene"))
     kind = ReadyScene if "model" in table else StructureScene if "structure" in table else OwnScene
-    scene = _checked(kind, table, "scene")
+    scene = checked(kind, table, "scene")
     contact = RowFriction if kind is StructureScene else FrictionTable
-    friction = [_checked(contact, c, p) for c, p in zip(contacts, places, strict=True)]
-    return _checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
+    friction = [checked(contact, c, p) for c, p in zip(contacts, places, strict=True)]
+    return checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
 
 
-def _with_states_of_contacts(scene: dict) -> dict:
+def _with_states_of_contacts(scene: dict[str, Any]) -> dict[str, Any]:
     """Return the table with ``initial.belt.z = 1``, which TOML reads as a table inside another, as the key belt.z."""
     initial = scene.get("initial")
     return {**scene, "initial": _flat(initial)} if isinstance(initial, dict) else scene
 
 
-def _flat(table: dict, depth: int = 0) -> dict:
+def _flat(table: dict[str, Any], depth: int = 0) -> dict[str, Any]:
     """Return a table of tables as one, with the names joined by points."""
-    found: dict = {}
+    found: dict[str, Any] = {}
     for name, value in table.items():
         inner = isinstance(value, dict) and value and depth < _DEEPEST_NAME
         found |= {f"{name}.{own}": v for own, v in _flat(value, depth + 1).items()} if inner else {name: value}
     return found
 
 
-def _table(value, place: str) -> dict:
+def _table(value: object, place: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise SceneError(f"{place} is {kind_of(value)}; write a section [{place}]")
     return value
 
 
-def _friction_tables(friction, contact) -> tuple[list[dict], list[str]]:
+def _friction_tables(friction: Any, contact: Any) -> tuple[list[dict[str, Any]], list[str]]:
     """Return one table for each contact and its place: ``[friction]``, ``[friction.name]`` or ``[[contact]]``."""
     if friction is not None and contact is not None:
         raise SceneError("both [friction] and [[contact]] are given; they mean the same, keep one")
@@ -263,59 +265,3 @@ def _friction_tables(friction, contact) -> tuple[list[dict], list[str]]:
     if len(tables) > MAX_TABLES:
         raise SceneError(f"{len(tables)} contacts; at most {MAX_TABLES} are read")
     return [_table(t, p) for t, p in zip(tables, places, strict=True)], places
-
-
-def _checked(kind: type[Section], data, place: str, extra: tuple[str, ...] = ()):
-    """Return the data as a section, or raise the first error as one line."""
-    if isinstance(data, dict) and len(data) > MAX_TABLES:
-        raise SceneError(f"{place or 'the file'} has {len(data)} keys; at most {MAX_TABLES} are read")
-    try:
-        return kind.model_validate(data)
-    except ValidationError as error:
-        findings = error.errors(include_url=False)
-        finding = findings[0]
-        if finding["type"] == "missing":  # a misspelt key says more than the one that is missing therefore
-            finding = next((f for f in findings if f["type"] == "extra_forbidden"), finding)
-    except RecursionError:
-        raise SceneError(f"{place or 'the file'} is nested too deeply") from None
-    raise SceneError(_one_line(kind, finding, place, extra)) from None
-
-
-def _one_line(kind: type[Section], finding: Mapping[str, Any], place: str, extra: tuple[str, ...]) -> str:
-    """Return an error of pydantic as place, problem and cure."""
-    where, section = place, kind
-    path = list(finding["loc"])
-    for i, step in enumerate(path):
-        if isinstance(step, int):
-            where += f"[{step}]"
-        else:
-            where += ("." if where else "") + shorten(step, 40)
-        if i < len(path) - 1:
-            section = _inner(section, step)
-    last = shorten(path[-1], 40) if path else ""
-    match finding["type"]:
-        case "extra_forbidden":
-            known = [f.alias or n for n, f in section.model_fields.items()] + list(extra)
-            inside = where.rpartition(".")[0]
-            return f"{f'[{inside}]' if inside else 'the file'} has no key {last!r}{nearest(last, known)}"
-        case "missing":
-            return f"{where} is missing; add it"
-        case "value_error":
-            return f"{where} {finding['ctx']['error']}"
-        case "greater_than":
-            return f"{where} is {finding['input']}; it must be positive"
-        case "dict_type" | "model_type":
-            return f"{where} is {kind_of(finding['input'])}; write a section [{where}]"
-        case "literal_error":
-            return f"{where} is {shorten(repr(finding['input']), 30)}; it must be {finding['ctx']['expected']}"
-        case "string_too_long":
-            return f"{where} is longer than {finding['ctx']['max_length']} characters; shorten it"
-    given = shorten(repr(finding["input"]), 40)
-    return f"{where} is {given}: {finding['msg'][0].lower()}{finding['msg'][1:]}"
-
-
-def _inner(section: type[Section], step) -> type[Section]:
-    """Return the section class of a key, None if the key is not a section."""
-    field = section.model_fields.get(step) if isinstance(step, str) else None
-    kinds = () if field is None else (field.annotation, *getattr(field.annotation, "__args__", ()))
-    return next((k for k in kinds if isinstance(k, type) and issubclass(k, Section)), section)

@@ -12,19 +12,18 @@ from symfric.errors import SceneError
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, nearest, shorten
-from symfric.scenefile.contact_tables import RowFriction
-from symfric.scenefile.expressions import parse_expression
-from symfric.scenefile.friction import (
-    LawSpec,
+from symfric.scenefile.arguments import (
+    as_expr,
     call,
+    call_at,
     check_arguments,
-    contact_place,
     exact,
+    exact_numbers,
     finite_value,
-    law_of,
     real_symbols,
-    spec_of,
 )
+from symfric.scenefile.contact_tables import RowFriction
+from symfric.scenefile.laws import LawSpec, contact_name, contact_place, law_of, spec_of
 from symfric.scenefile.places import Places, read_places
 from symfric.scenefile.schema import Document
 from symfric.scenefile.structure_tables import FlutterTable, Source, StructureScene
@@ -102,7 +101,7 @@ class _Names:
 
     def parts(self, given: Given, place: str, kind: str) -> tuple[dict[str, float], sp.Expr]:
         """Return the weights in a linear expression, and what is left without the degrees of freedom."""
-        e = sp.sympify(exact(given)) if not isinstance(given, str) else parse_expression(given, self.known, place)
+        e = as_expr(given, place, self.known)
         used = sorted((s for s in e.free_symbols if s in self.of), key=str)
         word = {"q": "coordinates", "u": "velocities"}[kind]
         weights = {}
@@ -143,9 +142,9 @@ def build_structure(
     own |= {n: s for name in observed for n, s in real_symbols([name, f"d_{name}"]).items()}
     usable = {**own, **parameters, TIME.name: TIME}
     force = [
-        (row, _read(section.force[name], f"scene.force.{shorten(name, 40)}", usable)) for name, row in pushed.items()
+        (row, as_expr(section.force[name], f"scene.force.{shorten(name, 40)}", usable)) for name, row in pushed.items()
     ]
-    mu = None if section.mu is None else _read(section.mu, "scene.mu", parameters)
+    mu = None if section.mu is None else as_expr(section.mu, "scene.mu", parameters)
     if mu is None and full.friction is not None and contacts:
         mu = sp.S.Zero
     scene = call(
@@ -193,16 +192,13 @@ def _source(table: Source, folder: Path | None) -> _Source:
     if maker not in MAKERS:
         raise SceneError(f"{place}.maker: no maker {shorten(maker, 40)!r}{nearest(maker, MAKERS)}")
     function = getattr(structures, maker)
-    given = {k: exact(v) if isinstance(v, float) else v for k, v in given.items()}
+    given = exact_numbers(given)
     check_arguments(place, function, given)
     for name, value in given.items():
         counts = inspect.signature(function).parameters[name].annotation is int
         if counts and isinstance(value, int) and value > MOST_MADE:
             raise SceneError(f"{place}.{name} is {value}; at most {MOST_MADE} are made")
-    try:
-        made = call(place, function, given)
-    except SceneError as error:
-        raise SceneError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
+    made = call_at(place, function, given)
     if isinstance(made, structures.Brake):
         along = tuple(name[-1] for name in made.apart.names)
         return _Source(made.apart, maker, made.contacts, Places(made.places, along))
@@ -244,11 +240,6 @@ def _kept(row: Mapping[str, float]) -> str | dict[str, float]:
     return name if not more and weight == 1 else dict(row)
 
 
-def _read(given: Given | None, place: str, known: Mapping[str, sp.Expr]) -> sp.Expr:
-    assert given is not None
-    return parse_expression(given, known, place) if isinstance(given, str) else sp.sympify(exact(given))
-
-
 def _contacts(
     document: Document, source: _Source, names: _Names, parameters: Mapping[str, sp.Symbol]
 ) -> "tuple[list[Any], tuple[LawSpec, ...]]":
@@ -261,13 +252,13 @@ def _contacts(
         law = law_of(friction, place, parameters, document.values)
         given = {k: getattr(friction, k) for k in ("speed", "profile", "spring")}
         timed = {**parameters, TIME.name: TIME}
-        own = {k: _read(v, f"{place}.{k}", timed) for k, v in given.items() if v is not None}
+        own = {k: as_expr(v, f"{place}.{k}", timed) for k, v in given.items() if v is not None}
         if friction.slip is None:
             made = _made(friction, place, source, law, own, parameters)
             specs += [spec_of(friction, c.name) for c in made]
             found += made
             continue
-        name = friction.name or ("contact" if len(document.friction) == 1 else f"contact {i + 1}")
+        name = contact_name(document, i)
         found.append(_contact(friction, name, place, law, own, names, source.structure))
         specs.append(spec_of(friction, name))
     for contact in found:
@@ -294,7 +285,8 @@ def _made(
     for key in ("normal", "speed"):
         if getattr(friction, key) is None:
             raise SceneError(f"{place}.{key} is missing; add it")
-    preload = _read(friction.normal, f"{place}.normal", parameters)
+    assert friction.normal is not None
+    preload = as_expr(friction.normal, f"{place}.normal", parameters)
     return source.pairs(preload, law, own["speed"])
 
 

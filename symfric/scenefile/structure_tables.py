@@ -4,16 +4,16 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
+from symfric.fields import MAX_TABLES, Number, Option, Positive, Range, Section, Term, Text, as_list, text
 from symfric.scenefile.contact_tables import as_row
-from symfric.scenefile.fields import MAX_TABLES, Number, Option, Positive, Range, Section, Term, Text, as_list, text
 
 
-def _path_as_table(value: Any) -> Any:
+def _path_as_table(value: object) -> object:
     """Convert the path of matrices to a table."""
     return {"file": value} if isinstance(value, str) else value
 
 
-def _points(value: Any) -> dict[str, str | dict[str, float]]:
+def _points(value: object) -> dict[str, str | dict[str, float]]:
     """Return rows by their names; a name alone is the degree of freedom that is called so."""
     if isinstance(value, dict):
         return {text(name): as_row(row) for name, row in value.items()}

@@ -7,7 +7,7 @@ import sympy as sp
 from symfric.model.scene import Scene
 from symfric.model.units import LetteredLaw, Units, coefficient_of, output_unit, units_of
 from symfric.scenefile.expressions import parse_expression
-from symfric.scenefile.friction import LawSpec, friction_laws
+from symfric.scenefile.laws import LawSpec, friction_laws
 
 __all__ = ["Units", "output_unit", "units_in_file"]
 

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from symfric.errors import SceneError
 from symfric.scenefile.read import SceneFile, read_scene_text
@@ -14,18 +15,18 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _PLACES = ("name", "law", "slip", "normal", "profile")  # keys of a contact that are no coefficients
 
 
-def tables_of(file: SceneFile) -> dict | None:
+def tables_of(file: SceneFile) -> dict[str, Any] | None:
     """Return the tables of a scene file as they are written; None if it was not read from a file."""
     path = Path(file.path)
     return tomllib.loads(path.read_text(encoding="utf-8-sig")) if path.is_file() else None
 
 
-def read_tables(tables: Mapping, path: str) -> SceneFile:
+def read_tables(tables: Mapping[str, Any], path: str) -> SceneFile:
     """Read a scene file from its tables; it refers to records as a file at `path` does."""
     return read_scene_text(written(tables), path, Path(path).parent)
 
 
-def with_friction_values(tables: Mapping, path: str) -> dict:
+def with_friction_values(tables: Mapping[str, Any], path: str) -> dict[str, Any]:
     """Return the tables with each number of a friction law as an entry of ``[values]``, where the file allows it."""
     whole = copy.deepcopy(dict(tables))
     for contact, key in _numbers_of_laws(whole):
@@ -41,7 +42,9 @@ def with_friction_values(tables: Mapping, path: str) -> dict:
     return found
 
 
-def with_numbers(tables: Mapping, values: Mapping[str, float], initial: Mapping[str, float]) -> dict:
+def with_numbers(
+    tables: Mapping[str, Any], values: Mapping[str, float], initial: Mapping[str, float]
+) -> dict[str, Any]:
     """Return the tables with other values and initial values."""
     found = copy.deepcopy(dict(tables))
     scene = found.setdefault("scene", {})
@@ -52,7 +55,7 @@ def with_numbers(tables: Mapping, values: Mapping[str, float], initial: Mapping[
     return found
 
 
-def _contacts(tables: Mapping) -> list[dict]:
+def _contacts(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the tables of the contacts: ``[[contact]]``, ``[friction]`` or ``[friction.name]``."""
     if "contact" in tables:
         return list(tables["contact"])
@@ -60,16 +63,16 @@ def _contacts(tables: Mapping) -> list[dict]:
     return [friction] if "law" in friction else [c for c in friction.values() if isinstance(c, dict)]
 
 
-def _numbers_of_laws(tables: Mapping) -> list[tuple[dict, str]]:
+def _numbers_of_laws(tables: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:
     """Return the contacts and keys of the coefficients that are numbers."""
     return [(c, key) for c in _contacts(tables) for key, v in c.items() if key not in _PLACES and _is_number(v)]
 
 
-def _is_number(value) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _open(tables: dict, contact: dict, key: str) -> None:
+def _open(tables: dict[str, Any], contact: dict[str, Any], key: str) -> None:
     """Make a coefficient a value, under its own name if that is free."""
     scene, values = tables.get("scene", {}), tables.setdefault("values", {})
     text = json.dumps([scene, values, tables.get("outputs", {})])
@@ -80,7 +83,7 @@ def _open(tables: dict, contact: dict, key: str) -> None:
     values[name], contact[key] = contact[key], name
 
 
-def _readable(tables: Mapping, path: str) -> bool:
+def _readable(tables: Mapping[str, Any], path: str) -> bool:
     try:
         read_tables(tables, path)
     except SceneError:
@@ -88,7 +91,7 @@ def _readable(tables: Mapping, path: str) -> bool:
     return True
 
 
-def written(tables: Mapping) -> str:
+def written(tables: Mapping[str, Any]) -> str:
     """Return tables as TOML; comments are not kept.
 
     Examples
@@ -102,7 +105,7 @@ def written(tables: Mapping) -> str:
     return "\n".join(_section(tables, "")).strip("\n")
 
 
-def _section(table: Mapping, place: str) -> Iterator[str]:
+def _section(table: Mapping[str, Any], place: str) -> Iterator[str]:
     plain = {k: v for k, v in table.items() if not isinstance(v, Mapping) and not _is_array_of_tables(v)}
     for key, value in plain.items():
         yield f"{_key(key)} = {_value(value)}"
@@ -115,7 +118,7 @@ def _section(table: Mapping, place: str) -> Iterator[str]:
                 yield from ("", f"[[{inner}]]", *_section(part, inner))
 
 
-def _is_array_of_tables(value) -> bool:
+def _is_array_of_tables(value: object) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
 
 
@@ -123,7 +126,7 @@ def _key(key: str) -> str:
     return key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
 
 
-def _value(value) -> str:
+def _value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):

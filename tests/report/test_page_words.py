@@ -117,17 +117,17 @@ def numbers_without_unit(text, names):
 def test_every_number_of_a_design_gets_its_unit_once_and_whole(value, tmp_path):
     file = read_scene_file("examples/brake_pad.toml")
     text = f"at v_b = {value:.5g} stable (decay rate {value:.4g}, less); mean power at v_b = {value:.5g}: {value:.4g}"
-    once = designs.with_all_units(text, file)
+    once = designs.wording(file).with_units(text)
     assert numbers_without_unit(once, ["v_b"]) == []
     assert f"decay rate {value:.4g} 1/s" in once
     assert once.endswith(f"{value:.4g} W")
     assert re.sub(r" (m/s|1/s|W)\b", "", once) == text  # nothing but units was put in
-    assert designs.with_all_units(once, file) == once
+    assert designs.wording(file).with_units(once) == once
 
 
 def test_a_scene_without_units_shows_none(tmp_path):
     file = started("mass_on_belt", tmp_path)
-    assert designs.with_all_units("at v_b = 0.3 (decay rate 2)", file) == "at v_b = 0.3 (decay rate 2)"
+    assert designs.wording(file).with_units("at v_b = 0.3 (decay rate 2)") == "at v_b = 0.3 (decay rate 2)"
 
 
 def test_a_stable_scene_that_vibrates_says_both(tmp_path):

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 import symfric as sf
-from symfric.report.study import designs
 from symfric.report.study.sections.onset import SafeSpeed, safe_speed
 from symfric.scenefile import SweepPlan, read_scene_file
 
@@ -53,7 +52,7 @@ def test_recommended_values_are_those_that_the_full_model_confirms():
     file = read_scene_file(EXAMPLES / "machine_slide.toml")
     (plan,) = file.designs
     design = plan(file.scene)
-    values, _ = designs.working(plan, design)
+    values, _ = plan.working(design)
     assert values["c"] >= design.values["c"]
     assert values["c"] == pytest.approx(design.values["c"], rel=1e-4)
     settled = file.scene.where({**values, "v_f": 0.005})

@@ -19,6 +19,10 @@ ROD = '[scene]\nmodel = "contact_damper"\n[values]\nf_n = 5\nmu_m = 0.1\n'
 ABSORBER = '[scene]\nmodel = "absorber"\n[values]\nmass_ratio = 0.1\ntuning = 0.9\ndamping = 0.2\n'
 BURST = '{ kind = "sine_burst", pga = 0.2, frequency = 1.5, unit = "g" }'
 HOUSE = f'[scene]\nmodel = "rolling_isolator"\nprofile = 0.01\nmotion = {BURST}\n[values]\nC = 1e5\nm = 3e5\n'
+BLOCK = (
+    '[scene]\ncoordinates = "x"\nvelocities = "u"\nmass = 1\nforce = "w"\ninitial = { x = 0, u = 0 }\nhorizon = 1\n'
+    "[values]\nw = 0\n[design.collocation]\ncontrols = { w = [-1, 1] }\nend = { x = 1, u = 0 }\ntime = [0.1, 10]\n"
+)
 QUENCH = "[design.quench]\nspeeds = [0.1, 0.4]\nOmega = [20, 60]\na = [0, 0.05]\n"
 DAMPER = '[design.damper]\nparameter = "beta"\nbounds = [0, 1]\n'
 ISOLATOR = "[design.isolator]\nbounds = { C = [1e3, 1e6], mu = [0.001, 0.1] }\n"
@@ -31,7 +35,14 @@ def test_a_table_is_the_call_of_its_function():
     )
     limits = {"friction": 0.2, "power": 1.0}
     assert [p.kind for p in file.designs] == ["quench", "damper"]
-    expected = {"speeds": (0.1, 0.4), "Omega": (20.0, 60.0), "a": (0.0, 0.05), "minimise": "intensity", "margin": 0.0}
+    expected = {
+        "speeds": (0.1, 0.4),
+        "Omega": (20.0, 60.0),
+        "a": (0.0, 0.05),
+        "minimise": "intensity",
+        "margin": 0.0,
+        "follow": False,
+    }
     assert file.plan("quench").arguments == {**expected, "limits": limits}
     expected = {"parameter": "beta", "bounds": (0.0, 1.0), "half_range": 0.0, "sticking": True, "settle": 9.0}
     assert file.plan("damper").arguments == expected
@@ -101,6 +112,30 @@ BAD = [
     ),
     (BELT + "[design.absorber]\n", "design.absorber.mass_ratio is missing"),
     (BELT + '[design.absorber]\nmass_ratio = 0.1\ncriterion = "h3"\n', "criterion is 'h3'; it must be"),
+    (BELT + QUENCH + "k = [1, 2]\n", "design.quench.k is the ratio a Omega/v_b; it needs follow = true"),
+    (BELT + QUENCH + 'follow = "yes"\n', "design.quench.follow is 'yes'"),
+    (BELT + QUENCH.replace("[20, 60]", "[20]"), "design.quench.Omega is [20]; write [smallest, largest]"),
+    (BELT + DAMPER + 'coordinate = "y"\n', "design.damper.coordinate: no state 'y'"),
+    (BELT + "[design.sprung_foundation]\n", "design.sprung_foundation.mass_ratio is missing"),
+    (
+        BELT + "[design.sprung_foundation]\nmass = 1\n",
+        "[design.sprung_foundation] has no key 'mass'; did you mean mass_ra",
+    ),
+    (BELT + "[design.sprung_foundation]\nmass_ratio = 0\n", "design.sprung_foundation.mass_ratio is 0; it must be pos"),
+    (
+        BELT + "[design.sprung_foundation]\nmass_ratio = 1\nleast_stiffness = -1\n",
+        "design.sprung_foundation.least_stiffness is -1; it must not be negative",
+    ),
+    (BLOCK.replace("{ w =", "{ v ="), "design.collocation.controls: no value 'v'"),
+    (BLOCK.replace("[-1, 1]", "[1, -1]"), "design.collocation.controls.w is [1, -1]; write [smallest, largest]"),
+    (BLOCK.replace("u = 0 }\nt", "v = 0 }\nt"), "design.collocation.end: no state 'v'"),
+    (BLOCK.replace("u = 0 }\nt", 'u = "0" }\nt'), "design.collocation.end.u is the string '0', not a number"),
+    (BLOCK.replace("[0.1", "[-0.1"), "design.collocation.time is [-0.1, 10]; write [smallest, largest], not negative"),
+    (BLOCK + 'minimise = "w**2 + y"\n', "design.collocation.minimise: unknown name y"),
+    (BLOCK + "elements = 0\n", "design.collocation.elements is 0"),
+    (BLOCK + "degree = 2\n", "design.collocation.degree is 2; it must be 0 or 1"),
+    ("[design]\nquench = 3\n" + BELT, "design.quench is a number; write a section [design.quench]"),
+    (BELT.replace("[scene]", "design = 3\n[scene]"), "design is a number; write a section [design]"),
     (ROD + "[design.contact_damper]\nbounds = {}\n", "design.contact_damper.bounds"),
     (ROD + "[design.contact_damper]\nbounds = { f = [4, 9] }\n", "bounds: no value 'f'"),
     (ROD + "[design.contact_damper]\nbounds = { f_n = [9, 4] }\n", "design.contact_damper.bounds.f_n is [9, 4]"),

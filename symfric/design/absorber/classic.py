@@ -5,7 +5,7 @@ there is no closed form, and `symfric.design.absorber.rough` takes over.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import ceil, log
 
 import numpy as np
@@ -21,6 +21,7 @@ from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest
 from symfric.orbits.steady_state import Schedule, Settling
+from symfric.search import ROUNDING, Function, zero
 from symfric.solve.routes import prepare
 from symfric.solve.run import finished
 from symfric.theory import absorber as theory
@@ -31,7 +32,7 @@ GONE = 1e-11  # remaining fraction of a transient after which the amplitude is m
 BESIDE = 0.02  # distance from the bound of self-excitation, relative to it, at which the event-driven model is run
 SIMPLEX = np.array([[1.0, 1.0], [1.01, 1.0], [1.0, 1.01]])
 COINCIDENT = 1e-4  # error of a decay rate by rounding where eigenvalues coincide in pairs
-ROUNDING = 1e-14  # rounding error of the multipliers from a run over the decay time
+MULTIPLIERS = 1e-14  # rounding error of the multipliers from a run over the decay time
 QUADRUPLE = 0.02  # relative distance from the mass ratio 4 within which all four eigenvalues nearly coincide
 
 
@@ -100,12 +101,19 @@ def absorber(
     return design[criterion](mass_ratio)
 
 
-def _scene(mass_ratio: float, tuned: theory.Tuned, **changes) -> Scene:
+def _scene(mass_ratio: float, tuned: theory.Tuned, **changes: float) -> Scene:
     return scenes.absorber(mass_ratio=mass_ratio, tuning=tuned.tuning, damping=tuned.damping, **changes)
 
 
 def _result(
-    tuned: theory.Tuned, active, scene: Scene, rows, curve: Curve, objective, claim: str = "optimal", sense: int = 1
+    tuned: theory.Tuned,
+    active: Sequence[str],
+    scene: Scene,
+    rows: Sequence[Compared],
+    curve: Curve,
+    objective: Callable[[float, float], float],
+    claim: str = "optimal",
+    sense: int = 1,
 ) -> Design:
     """Return the verified design; `objective` is evaluated for the neighbouring designs too."""
     values = {"tuning": tuned.tuning, "damping": tuned.damping}
@@ -167,7 +175,7 @@ def _fastest_decay(mass_ratio: float) -> Design:
 def _blurred(mass_ratio: float) -> float:
     """Return the error of a computed rate at coinciding eigenvalues: the k-th root of rounding for a k-fold one."""
     fold = 4 if abs(mass_ratio / 4 - 1) < QUADRUPLE else 2 if mass_ratio < 4 else 3
-    return max(COINCIDENT, ROUNDING ** (1 / fold))
+    return max(COINCIDENT, MULTIPLIERS ** (1 / fold))
 
 
 def _widest_stability(mass_ratio: float) -> Design:
@@ -189,10 +197,12 @@ def _widest_stability(mass_ratio: float) -> Design:
 
 def _bound(mass_ratio: float, tuning: float, damping: float) -> float:
     """Return the largest self-excitation at which a tuning and damping is stable."""
-    from scipy.optimize import brentq
+    return stable_up_to(lambda beta: theory.decay_rate(mass_ratio, tuning, damping, -beta), 1.0)
 
-    rate = lambda beta: theory.decay_rate(mass_ratio, tuning, damping, -beta)  # noqa: E731
-    return float(brentq(rate, 0.0, 1.0, xtol=1e-14)) if rate(1.0) < 0 < rate(0.0) else 0.0
+
+def stable_up_to(rate: Function, most: float) -> float:
+    """Return the self-excitation up to which a decay rate is positive, 0 if it is not without any."""
+    return zero(rate, 0.0, most, xtol=1e-14, rtol=ROUNDING) if rate(most) < 0 < rate(0.0) else 0.0
 
 
 def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.Tuned:

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from symfric.design.absorber.classic import COINCIDENT, rate_of_runs
+from symfric.design.absorber.classic import COINCIDENT, rate_of_runs, stable_up_to
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.model import scenes
+from symfric.model.scene import Scene
 from symfric.theory import absorber as absorber_theory
 from symfric.theory import foundation as theory
 
@@ -89,7 +90,7 @@ def sprung_foundation(mass_ratio: float, *, least_stiffness: float = 0.0) -> Des
     )
 
 
-def _scene(mass_ratio: float, stiffness: float, damping: float, main_damping: float):
+def _scene(mass_ratio: float, stiffness: float, damping: float, main_damping: float) -> Scene:
     return scenes.sprung_foundation(
         mass_ratio=mass_ratio, stiffness=stiffness, damping=damping, main_damping=main_damping
     )
@@ -97,15 +98,10 @@ def _scene(mass_ratio: float, stiffness: float, damping: float, main_damping: fl
 
 def bound(mass_ratio: float, stiffness: float, damping: float) -> float:
     """Return the largest self-excitation at which a mount is stable, 0 if it is not stable without any."""
-    from scipy.optimize import brentq
-
-    def rate(beta: float) -> float:
-        return theory.decay_rate(mass_ratio, stiffness, damping, -beta)
-
-    return float(brentq(rate, 0.0, 2.0, xtol=1e-14)) if rate(2.0) < 0 < rate(0.0) else 0.0
+    return stable_up_to(lambda beta: theory.decay_rate(mass_ratio, stiffness, damping, -beta), 2.0)
 
 
-def _most_stable(mass_ratio: float, beta: float, mount, least: float) -> tuple[float, float, float]:
+def _most_stable(mass_ratio: float, beta: float, mount: theory.Mount, least: float) -> tuple[float, float, float]:
     """Return stiffness, damping and decay rate of the fastest decay near a mount, for a given self-excitation."""
     from scipy.optimize import minimize
 
@@ -128,7 +124,7 @@ def _gap(mass_ratio: float, stiffness: float, damping: float, beta: float) -> tu
     return (float(bad[0]), float(bad[-1])) if bad.size else None
 
 
-def _beside(mass_ratio: float, mount, least: float) -> list[Neighbour]:
+def _beside(mass_ratio: float, mount: theory.Mount, least: float) -> list[Neighbour]:
     """Return mounts around the best one and how much each stabilises."""
     found = []
     for step in STEPS:
@@ -141,7 +137,7 @@ def _beside(mass_ratio: float, mount, least: float) -> list[Neighbour]:
     return found
 
 
-def _curve(mass_ratio: float, mount, least: float) -> Curve:
+def _curve(mass_ratio: float, mount: theory.Mount, least: float) -> Curve:
     """Return how much the best damping of each stiffness stabilises."""
     top = 2 * max(mount.stiffness, least, 1.0)
     kappa = np.unique(np.append(np.linspace(least, top, 121), mount.stiffness))

@@ -7,9 +7,11 @@ least bound above all of them: a smooth problem for each set of worst frequencie
 """
 
 import itertools
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import pi
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,9 +27,12 @@ from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, finite
 from symfric.orbits.steady_state import Schedule, Settling
+from symfric.search import minimum
 from symfric.solve.run import finished
 from symfric.theory import absorber as theory
 
+# peaks, point, and how the search ended
+Found: TypeAlias = tuple[list[tuple[float, float]], np.ndarray, str]
 TOLERANCE = 1e-10  # tolerance of the runs
 # forcing periods in one run; most runs until the amplitude repeats; the same in a survey
 BLOCK, BLOCKS, FEW = 10, 30, 4
@@ -105,19 +110,17 @@ class Forced:
         return self._polished(tuning, damping, *ends)
 
     def _polished(self, tuning: float, damping: float, low: float, high: float) -> tuple[float, float]:
-        from scipy.optimize import minimize_scalar
-
         if not high > low:
             return low, self.amplitude(tuning, damping, low)
-        found = minimize_scalar(
-            lambda g: -self.amplitude(tuning, damping, g), bounds=(low, high), method="bounded", options={"xatol": 3e-5}
-        )
-        points = [(float(found.x), -float(found.fun))]
+        found = minimum(lambda g: -self.amplitude(tuning, damping, g), low, high, xatol=3e-5)
+        points = [(found.place, -found.value)]
         points += [(g, self.amplitude(tuning, damping, g)) for g in (low, high) if g in self.band]
         return max(points, key=lambda p: p[1])
 
 
-def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Design:
+def rough_absorber(
+    mass_ratio: float, contact: str, friction: float, static_friction: float | None, band: tuple[float, float]
+) -> Design:
     """Find tuning and damping of the least worst-case amplitude; see `symfric.design.absorber.classic.absorber`.
 
     Returns
@@ -139,7 +142,7 @@ def rough_absorber(mass_ratio, contact, friction, static_friction, band) -> Desi
     if finite(friction, "friction") < 0:
         raise SceneError(f"friction is {friction:g}; it must not be negative")
     plain = theory.least_peak(mass_ratio)
-    options = {"contact": contact, "friction": friction, "static_friction": static_friction}
+    options: dict[str, Any] = {"contact": contact, "friction": friction, "static_friction": static_friction}
     scene = scenes.absorber(mass_ratio=mass_ratio, tuning=plain.tuning, damping=plain.damping, **options)
     x1 = scene.system.q[0]
     times, outputs = Schedule(0.0, 2 * pi * BLOCK, 2 * pi), {"amplitude": HalfRange(x1)}
@@ -169,7 +172,7 @@ def _starts(forced: Forced, plain: theory.Tuned) -> list[np.ndarray]:
     return [places[k] for k in np.argsort(worst)[:STARTS]]
 
 
-def _least(forced: Forced, start: np.ndarray):
+def _least(forced: Forced, start: np.ndarray) -> Found:
     """Return the peaks and the point of the least worst-case amplitude near a start, and how the search ended."""
     forced.left = BUDGET
     p, peaks = start, forced.peaks(*start)
@@ -183,7 +186,7 @@ def _least(forced: Forced, start: np.ndarray):
     return best
 
 
-def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]):
+def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]) -> Iterator[Found]:
     """Search without derivatives, for amplitudes that jump; returns the same as `_least`."""
     low = np.array([plain.tuning * TUNINGS[0], DAMPINGS[0]])
     width = np.array([plain.tuning * TUNINGS[-1], plain.damping * DAMPINGS[-1]]) - low
@@ -204,7 +207,9 @@ def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]):
             yield forced.peaks(*p), np.array(p), "best found"
 
 
-def _round(forced: Forced, p: np.ndarray, places: list[float]):
+def _round(
+    forced: Forced, p: np.ndarray, places: list[float]
+) -> tuple[np.ndarray, list[tuple[float, float]], list[float], bool]:
     """Return the next point, its peaks, the set of worst frequencies, and whether the search has converged."""
     p, known = _bounded(forced, p, places)
     peaks = forced.peaks(*p)
@@ -257,7 +262,7 @@ def _slopes(forced: Forced, p: np.ndarray, Omega: float) -> list[float]:
     return found
 
 
-def _design(forced: Forced, scene: Scene, peaks, p: np.ndarray, status: str) -> Design:
+def _design(forced: Forced, scene: Scene, peaks: list[tuple[float, float]], p: np.ndarray, status: str) -> Design:
     forced.left = BUDGET
     values = {"tuning": float(p[0]), "damping": float(p[1])}
     highest = peaks[0][1]

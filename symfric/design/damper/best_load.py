@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
@@ -13,6 +12,7 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Peak
 from symfric.orbits.cycle import Orbit
 from symfric.orbits.frequency_response import frequency_response
+from symfric.search import minimum_near
 from symfric.solve.routes import simulate
 
 _SURVEY = 9  # values of the parameter, before polishing
@@ -75,10 +75,7 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     sizes = np.array([peaks(float(v)).half_range for v in grid])
     i = int(np.argmin(sizes))
     if 0 < i < len(grid) - 1:
-        inside = float(np.log(grid[i - 1])), float(np.log(grid[i + 1]))
-        minimize_scalar(
-            lambda e: peaks(float(np.exp(e))).half_range, bounds=inside, method="bounded", options={"xatol": _CLOSE}
-        )
+        minimum_near(lambda e: peaks(float(np.exp(e))).half_range, np.log(grid), i, xatol=_CLOSE)
     best = min(peaks.known, key=lambda v: peaks.known[v].half_range)
     peak, name = peaks(best), peaks.name
     active = [f"peak of {peaks.coordinate} at {peaks.speed} = {peak.value:.6g}"]

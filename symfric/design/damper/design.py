@@ -1,22 +1,24 @@
 """The smallest damper that prevents or limits vibration over a range of speeds, or ends a motion in time."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from symfric.design.damper.best_load import Peaks, best_load
 from symfric.design.damper.cycles import Disturbed, Requirement, distances, outermost
 from symfric.design.damper.growth import Growth, steepest_falls
 from symfric.design.damper.settling import Transient, settled
+from symfric.design.damper.summit import SLOWEST, Summit, summit
 from symfric.design.result import Curve, Design
-from symfric.design.summit import SLOWEST, Summit, summit
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model.excitation import excitation_of, is_excited
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.cycle import Orbit
+from symfric.search import zero
 
 _SCAN = 7  # points of the damper's bounds, before polishing
 _REFERENCES = 5  # speeds at which cycles that coexist with stable sliding are sought
@@ -50,7 +52,7 @@ class DamperProbe:
 
 
 @dataclass(frozen=True)
-class DamperCheck:
+class DamperCheck(Result):
     """Verification: the full model with 1 % more and less damping than the optimum, at the critical speed.
 
     Attributes
@@ -62,6 +64,8 @@ class DamperCheck:
     starts : int
         Number of starts at each speed from which a cycle was sought.
     """
+
+    _told = ("agrees", "above", "below", "others", "starts")
 
     above: DamperProbe
     below: DamperProbe | None
@@ -80,12 +84,6 @@ class DamperCheck:
         if self.below is not None and self.below.meets:
             wrong.append(_words(self.below, "a little less") + ", which meets the requirement too")
         return tuple(wrong)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
-        below, others = asdict(self.below) if self.below else None, [asdict(p) for p in self.others]
-        sides = {"above": asdict(self.above), "below": below, "others": others}
-        return {"agrees": self.agrees, **sides, "starts": self.starts}
 
     def __str__(self) -> str:
         words = [_words(p, "a little more") for p in (self.above, *self.others)]
@@ -209,7 +207,7 @@ def damper(
     return _design(scene, requirement, _cycles(scene, requirement, _local(scene, requirement)))
 
 
-def _peaks(scene: Scene, name: str, speed: Key, speeds, half_range: float, coordinate: Key | None) -> Peaks:
+def _peaks(scene: Scene, name: str, speed: Key, speeds: Any, half_range: float, coordinate: Key | None) -> Peaks:
     """Check the arguments of the design of a forced scene."""
     parameters = excitation_of(scene).parameters
     frequency = name_of(speed)
@@ -227,7 +225,7 @@ def _peaks(scene: Scene, name: str, speed: Key, speeds, half_range: float, coord
     return Peaks(scene, name, frequency, _pair(speeds, f"speeds {frequency}"), wanted)
 
 
-def _pair(pair, what: str) -> tuple[float, float]:
+def _pair(pair: Any, what: str) -> tuple[float, float]:
     try:
         low, high = pair
     except (TypeError, ValueError):
@@ -267,10 +265,10 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
         )
     # a margin, since slightly more may be needed between the speeds of the grid
     ends = values[last], values[min(last + 2, _SCAN - 1)]
-    edge = brentq(lambda value: growth.worst(value)[0], *ends, xtol=1e-300, rtol=1e-14)
+    edge = zero(lambda value: growth.worst(value)[0], *ends)
     speed = growth.worst(edge)[1]
     line = np.array([growth.speeds, [growth.least(float(v)) for v in growth.speeds]])
-    return Summit(float(edge), speed, "stability of sliding", line)
+    return Summit(edge, speed, "stability of sliding", line)
 
 
 def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None:

@@ -1,16 +1,17 @@
 """The growth rate of small vibration about steady sliding, at the worst speed of a range."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import sympy as sp
-from scipy.optimize import brentq, minimize_scalar
 
 from symfric.design.damper.cycles import Requirement
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.law_features import features
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
+from symfric.search import ROUNDING, minimum_near, valleys, zero, zeros
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
 from symfric.theory.stability import linearise
@@ -65,15 +66,9 @@ class Growth:
         rates = np.array([self.at(float(e), damping) for e in v])
         k = int(np.argmax(rates))
         best = float(rates[k]), float(v[k])
-        inner = np.flatnonzero((rates[1:-1] >= rates[:-2]) & (rates[1:-1] >= rates[2:])) + 1
-        for i in sorted(inner.tolist(), key=lambda i: -rates[i])[: _POLISHED if polished else 0]:
-            found = minimize_scalar(
-                lambda e: -self.at(float(e), damping),
-                bounds=(v[i - 1], v[i + 1]),
-                method="bounded",
-                options={"xatol": 1e-10 * v[i + 1]},
-            )
-            best = max(best, (-float(found.fun), float(found.x)))
+        for i in valleys(-rates)[: _POLISHED if polished else 0]:
+            found = minimum_near(lambda e: -self.at(float(e), damping), v, i, xatol=1e-10 * v[i + 1])
+            best = max(best, (-found.value, found.place))
         return best
 
     def least(self, speed: float) -> float:
@@ -81,7 +76,7 @@ class Growth:
         low, high = self._r.bounds
         if self.at(speed, low) * self.at(speed, high) > 0:
             return np.nan
-        return float(brentq(lambda value: self.at(speed, value), low, high, xtol=1e-12 * high))
+        return zero(lambda value: self.at(speed, value), low, high, xtol=1e-12 * high, rtol=ROUNDING)
 
 
 def speeds_of(scene: Scene, r: Requirement) -> np.ndarray:
@@ -126,11 +121,13 @@ def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarr
     return found
 
 
-def _reaching(slip, grid: np.ndarray, v: float) -> list[float]:
+def _reaching(slip: Callable[..., Any], grid: np.ndarray, v: float) -> list[float]:
     """Return the speeds of the range at which a contact has the slip v or -v."""
-    found = []
+    found: list[float] = []
     for sign in (1.0, -1.0):
-        gap = slip(grid) - sign * v
-        for k in np.flatnonzero(gap[1:] * gap[:-1] < 0):
-            found.append(float(brentq(lambda e, s=sign: float(slip(e)) - s * v, grid[k], grid[k + 1])))
+
+        def gap(e: Any, at: float = sign * v) -> Any:
+            return slip(e) - at
+
+        found += zeros(gap, grid, gap(grid), xtol=2e-12, rtol=ROUNDING)
     return found

@@ -12,7 +12,6 @@ from functools import cached_property, partial
 
 import numpy as np
 import sympy as sp
-from scipy.optimize import minimize_scalar
 
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
@@ -22,7 +21,9 @@ from symfric.model.excitation import is_excited
 from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Schedule, Settling
-from symfric.solve.routes import Program, prepare
+from symfric.search import minimum, minimum_near
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare
 from symfric.solve.run import finished
 
 TOLERANCE, FINER = 1e-12, 1e-13  # tolerances of the search and of the verification
@@ -72,7 +73,7 @@ class Transient:
     speeds: tuple[float, float] | None
     route: str | None = None
     tolerance: float = TOLERANCE
-    known: dict = field(default_factory=dict)
+    known: dict[float, Seen] = field(default_factory=dict)
 
     @property
     def level(self) -> float:
@@ -120,10 +121,8 @@ class Transient:
         seen = [self.at(damping, float(v)) for v in speeds]
         k = max(range(len(seen)), key=lambda i: seen[i].value)
         if 0 < k < len(seen) - 1:
-            ends = speeds[k - 1], speeds[k + 1]
-            options = {"xatol": 1e-9 * ends[1]}
-            best = minimize_scalar(lambda v: -self.at(damping, v).value, bounds=ends, method="bounded", options=options)
-            seen.append(self.at(damping, float(best.x)))
+            best = minimum_near(lambda v: -self.at(damping, v).value, speeds, k, xatol=1e-9 * speeds[k + 1])
+            seen.append(self.at(damping, best.place))
         return max(seen, key=lambda s: s.value)
 
     def good(self, damping: float) -> bool:
@@ -131,7 +130,7 @@ class Transient:
         return self(damping).value <= self.level
 
 
-def _names(expr) -> set[str]:
+def _names(expr: sp.Expr | float) -> set[str]:
     return {s.name for s in sp.sympify(expr).free_symbols}
 
 
@@ -192,9 +191,8 @@ def _dip(t: Transient, survey: list[float], k: int) -> float | None:
     if not (0 < k < len(survey) - 1 and t(survey[k]).value <= min(t(survey[k - 1]).value, t(survey[k + 1]).value)):
         return None
     ends = survey[k - 1], survey[k + 1]
-    options = {"xatol": 1e-9 * (ends[1] - ends[0])}
-    best = minimize_scalar(lambda d: t(float(d)).value, bounds=ends, method="bounded", options=options)
-    return _between(t.good, ends[0], float(best.x))[1] if t.good(float(best.x)) else None
+    lowest = minimum(lambda d: t(float(d)).value, *ends, xatol=1e-9 * (ends[1] - ends[0])).place
+    return _between(t.good, ends[0], lowest)[1] if t.good(lowest) else None
 
 
 def _between(holds: Callable[[float], bool], a: float, b: float) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from symfric.design.polish import ways
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.routes import prepare
@@ -21,7 +23,7 @@ _SAME = 1e-6  # largest relative difference of a measure between two routes
 
 
 @dataclass(frozen=True)
-class IsolatorCheck:
+class IsolatorCheck(Result):
     """Verification: the optimum under every motion, computed by another route.
 
     Attributes
@@ -33,6 +35,8 @@ class IsolatorCheck:
         Largest difference from the route of the optimisation, relative to the worst value of its kind.
     limits : dict of str to float
     """
+
+    _told = ("agrees", "worst", "difference", "values")
 
     values: dict[str, tuple[float, ...]]
     worst: dict[str, float]
@@ -51,10 +55,6 @@ class IsolatorCheck:
         exceeded = ((n, limit) for n, limit in self.limits.items() if not self.worst[n] <= limit * (1 + _SAME))
         return (*wrong, *(f"{n} {self.worst[n]:.9g} exceeds its limit {limit:g}" for n, limit in exceeded))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
-        return {"agrees": self.agrees, "worst": self.worst, "difference": self.difference, "values": self.values}
-
     def __str__(self) -> str:
         worst = ", ".join(f"{name} {value:.6g}" for name, value in self.worst.items())
         return f"worst over {len(next(iter(self.values.values())))} motions: {worst} (difference {self.difference:.1g})"
@@ -62,7 +62,7 @@ class IsolatorCheck:
 
 def isolator(
     scene: Scene,
-    motions: Sequence,
+    motions: Sequence[Any],
     bounds: Mapping[Key, tuple[float, float]],
     limits: Mapping[str, float] | None = None,
     minimise: str = "acceleration",

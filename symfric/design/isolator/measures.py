@@ -3,15 +3,17 @@
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.outputs import At, Output, OutputOfExpression
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, name_of, nearest
+from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.model.system import Signal
-from symfric.solve.routes import Program, prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare
 
 MEASURES = {
     "acceleration": "peak_acceleration",
@@ -26,7 +28,15 @@ _STEP = 1e-6  # finite-difference step where no derivative exists
 class Isolated:
     """Measures of an isolator as functions of a point in the unit cube of the bounds."""
 
-    def __init__(self, scene: Scene, motions: Sequence, bounds, limits: dict[str, float], minimise: str, over: str):
+    def __init__(
+        self,
+        scene: Scene,
+        motions: Sequence[Any],
+        bounds: Mapping[Key, tuple[float, float]],
+        limits: dict[str, float],
+        minimise: str,
+        over: str,
+    ):
         for name in (minimise, *limits):
             if name not in MEASURES:
                 raise SceneError(f"no measure {name!r}{nearest(str(name), MEASURES)}")
@@ -128,7 +138,7 @@ class Isolated:
         )
 
 
-def _bounds(scene: Scene, bounds) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+def _bounds(scene: Scene, bounds: Mapping[Key, tuple[float, float]]) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     if not isinstance(bounds, Mapping) or not 1 <= len(bounds) <= 3:
         raise SceneError("give the bounds of one to three parameters, such as {'C': (lo, hi), 'mu': (lo, hi)}")
     names = tuple(scene.parameter(name_of(key)).name for key in bounds)
@@ -144,7 +154,7 @@ def _bounds(scene: Scene, bounds) -> tuple[tuple[str, ...], np.ndarray, np.ndarr
     return names, *np.array(ends).T
 
 
-def _shaken(scene: Scene, motions: Sequence, outputs: list[str]) -> list[Scene]:
+def _shaken(scene: Scene, motions: Sequence[Any], outputs: list[str]) -> list[Scene]:
     """Return the scenes with each of the motions and the outputs to measure."""
     if len(scene.inputs) != 1:
         raise SceneError(f"the scene has {len(scene.inputs)} sampled inputs; an isolator has one, the ground's motion")

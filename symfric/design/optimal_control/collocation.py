@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import TYPE_CHECKING, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -11,6 +12,7 @@ import sympy as sp
 from symfric.axes import axes_for
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.optimal_control.transcription import (
+    Dynamics,
     NonlinearProgram,
     TranscriptionSizes,
     dimensionless,
@@ -19,12 +21,18 @@ from symfric.design.optimal_control.transcription import (
 )
 from symfric.design.verification import Neighbour, judged
 from symfric.errors import NotFound, SceneError
-from symfric.locks import DRAWING, alone
 from symfric.model.outputs import End, Integral
+from symfric.model.results import Drawable, Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, Key, finite, name_of
 from symfric.solve.routes import simulate
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# degree, bounds of the controls, values of states at the end, bounds of the duration
+Task: TypeAlias = tuple[int, np.ndarray, dict[int, float], tuple[float, float]]
+Solved: TypeAlias = tuple[NonlinearProgram, np.ndarray]  # and its variables
 RELAX = 10.0 ** -np.arange(0.0, 9.0)  # relaxations of the complementarity, solved in turn
 ROUGH, FINE = 1e-9, 1e-12  # tolerances of the programs with relaxed and with fixed modes
 EMPTY = 1e-7  # length relative to the duration below which an element is removed
@@ -35,7 +43,7 @@ MORE_BUMPS = (0.5, 2.0, 0.05, 0.0)  # further factors, tried in turn if all of t
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Profile:
+class Profile(Result, Drawable):
     """An optimal control.
 
     Attributes
@@ -76,6 +84,8 @@ class Profile:
     >>> ax = move.plot()
     """
 
+    _told = ("time", "objective", "t", "controls", "x", "mode", "status", "doubts", "check")
+
     time: float
     objective: float
     t: np.ndarray
@@ -87,49 +97,33 @@ class Profile:
     status: str
     doubts: tuple[str, ...] = ()
 
+    @property
+    def values(self) -> dict[str, float]:
+        """The duration, by the name "t"."""
+        return {"t": self.time}
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Conditions and bounds that hold with equality; none is told of controls."""
+        return ()
+
+    @property
+    def corrected(self) -> None:
+        """No model beside the full one plays a part."""
+        return None
+
     def __repr__(self) -> str:
         doubts = f", but {'; '.join(self.doubts)}" if self.doubts else ""
         numbers = f"time {self.time:.8g}, objective {self.objective:.8g}, {self.t.size - 1} elements"
         return f"Profile({self.status}, {numbers}{doubts})"
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "time": self.time,
-            "objective": self.objective,
-            "t": self.t.tolist(),
-            "controls": {k: v.tolist() for k, v in self.controls.items()},
-            "x": self.x.tolist(),
-            "mode": self.mode.tolist(),
-            "status": self.status,
-            "doubts": list(self.doubts),
-            "check": self.check.to_dict(),
-        }
-
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the controls against time; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: "Axes | None") -> "Axes":
         ax = axes_for(ax)
         for name, values in self.controls.items():
             t = np.column_stack([self.t[:-1], self.t[1:]]).ravel()
             ax.plot(t, np.column_stack([values[:, 0], values[:, -1]]).ravel(), label=name)
         ax.set_xlabel("time")
+        ax.set_ylabel("controls")
         ax.legend()
         return ax
 
@@ -225,14 +219,21 @@ def collocation(
     return best
 
 
-def _in_sizes(ask, sizes: TranscriptionSizes):
+def _in_sizes(ask: Task, sizes: TranscriptionSizes) -> Task:
     """Return bounds and end values in units of the problem's sizes."""
     degree, bounds, target, (low, high) = ask
     ends = {k: v / sizes.x[k] for k, v in target.items()}
     return degree, bounds / sizes.w[:, None], ends, (low / sizes.time, high / sizes.time)
 
 
-def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
+def _asked(
+    controls: Mapping[Key, tuple[float, float]],
+    end: Mapping[Key, float],
+    time: tuple[float, float],
+    elements: int,
+    degree: int,
+    names: list[str],
+) -> Task:
     """Check and return degree, bounds of the controls, values at the end and bounds of the duration."""
     bounds = np.array([[finite(e, f"a bound of {name_of(k)}") for e in pair] for k, pair in controls.items()])
     if not bounds.size or np.any(bounds[:, 0] > bounds[:, 1]):
@@ -249,7 +250,7 @@ def _asked(controls, end, time, elements: int, degree: int, names: list[str]):
     return degree, bounds, target, (low, high)
 
 
-def _guess(program: NonlinearProgram, target: dict, duration: float, bump: float) -> np.ndarray:
+def _guess(program: NonlinearProgram, target: dict[int, float], duration: float, bump: float) -> np.ndarray:
     """Return an initial guess: elements of equal length, states on a straight line, and matching velocities."""
     model, n, n_q = program.model, program.elements, program.model.n_q
     z = np.zeros(program.count)
@@ -270,7 +271,7 @@ def _guess(program: NonlinearProgram, target: dict, duration: float, bump: float
     return z
 
 
-def _homotopy(model, elements: int, ask, bump: float):
+def _homotopy(model: Dynamics, elements: int, ask: Task, bump: float) -> Solved | None:
     """Solve the relaxed programs in turn; return the program with fixed modes and its solution, None if one fails."""
     degree, bounds, target, time = ask
     program = NonlinearProgram(model, elements, degree, bounds, target, time)
@@ -283,7 +284,7 @@ def _homotopy(model, elements: int, ask, bump: float):
     return _fixed(model, program, z, ask)
 
 
-def _fixed(model, program: NonlinearProgram, z: np.ndarray, ask):
+def _fixed(model: Dynamics, program: NonlinearProgram, z: np.ndarray, ask: Task) -> Solved | None:
     """Solve with the modes found by the homotopy, removing empty elements until none is left."""
     degree, bounds, target, time = ask
     modes, keep = program.modes_of(z), _lasting(program, z)
@@ -305,7 +306,7 @@ def _lasting(program: NonlinearProgram, z: np.ndarray) -> np.ndarray:
     return np.flatnonzero(h > EMPTY * np.sum(h))
 
 
-def _missing(model, elements: int, ask, names: list[str], units: TranscriptionSizes) -> str:
+def _missing(model: Dynamics, elements: int, ask: Task, names: list[str], units: TranscriptionSizes) -> str:
     """Return a message: the state nearest to the end that can be reached, by minimising the squared distance."""
     degree, bounds, target, time = ask
     program = NonlinearProgram(model, elements, degree, bounds, {}, time)
@@ -321,7 +322,13 @@ def _missing(model, elements: int, ask, names: list[str], units: TranscriptionSi
 
 
 def _profile(
-    scene: Scene, symbols, cost, program: NonlinearProgram, z: np.ndarray, ask, units: TranscriptionSizes
+    scene: Scene,
+    symbols: list[sp.Symbol],
+    cost: sp.Expr | None,
+    program: NonlinearProgram,
+    z: np.ndarray,
+    ask: Task,
+    units: TranscriptionSizes,
 ) -> Profile:
     n, size = program.elements, program.degree + 1
     h = program.values(z, "h").ravel() * units.time
@@ -335,18 +342,19 @@ def _profile(
     objective = float(t[-1]) if cost is None else program.objective(z) * unit
     target = {k: v * units.x[k] for k, v in ask[2].items()}
     check = _replayed(scene, symbols, cost, h, knots, objective, target, sizes)
+    assert program.modes is not None
     status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit), objective)
     return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
 
 
-def _cheaper(program: NonlinearProgram, z: np.ndarray, ask, unit: float) -> list[Neighbour]:
+def _cheaper(program: NonlinearProgram, z: np.ndarray, ask: Task, unit: float) -> list[Neighbour]:
     """Return the neighbour of slightly smaller objective that misses the end by least, with the same modes."""
     degree, bounds, target, time = ask
     best = program.objective(z)
     free = NonlinearProgram(program.model, program.elements, degree, bounds, {}, time, program.modes, program.parts)
     last = free.nlp["x"][free.places["x"][-1]]
     free.most_costly((1 - LESS) * best)
-    free.nlp["f"] = sum((last[k] - v) ** 2 for k, v in target.items())
+    free.nlp["f"] = sum(((last[k] - v) ** 2 for k, v in target.items()), ca.SX(0))
     found, _ = free.solve(free.solver(FINE), z, 0.0)
     miss = max(abs(found[free.places["x"][-1]][k] - v) for k, v in target.items())
     reached = free.objective(found)
@@ -354,7 +362,16 @@ def _cheaper(program: NonlinearProgram, z: np.ndarray, ask, unit: float) -> list
     return [Neighbour(f"a control of {100 * LESS:g} % less", reached * unit, 0.0 if feasible else max(miss, MISS))]
 
 
-def _replayed(scene: Scene, symbols, cost, h, knots: np.ndarray, objective: float, target: dict, sizes) -> Comparison:
+def _replayed(
+    scene: Scene,
+    symbols: list[sp.Symbol],
+    cost: sp.Expr | None,
+    h: np.ndarray,
+    knots: np.ndarray,
+    objective: float,
+    target: dict[int, float],
+    sizes: np.ndarray,
+) -> Comparison:
     """Simulate the controls with the event-driven solver, element after element."""
     states, names = scene.system.states, [s.name for s in scene.system.states]
     numbers = scene.where(dict.fromkeys(symbols, 0.0)).numbers()

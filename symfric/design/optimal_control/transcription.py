@@ -8,8 +8,9 @@ with ``s = p - n``, ``0 <= n, 0 <= a`` and ``0 <= p, 0 <= 1 - a`` complementary.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -161,7 +162,7 @@ def dimensionless(model: Dynamics, sizes: TranscriptionSizes) -> Dynamics:
     )
 
 
-def _check_law(contact: Contact, numbers) -> None:
+def _check_law(contact: Contact, numbers: Mapping[sp.Symbol, float]) -> None:
     law = contact.law
     refuse_memory(law, "optimal control")
     rest = law.kinetic.subs(SPEED, 0).subs(numbers)
@@ -192,7 +193,15 @@ class NonlinearProgram:
     """
 
     def __init__(
-        self, model: Dynamics, elements: int, degree: int, bounds, end: dict, time, modes=None, parts: int = 1
+        self,
+        model: Dynamics,
+        elements: int,
+        degree: int,
+        bounds: np.ndarray,
+        end: Mapping[int, float],
+        time: tuple[float, float],
+        modes: np.ndarray | None = None,
+        parts: int = 1,
     ):
         self.model, self.elements, self.degree, self.modes, self.parts = model, elements, degree, modes, parts
         self.tau = ca.collocation_points(FIRST if modes is None else LAST, "radau")
@@ -230,13 +239,13 @@ class NonlinearProgram:
         self.count += size
         return symbol
 
-    def _rule(self, expr, low, high) -> None:
+    def _rule(self, expr: Any, low: float, high: float) -> None:
         size = expr.numel() if isinstance(expr, ca.SX) else 1
         self.rules.append(expr)
         self.least += [low] * size
         self.most += [high] * size
 
-    def _split(self, i, x: ca.SX):
+    def _split(self, i: int | None, x: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the positive and negative parts of the slip of a state, each >= 0."""
         p, n = (self._new(name, self.model.n_c, 0.0, np.inf) for name in ("p", "n"))
         self._rule(p - n - self.model.slip(x, ca.SX.zeros(self.model.n_w)), 0.0, 0.0)
@@ -247,7 +256,9 @@ class NonlinearProgram:
                         self._rule(side[k], 0.0, 0.0)
         return p, n
 
-    def _element(self, i: int, h: ca.SX, x: ca.SX, left, bounds):
+    def _element(
+        self, i: int, h: ca.SX, x: ca.SX, left: tuple[ca.SX, ca.SX], bounds: np.ndarray
+    ) -> tuple[ca.SX, tuple[ca.SX, ca.SX]]:
         model = self.model
         knots = [self._new("w", model.n_w, bounds[:, 0], bounds[:, 1]) for _ in range(self.degree + 1)]
         shares, slips = [], [left]
@@ -320,7 +331,7 @@ class NonlinearProgram:
                 start[slot] = row
         return start
 
-    def _between(self, tau, values: np.ndarray, k: int, left) -> np.ndarray:
+    def _between(self, tau: list[float], values: np.ndarray, k: int, left: np.ndarray | None) -> np.ndarray:
         """Return the values of element k at the points of this program, shape (n, size)."""
         before = values[k, 0] if left is None else left if k == 0 else values[k - 1, -1]
         known = np.vstack([before, values[k]])

@@ -11,6 +11,7 @@ whose last term comes from the jump at w = 0. The fast velocity ``x' = q cos(the
 
 import itertools
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -24,6 +25,7 @@ from symfric.model.averaged_law import pieces_between
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import SPEED
 
+Pair: TypeAlias = tuple[ca.Function, ca.Function]  # inside and outside
 NARROW = 0.05  # distance of features of the law, relative to the highest speed, below which they split the quadrature
 SMALLEST = 1e-30  # least (q^2 - v^2)/q^2, so that the slope, infinite at v = q, stays finite
 
@@ -103,7 +105,7 @@ def _compiled(expr: sp.Expr) -> ca.Function:
     return ca.Function("mu", [v], [mu, ca.jacobian(mu, v)])
 
 
-def _on_branch(pieces, breaks, v: ca.SX, order: int) -> ca.SX:
+def _on_branch(pieces: list[ca.Function], breaks: list[float], v: ca.SX, order: int) -> ca.SX:
     """Return the law (order 0) or its slope (1) at a speed."""
     result = pieces[-1](v)[order]
     for piece, b in zip(reversed(pieces[:-1]), reversed(breaks), strict=True):
@@ -111,7 +113,9 @@ def _on_branch(pieces, breaks, v: ca.SX, order: int) -> ca.SX:
     return result
 
 
-def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.Function, ca.Function]:
+def _functions(
+    belt: Belt, pieces: list[ca.Function], breaks: list[float], rest: float, nodes: int
+) -> tuple[ca.Function, ca.Function]:
     v, q = ca.SX.sym("v"), ca.SX.sym("q")
     found = []
     for name, inside in (("inside", True), ("outside", False)):
@@ -127,7 +131,9 @@ def _functions(belt: Belt, pieces, breaks, rest: float, nodes: int) -> tuple[ca.
     return found[0], found[1]
 
 
-def _means(pieces, breaks, v: ca.SX, q: ca.SX, inside: bool, nodes: int) -> tuple[ca.SX, ...]:
+def _means(
+    pieces: list[ca.Function], breaks: list[float], v: ca.SX, q: ca.SX, inside: bool, nodes: int
+) -> tuple[ca.SX, ...]:
     """Return the means of mu'(|w|), cos(theta) sgn(w) mu(|w|) and sgn(w) mu(|w|), arc by arc between kinks."""
     levels = [*(-b for b in reversed(breaks)), 0.0, *breaks] if inside else list(breaks)
     angles = [ca.SX(0), *(_angle((v - level) / q) for level in levels), ca.SX(np.pi)]
@@ -157,7 +163,9 @@ def _angle(cosine: ca.SX) -> ca.SX:
     return ca.if_else(cosine >= 1, 0, ca.if_else(cosine <= -1, np.pi, ca.acos(clipped)))
 
 
-def _distance(coarse, fine, speeds, q_max: float, steep: bool, breaks) -> float:
+def _distance(
+    coarse: Pair, fine: Pair, speeds: tuple[float, float], q_max: float, steep: bool, breaks: list[float]
+) -> float:
     """Return the largest difference of two quadratures over intensities and belt speeds."""
     intensities = q_max * np.array([1e-3, 0.03, 0.3, 1.0])
     pairs: list[tuple[int, np.ndarray, np.ndarray]] = []

@@ -3,7 +3,9 @@
 Several contacts between mass and belt, such as pads on a disc, are replaced by one with the sum of their friction.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import sympy as sp
 
@@ -16,6 +18,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, name_of
 from symfric.theory.separation import separate
 
+Given: TypeAlias = Mapping[sp.Symbol, Any]  # value of each parameter that is not designed
 SPEED_NAME, AMPLITUDE, FREQUENCY = "v_b", "a", "Omega"
 RATIOS = ("k", "k_v", "k_follow")  # names of a Omega/v_b where the excitation follows; the first that is free
 
@@ -67,7 +70,7 @@ class Belt:
     @property
     def frequency(self) -> float:
         """Natural frequency, rad/time."""
-        return (self.stiffness / self.mass) ** 0.5
+        return float((self.stiffness / self.mass) ** 0.5)
 
     @alone(SYMBOLIC)
     def fast_start(self, a: float, Omega: float) -> tuple[float, float]:
@@ -113,7 +116,7 @@ def read_belt(scene: Scene) -> Belt:
     return Belt(scene, mass, damping, stiffness, normal, law, _gain(q, given, named), start)
 
 
-def _together(scene: Scene, given: dict) -> tuple[float, Law]:
+def _together(scene: Scene, given: Given) -> tuple[float, Law]:
     """Return load and law of the single contact that is equivalent to all contacts."""
     loads, found = [], []
     for contact in scene.contacts:
@@ -184,7 +187,7 @@ def _slow(scene: Scene, designed: set[sp.Symbol]) -> Scene:
     return separate(Scene(scene.system, [contact], values, still, scene.horizon, {"end": End()}))
 
 
-def _constant(expr: sp.Expr, given: dict, what: str) -> float:
+def _constant(expr: sp.Expr, given: Given, what: str) -> float:
     value = sp.simplify(expr.subs(given))
     if not value.is_number:
         moving = ", ".join(sorted(s.name for s in value.free_symbols))
@@ -193,7 +196,7 @@ def _constant(expr: sp.Expr, given: dict, what: str) -> float:
     return float(value)
 
 
-def _gain(q: sp.Expr, given: dict, named: dict) -> float:
+def _gain(q: sp.Expr, given: Given, named: Mapping[str, sp.Symbol]) -> float:
     """Return the amplitude of the fast slip over a Omega."""
     a, Omega = sp.symbols("a Omega", positive=True)
     ratio = sp.simplify(q.subs(given).subs({named[AMPLITUDE]: a, named[FREQUENCY]: Omega}) / (a * Omega))

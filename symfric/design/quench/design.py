@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -121,7 +122,7 @@ def quench(
     return _design(belt, problem, found)
 
 
-def _ratios(follow: bool, k) -> tuple[float, float] | None:
+def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return the bounds of k, None if the excitation does not follow the belt speed."""
     if not isinstance(follow, bool):
         raise SceneError(f"follow is {follow!r}; give True or False")
@@ -137,7 +138,16 @@ def _ratios(follow: bool, k) -> tuple[float, float] | None:
     return _bounds((low, high), "k", "ratio")
 
 
-def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits, ratios) -> QuenchProblem:
+def _problem(
+    belt: Belt,
+    speeds: Any,
+    Omega: Any,
+    a: Any,
+    minimise: str,
+    margin: float,
+    limits: Mapping[str, float] | None,
+    ratios: tuple[float, float] | None,
+) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
@@ -167,7 +177,7 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits,
         return QuenchProblem(SpeedRange(averaged, low, high), belt.gain, minimise, Omega, a, margin, limits)
     if a[0] > 0:
         raise SceneError(f"the lower bound of a is {a[0]:g}; the amplitude follows the belt speed, so give 0")
-    ratios = tuple(belt.gain * e for e in ratios)
+    ratios = belt.gain * ratios[0], belt.gain * ratios[1]
     speeds = FollowedSpeeds(averaged, low, high)
     problem = QuenchProblem(speeds, belt.gain, minimise, Omega, a, margin, limits, high, ratios, belt.ratio)
     if problem.intensities[0] > problem.intensities[1]:
@@ -178,7 +188,7 @@ def _problem(belt: Belt, speeds, Omega, a, minimise: str, margin: float, limits,
     return problem
 
 
-def _bounds(pair, name: str, what: str) -> tuple[float, float]:
+def _bounds(pair: Any, name: str, what: str) -> tuple[float, float]:
     try:
         low, high = pair
     except (TypeError, ValueError):
@@ -248,7 +258,9 @@ def _design(belt: Belt, problem: QuenchProblem, found: Optimum) -> Design:
     )
 
 
-def _corrected(belt: Belt, problem: QuenchProblem, excitation: tuple[float, float], marks: list[float]) -> dict | None:
+def _corrected(
+    belt: Belt, problem: QuenchProblem, excitation: tuple[float, float], marks: list[float]
+) -> dict[str, float] | None:
     """Return the excitation with the largest of the amplitudes that the full model requires at the active speeds."""
     a, Omega = excitation
     averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
@@ -273,7 +285,7 @@ def _on_limits(problem: QuenchProblem, found: Optimum) -> list[str]:
     return [*active, "limit on the acceleration"] if a * Omega**2 >= largest * (1 - ACTIVE) else active
 
 
-def _on_bounds(*variables) -> list[str]:
+def _on_bounds(*variables: tuple[str, float, tuple[float, float]]) -> list[str]:
     sides = ((0, "lower"), (1, "upper"))
     return [
         f"{name} at its {word} bound"
@@ -318,5 +330,5 @@ def _along(problem: QuenchProblem, q: float, marks: tuple[float, ...]) -> Curve:
     return _curve(problem, np.concatenate(v), np.concatenate(y), marks)
 
 
-def _curve(problem: QuenchProblem, v, y, marks) -> Curve:
+def _curve(problem: QuenchProblem, v: np.ndarray, y: np.ndarray, marks: tuple[float, ...]) -> Curve:
     return Curve(v, y, problem.margin, "speed v_b", "damping of the slow motion", marks)

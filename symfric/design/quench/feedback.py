@@ -1,6 +1,8 @@
 """Excitation whose intensity follows the measured belt speed, and its verification while the belt changes its speed."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -32,7 +34,7 @@ def with_feedback(belt: Belt) -> Scene:
     return _exchanged(scene, {a: k * v_b / Omega}, {s: v for s, v in scene.values.items() if s != a} | {k: None})
 
 
-def _exchanged(scene: Scene, by: dict, values: dict) -> Scene:
+def _exchanged(scene: Scene, by: Mapping[sp.Symbol, sp.Expr], values: Mapping[sp.Symbol, Any]) -> Scene:
     """Return the scene with symbols replaced in forces, contacts, start and outputs."""
     system = replace(scene.system, force=[e.subs(by) for e in scene.system.force])
     contacts = tuple(
@@ -82,7 +84,7 @@ def _at_rest(belt: Belt) -> float:
 
 
 @alone(SYMBOLIC)
-def averaging_error(belt: Belt, Omega: float, q):
+def averaging_error(belt: Belt, Omega: float, q: Any) -> Any:
     """Return the relative error of averaging at fast slips q: it falls with Omega^2, and grows on slow belts.
 
     Friction of the size N mu(0) changes the fast velocity by N mu(0)/(m Omega), no longer little where q is small.

@@ -14,7 +14,7 @@ from symfric.design.quench.worst_speed import SpeedPoint
 from symfric.design.verification import Neighbour
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import Integral, Output, friction_force
-from symfric.solve.routes import Program
+from symfric.solve.protocol import Program
 
 NEAR = 12.0  # error of averaging: relative difference of the full model in units of (natural frequency/Omega)^2
 AT = 1e-8  # relative distance from a limit at which the design is on it

@@ -2,19 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from symfric.design.quench.search import Optimum, QuenchProblem, edge, grid_of, refined, search
 from symfric.errors import SceneError
 from symfric.model.symbols import finite, nearest
+from symfric.search import minimum
 
 LIMITS = ("friction", "acceleration", "power")
 QUANTITY = {"acceleration": "acceleration", "power": "mean power"}
 
 
-def read_limits(limits) -> dict[str, float]:
+def read_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     """Return the limits of `symfric.design.quench.design` as numbers.
 
     Raises
@@ -91,7 +93,7 @@ def _beyond_limits(problem: QuenchProblem, stable: QuenchProblem) -> str:
     )
 
 
-def _excess(problem: QuenchProblem, q, values) -> np.ndarray:
+def _excess(problem: QuenchProblem, q: Any, values: Mapping[str, Any]) -> np.ndarray:
     """Return the largest relative excess over a limit, for arrays of q and of worst values."""
     q = np.atleast_1d(q)
     parts = []
@@ -101,7 +103,7 @@ def _excess(problem: QuenchProblem, q, values) -> np.ndarray:
             parts.append(np.array(products) / limit - 1)
         else:
             parts.append((1.0 if kind == "power" else -1.0) * (np.atleast_1d(values[kind]) / limit - 1))
-    return np.max(parts, axis=0)
+    return np.array(np.max(parts, axis=0))
 
 
 def _least_excess(problem: QuenchProblem, stable: QuenchProblem) -> tuple[float, str]:
@@ -130,11 +132,6 @@ def _least_excess(problem: QuenchProblem, stable: QuenchProblem) -> tuple[float,
         found.append((excess(regime, float(q[k])), float(q[k]), regime))
         sides = q[max(k - 1, 0)], q[min(k + 1, q.size - 1)]
         if sides[0] < sides[1] and all(stable.slack(regime, float(e)) >= 0 for e in sides):
-            best = minimize_scalar(
-                lambda s, regime=regime: excess(regime, s),
-                bounds=sides,
-                method="bounded",
-                options={"xatol": 1e-10 * sides[1]},
-            )
-            found.append((float(best.fun), float(best.x), regime))
+            best = minimum(partial(excess, regime), *sides, xatol=1e-10 * sides[1])
+            found.append((best.value, best.place, regime))
     return min(found)[1:]

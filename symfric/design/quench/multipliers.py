@@ -1,8 +1,9 @@
 """Floquet multipliers of the full event-driven model near an optimum, from its stroboscopic map."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from math import isfinite, nan, pi
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -10,9 +11,12 @@ from symfric.design.comparison import Compared
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY, SPEED_NAME, Belt
 from symfric.model.excitation import forcing_period
 from symfric.model.outputs import Output, Trajectory
-from symfric.solve.routes import Program, prepare
+from symfric.model.results import Result
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 
+Strobe: TypeAlias = Callable[[np.ndarray], np.ndarray]  # state after one map
 TOLERANCE = 1e-12  # tolerance of the runs, so that disturbances of 1e-6 resolve growth rates of 1e-6
 BALANCE = 1e-8  # largest energy residual of a valid run
 MAPS = 40  # half slow periods over which a disturbance is followed
@@ -20,7 +24,7 @@ PERIODS = 200  # most forcing periods of one map
 
 
 @dataclass(frozen=True)
-class MultiplierProbe:
+class MultiplierProbe(Result):
     """Decay of a small disturbance of the forced vibration of the full model.
 
     Attributes
@@ -53,6 +57,10 @@ class MultiplierProbe:
     energy_residual: float
     status: str
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain Python data."""
+        return {**super().to_dict(), "self_excited": self.self_excited}
+
     @property
     def self_excited(self) -> bool:
         """Whether the disturbance grows; False without an answer."""
@@ -60,7 +68,7 @@ class MultiplierProbe:
 
 
 @dataclass(frozen=True)
-class MultiplierCheck:
+class MultiplierCheck(Result):
     """Verification: the full model with slightly more and less excitation than the optimum.
 
     Attributes
@@ -74,6 +82,8 @@ class MultiplierCheck:
     others : tuple of MultiplierProbe
         With the larger excitation at further belt speeds, local minima of the averaged damping.
     """
+
+    _told = ("step", "agrees", "above", "others", "below", "limits")
 
     step: float
     above: tuple[MultiplierProbe, ...]
@@ -105,13 +115,6 @@ class MultiplierCheck:
             for probes, word in ((self.above, "more"), (self.others, "more"), (self.below, "less"))
             for p in probes
         ]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python data."""
-        sides = {"above": self.above, "others": self.others, "below": self.below}
-        rows = {k: [{**asdict(p), "self_excited": p.self_excited} for p in side] for k, side in sides.items()}
-        limits = [{**asdict(row), "agrees": row.agrees} for row in self.limits]
-        return {"step": self.step, "agrees": self.agrees, **rows, "limits": limits}
 
     def __str__(self) -> str:
         return "; ".join([*(words for _, words in self._probes()), *map(_limit_words, self.limits)])
@@ -173,7 +176,9 @@ def forced(belt: Belt, program: Program, excitation: tuple[float, float], v_b: f
     return dict(zip(names, (x if np.all(np.isfinite(slopes)) else np.full(2, np.nan)).tolist(), strict=True))
 
 
-def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, runs: list[Run]):
+def _strobe(
+    belt: Belt, program: Program, excitation: tuple[float, float], v_b: float, runs: list[Run]
+) -> tuple[Strobe, np.ndarray]:
     """Return the stroboscopic map of a program, which appends its runs to a list, and the sizes of its two states."""
     a, Omega = excitation
     names = [s.name for s in belt.scene.system.states]
@@ -189,7 +194,7 @@ def _strobe(belt: Belt, program: Program, excitation: tuple[float, float], v_b: 
     return strobe, np.array([speed / belt.frequency, speed])
 
 
-def _followed(strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:
+def _followed(strobe: Strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:
     """Return what remains of a displacement `first` from the forced vibration x after `MAPS` maps."""
     y = x + np.array([first, 0.0])
     for _ in range(MAPS):
@@ -197,7 +202,7 @@ def _followed(strobe, x: np.ndarray, first: float, size: np.ndarray) -> float:
     return float(np.hypot(*((y - x) / size)) * size[0])
 
 
-def _fixed_point(strobe, x: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _fixed_point(strobe: Strobe, x: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the fixed point of the map and its derivatives there by Newton's method; NaN if it is not found."""
     for _ in range(12):
         slopes = _jacobian(strobe, x, size)
@@ -210,7 +215,7 @@ def _fixed_point(strobe, x: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, n
     return x, np.full((2, 2), np.nan)
 
 
-def _jacobian(strobe, x: np.ndarray, size: np.ndarray) -> np.ndarray:
+def _jacobian(strobe: Strobe, x: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Return central differences of the map, scaled to equal units; eigenvalues do not depend on the scale."""
     step = 1e-6 * np.diag(size)
     return np.column_stack([(strobe(x + d) - strobe(x - d)) / (2e-6 * s) for d, s in zip(step, size, strict=True)])

@@ -7,13 +7,14 @@ keeps the best.
 
 from dataclasses import dataclass, field
 from math import sqrt
+from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from symfric.design.quench.belt_scene import AMPLITUDE, FREQUENCY
 from symfric.design.quench.followed_speeds import FollowedSpeeds
 from symfric.design.quench.worst_speed import SpeedRange
+from symfric.search import minimum, zero
 
 FAR = 0.02  # deficit of a peak in the scan, relative to the condition's size, above which it is not polished
 
@@ -33,7 +34,7 @@ class QuenchCondition:
     level: float
     size: float
 
-    def slack(self, value):
+    def slack(self, value: Any) -> Any:
         """Return the slack of a value (float or array) relative to the size; negative where the condition fails."""
         return (self.level - value if self.kind == "power" else value - self.level) / self.size
 
@@ -121,7 +122,7 @@ class QuenchProblem:
 
     def slack(self, regime: str, q: float) -> float:
         """Return the least slack of the conditions over the belt speeds."""
-        return min(c.slack(self.speeds.worst(regime, q, c.kind)[0].value) for c in self.conditions)
+        return float(min(c.slack(self.speeds.worst(regime, q, c.kind)[0].value) for c in self.conditions))
 
     def objective(self, regime: str, q: float) -> float:
         """Return the objective at the best a and Omega of the fast slip q."""
@@ -190,7 +191,9 @@ def _starts(problem: QuenchProblem) -> tuple[list[QuenchStart], tuple[float, str
     return sorted(starts, key=key), closest
 
 
-def refined(problem: QuenchProblem, regime: str, q, slack, power):
+def refined(
+    problem: QuenchProblem, regime: str, q: np.ndarray, slack: np.ndarray, power: np.ndarray
+) -> tuple[np.ndarray, ...]:
     """Add local maxima of the slack between grid points, since a feasible interval may be narrower than a cell."""
     inner, beside = slack[1:-1], (slack[:-2], slack[2:])
     peak = (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside) + 1e-12)  # not a plateau with rounding errors
@@ -199,13 +202,11 @@ def refined(problem: QuenchProblem, regime: str, q, slack, power):
     for k in peaks[np.argsort(-slack[peaks])][:3]:
         low, high = q[k - 1], q[k + 1]
         for tolerance in (1e-3 * (high - low), 1e-9 * high):
-            found = minimize_scalar(
-                lambda s: -problem.slack(regime, s), bounds=(low, high), method="bounded", options={"xatol": tolerance}
-            )
-            if found.fun > FAR:
+            found = minimum(lambda s: -problem.slack(regime, s), low, high, xatol=tolerance)
+            if found.value > FAR:
                 break
-        if -found.fun > slack[k]:
-            extra.append((float(found.x), -float(found.fun)))
+        if -found.value > slack[k]:
+            extra.append((found.place, -found.value))
     if not extra:
         return q, slack, power
     more, values = (np.array(e) for e in zip(*extra, strict=True))
@@ -230,25 +231,23 @@ def _least(problem: QuenchProblem, start: QuenchStart) -> float:
     if problem.minimise != "power" or not high > low:
         return low  # intensity and force rise with q
     ends = [(problem.objective(start.regime, e), e) for e in (low, q, high)]
-    found = minimize_scalar(
-        lambda s: problem.objective(start.regime, s),
-        bounds=(low, high),
-        method="bounded",
-        options={"xatol": 1e-12 * high},
-    )
-    if problem.slack(start.regime, float(found.x)) >= 0:
-        ends.append((float(found.fun), float(found.x)))
+    found = minimum(lambda s: problem.objective(start.regime, s), low, high, xatol=1e-12 * high)
+    if problem.slack(start.regime, found.place) >= 0:
+        ends.append((found.value, found.place))
     return min(ends)[1]
 
 
 def edge(problem: QuenchProblem, regime: str, good: float, bad: float) -> float:
     """Bisect from a feasible intensity towards the second one; return the last feasible intensity."""
-    slack = lambda s: problem.slack(regime, s)  # noqa: E731
+
+    def slack(s: float) -> float:
+        return problem.slack(regime, s)
+
     last = slack(bad)
     if last >= 0 or good == bad:
         return bad
     if np.isfinite(last) and np.isfinite(slack(good)):
-        root = float(brentq(slack, good, bad, xtol=1e-300, rtol=4e-15))
+        root = zero(slack, good, bad, rtol=4e-15)
         for share in (0.0, 1e-15, 1e-14, 1e-13, 1e-12):
             inner = root + share * (root if good > bad else -root)
             if min(good, bad) <= inner <= max(good, bad) and slack(inner) >= 0:

@@ -13,11 +13,13 @@ So the intensities fall into three regimes, in each of which the damping over th
 import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from symfric.design.quench.averaged_damping import Averaged
 
+Values: TypeAlias = Callable[..., np.ndarray]  # of a condition at belt speeds
 _ENDS = np.logspace(-5, -1.1, 12)
 _ZOOM, _FINE = (
     17,
@@ -35,7 +37,7 @@ class Edge:
     fixed: float
     rate: float
 
-    def __call__(self, q):
+    def __call__(self, q: Any) -> Any:
         """Return the belt speed of the end; q may be a float or an array."""
         return self.fixed + self.rate * q
 
@@ -139,7 +141,9 @@ class SpeedRange:
         return [low, *(kinks[v] for v in sorted(kinks)), high]
 
 
-def evaluated(averaged: Averaged, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS) -> dict:
+def evaluated(
+    averaged: Averaged, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS
+) -> dict[str, np.ndarray]:
     """Evaluate the quantities of `ROWS`, or some of them, at belt speeds and intensities of equal shape."""
     place = v.reshape(1, -1), q.reshape(1, -1)
     if set(kinds) == {"damping"}:
@@ -152,7 +156,7 @@ def evaluated(averaged: Averaged, inside: bool, v: np.ndarray, q: np.ndarray, ki
     return found
 
 
-def worst_points(groups: list[tuple[bool, list[np.ndarray], Callable]], kind: str, scale: float) -> list[SpeedPoint]:
+def worst_points(groups: list[tuple[bool, list[np.ndarray], Values]], kind: str, scale: float) -> list[SpeedPoint]:
     """Return the local minima of the damping or the friction, maxima of the power, the worst first.
 
     Parameters
@@ -181,7 +185,7 @@ def worst_points(groups: list[tuple[bool, list[np.ndarray], Callable]], kind: st
     return sorted(points, key=lambda p: -p.value if kind == "power" else p.value)
 
 
-def _polished(low: "_Low", values_at: Callable, sign: float) -> tuple[float, float]:
+def _polished(low: "_Low", values_at: Values, sign: float) -> tuple[float, float]:
     """Return the minimum between the neighbours of a low point, by successively finer grids."""
     best, (a, b) = (low.v, low.value), low.ends
     while b - a > _FINE * (low.ends[1] - low.ends[0]):
@@ -219,7 +223,7 @@ def _cell(low: Edge, high: Edge, q: float) -> np.ndarray:
     return a + (b - a) * SHARES if b > a else np.array([a])
 
 
-def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple]:
+def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple[Any, ...]]:
     """Return the local minima of values on a grid: v, y, neighbours, lower bound and rounding error."""
     left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
     found = []

@@ -1,17 +1,16 @@
 """Table of predictions: each applicable formula and the computed value of the same quantity."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 import sympy as sp
 from markupsafe import Markup
 
 from symfric.design.comparison import Comparison
-from symfric.design.result import Design
+from symfric.design.plan import Designed, DesignPlan
 from symfric.errors import NotFound, SceneError
 from symfric.model.excitation import is_excited
 from symfric.model.outputs import Max
@@ -20,7 +19,7 @@ from symfric.model.symbols import SPEED
 from symfric.orbits.steady_state import SETTLE, Schedule, Settling, Vibration
 from symfric.report.html.elements import heading, table
 from symfric.report.html.words import number, percent
-from symfric.report.study.designs import with_all_units
+from symfric.report.study.designs import wording
 from symfric.report.study.section import Progress, Section, StudyResult, answer
 from symfric.report.study.sections.closed_forms import closed_forms
 from symfric.report.study.sections.designs import DESIGNS
@@ -29,7 +28,7 @@ from symfric.report.study.sections.motion import MOTION, STEADY
 from symfric.report.study.sections.onset import HOPF
 from symfric.report.study.sections.prediction import closed_forms_apply
 from symfric.report.study.sections.stability import EQUILIBRIUM, base
-from symfric.scenefile import DesignPlan, SceneFile
+from symfric.scenefile import SceneFile
 from symfric.theory import belt
 from symfric.theory.averaging import average
 from symfric.theory.equilibrium import Equilibrium, equilibrium
@@ -184,19 +183,17 @@ def stick_onset(scene: Scene, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[ComparisonRow]:
+def of_design(file: SceneFile, plan: DesignPlan, design: Designed) -> list[ComparisonRow]:
     """Compare a design with closed forms and with its verification on the event-driven model."""
     rows = []
-    if closed_forms_apply(file) and plan.kind == "quench":
-        rows += _of_quench(file.scene, plan.arguments, design)
-    if closed_forms_apply(file) and plan.kind == "damper":
-        rows += _of_damper(plan.arguments, design)
+    if closed_forms_apply(file):
+        rows += [ComparisonRow(*form) for form in plan.closed_forms(file.scene, design)]
     if isinstance(design.check, Comparison):
-        words = f"[design.{plan.kind}]; computed: event-driven"
+        words, told = f"[design.{plan.kind}]; computed: event-driven", wording(file)
         unit = file.units.get((file.sweep.coordinate if file.sweep else file.scene.system.q[0].name), "")
         rows += [
             ComparisonRow(
-                with_all_units(r.quantity, file),
+                told.with_units(r.quantity),
                 r.predicted,
                 r.computed,
                 words,
@@ -205,26 +202,6 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Design) -> list[Compari
             for r in design.check.rows
         ]
     return rows
-
-
-def _of_quench(scene: Scene, asked: Mapping[str, Any], design: Design) -> list[ComparisonRow]:
-    """Compare the closed forms of the smallest intensity with the design."""
-    if asked["minimise"] != "intensity" or asked["margin"] or asked.get("limits"):
-        return []
-    low, high = asked["speeds"]
-    worst = min(max(_try(lambda: belt.quench_intensity(scene)), low), high)  # (57) is largest at v_b = a Omega*
-    formula = _try(lambda: belt.quench_intensity_at(scene, worst))
-    return [ComparisonRow("intensity a*Omega that quenches", formula, float(design.objective), "Thomsen (56)-(58)")]
-
-
-def _of_damper(asked: Mapping[str, Any], design: Design) -> list[ComparisonRow]:
-    """Compare the onset of vibration under the designed damping with the critical speed, if stability was limiting."""
-    if asked["parameter"] != "beta" or not any("stability" in words for words in design.active):
-        return []
-    formula = _try(lambda: belt.onset_speed(design.scene))
-    return [
-        ComparisonRow("onset speed with the designed damper", formula, float(design.curve.marks[0]), "Thomsen (19)")
-    ]
 
 
 def of_flutter(file: SceneFile, base: Scene, found: FlutterResult, onset: HopfPoint) -> list[ComparisonRow]:

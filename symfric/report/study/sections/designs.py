@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from symfric.design.result import Design
+from symfric.design.plan import Designed, DesignPlan
 from symfric.errors import NotFound
 from symfric.report.html.elements import Picture, gallery, heading, note, paragraph, table
 from symfric.report.html.words import inline_name, number
@@ -13,7 +13,6 @@ from symfric.report.study import designs
 from symfric.report.study.drawing.axes import new_axes, tidy, to_svg, with_units
 from symfric.report.study.section import Progress, Section, StudyAnswer, StudyResult, answer
 from symfric.report.study.sections.quench import QUENCH, before_after
-from symfric.scenefile import DesignPlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +23,11 @@ class DesignResult:
     ----------
     plan : DesignPlan
     design : StudyAnswer
-        Of a Design.
+        Of a design.
     """
 
     plan: DesignPlan
-    design: StudyAnswer[Design]
+    design: StudyAnswer[Designed]
 
 
 Made = tuple[DesignResult, ...]
@@ -43,7 +42,7 @@ def _compute(study: StudyResult, tell: Progress) -> Made:
 
 
 def _missing(_study: StudyResult, made: Made) -> dict[str, str]:
-    others = (d for d in made if d.plan.kind != "quench" and d.design.value is None)
+    others = (d for d in made if not d.plan.excites and d.design.value is None)
     return {f"design {d.plan.kind}": d.design.note for d in others}
 
 
@@ -55,7 +54,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     file = study.file
     for made in study[DESIGNS].value or ():
         plan, design = made.plan, made.design.value
-        yield heading(designs.heading(plan), plan.kind)
+        yield heading(plan.heading, plan.kind)
         yield paragraph(study.said(designs.asked(plan, file)))
         if design is None:
             yield note(f"Not designed: {made.design.note.rstrip('.')}.")
@@ -67,12 +66,12 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         ]
         yield table(["name", "value", "unit"], rows, [1])
         quench = study[QUENCH].value
-        motions = [before_after(quench, study.plan.coordinate, file)] if plan.kind == "quench" and quench else []
+        motions = [before_after(quench, study.plan.coordinate, file)] if plan.excites and quench else []
         yield gallery([*motions, _picture(study, plan, design)], study.said)
 
 
-def _picture(study: StudyResult, plan: DesignPlan, design: Design) -> Picture:
-    ax, caption = design.plot(new_axes()), "What limits the design; dashed: the level at which it does."
+def _picture(study: StudyResult, plan: DesignPlan, design: Designed) -> Picture:
+    ax, caption = design.plot(new_axes()), plan.caption
     alt = f"{ax.get_ylabel()} against {ax.get_xlabel()}. {caption}"  # before names are set as mathematics
     ax.set_xlabel(with_units(ax.get_xlabel(), study.file.units))
     ax.set_ylabel(designs.axis(plan, ax.get_ylabel(), study.file))

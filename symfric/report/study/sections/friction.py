@@ -7,7 +7,6 @@ import numpy as np
 import sympy as sp
 from markupsafe import Markup
 
-from symfric.design.result import Design
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.excitation import is_excited
@@ -76,7 +75,7 @@ class FrictionCurve:
 
 
 def friction_curves(
-    scene: Scene, motion: SampledMotion | None, equilibrium: Equilibrium | None, design: Design | None
+    scene: Scene, motion: SampledMotion | None, equilibrium: Equilibrium | None, excited: Scene | None
 ) -> tuple[FrictionCurve, ...]:
     """Return one curve for each contact, over the sliding speeds that occur.
 
@@ -84,18 +83,18 @@ def friction_curves(
     ----------
     motion : SampledMotion or None
     equilibrium : Equilibrium or None
-    design : Design or None
-        Of a fast excitation.
+    excited : Scene or None
+        With a designed fast excitation.
     """
     shaken, note = [], ""
     if is_excited(scene):
         shaken.append(("under the excitation", scene))
-    if design is not None:
-        shaken.append(("under the designed excitation", scene.where(design.values)))
+    if excited is not None:
+        shaken.append(("under the designed excitation", excited))
     slow: Slow = []
-    for words, excited in shaken:
+    for words, moving in shaken:
         try:
-            slow.append((words, separate(excited)))
+            slow.append((words, separate(moving)))
         except SceneError as error:
             note = str(error)
     shown = range(len(scene.contacts)) if scene.system.linear is None else _different(scene)
@@ -153,8 +152,8 @@ def _compute(study: StudyResult, _tell: Progress) -> tuple[FrictionCurve, ...]:
     if not study.file.scene.contacts:
         raise NotFound("the scene has no contacts")
     quench = study[QUENCH].value
-    design = None if quench is None else quench.design
-    return friction_curves(study.file.scene, study[MOTION].value, study[EQUILIBRIUM].value, design)
+    excited = None if quench is None else quench.excited
+    return friction_curves(study.file.scene, study[MOTION].value, study[EQUILIBRIUM].value, excited)
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:

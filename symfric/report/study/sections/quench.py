@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symfric.design.result import Design
+from symfric.design.plan import Designed
 from symfric.errors import SceneError
+from symfric.model.scene import Scene
 from symfric.report.html.elements import Picture
 from symfric.report.html.words import measure
 from symfric.report.study.drawing.axes import GREEN, GREY, Axes, label, legend, new_axes, tidy, to_svg
@@ -19,7 +20,9 @@ class QuenchResult:
 
     Attributes
     ----------
-    design : Design
+    design : Designed
+    excited : Scene
+        With the excitation.
     speed : str
         Name of the belt speed.
     shown : float
@@ -27,7 +30,8 @@ class QuenchResult:
     before, after : SampledMotion
     """
 
-    design: Design
+    design: Designed
+    excited: Scene
     speed: str
     shown: float
     before: SampledMotion
@@ -35,14 +39,14 @@ class QuenchResult:
 
 
 def _compute(study: StudyResult, _tell: Progress) -> QuenchResult:
-    scene, made = study.file.scene, next(d for d in study.designs.found if d.plan.kind == "quench")
+    scene, made = study.file.scene, next(d for d in study.designs.found if d.plan.excites)
     design, speeds = made.design.found, belt_speeds(scene)
     if not speeds:
         raise SceneError("no contact has a belt speed, so there is nothing to show the design at")
     shown = 0.5 * sum(made.plan.arguments["speeds"])
-    still = scene.where({speeds[0].name: shown, "a": 0.0})
-    shaken = scene.where({speeds[0].name: shown, **design.values})
-    return QuenchResult(design, speeds[0].name, shown, motion(still), motion(shaken))
+    still, excited = scene.where({speeds[0].name: shown, "a": 0.0}), made.plan.excited(scene, design)
+    shaken = excited.where({speeds[0].name: shown})
+    return QuenchResult(design, excited, speeds[0].name, shown, motion(still), motion(shaken))
 
 
 def before_after(found: QuenchResult, q: str, file: SceneFile) -> Picture:

@@ -60,8 +60,7 @@ def _compute(study: StudyResult, tell: Progress) -> SweepResult:
 
 def _quenched(study: StudyResult, tell: Progress) -> np.ndarray:
     """Return the half range over the sweep with the designed excitation, shape (n,)."""
-    design, sweep = study[QUENCH].found.design, study[SWEEP].found
-    shaken = study.file.scene.where(design.values)
+    shaken, sweep = study[QUENCH].found.excited, study[SWEEP].found
     told = lambda f: tell("sweep with design", 0.7 + 0.2 * f)  # noqa: E731
     return np.array([v.half_range for v in vibrations(shaken, sweep.parameter, sweep.values, study.plan, told)])
 

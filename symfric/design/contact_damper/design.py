@@ -6,7 +6,7 @@ its own, "the time of turning point N, which must lie within the stick limit"; i
 """
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,7 +20,8 @@ from symfric.model import scenes
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
-from symfric.solve.routes import Program, prepare, simulate
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare, simulate
 from symfric.solve.run import finished
 from symfric.theory.decay import damper_numbers, decisions
 
@@ -75,7 +76,7 @@ class Damper:
     numbers: Mapping[str, float]
     margin: float
     residual: float
-    seen: dict = field(default_factory=dict)
+    seen: dict[tuple[float, ...], Decay] = field(default_factory=dict)
 
     def values(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters at a point of the unit cube."""
@@ -171,7 +172,7 @@ def contact_damper(
     return _design(scene, damper, best)
 
 
-def _read(scene: Scene, bounds, residual, margin) -> Damper:
+def _read(scene: Scene, bounds: Mapping[Key, tuple[float, float]], residual: float, margin: float) -> Damper:
     own, _ = damper_numbers(scene)
     numbers = {k: own[k] for k in (*VARIED, "m", "x0", "v0", "g")}
     given = {name_of(k): v for k, v in bounds.items()}
@@ -256,12 +257,12 @@ def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
     if not np.isfinite(damper.shortfall(start, n)):
         return None  # no sticking without friction
 
-    def time(p):
+    def time(p: np.ndarray) -> float:
         decay = damper(p)
         return decay.t[min(n, len(decay.t) - 1)] if decay.t else np.inf
 
-    def slopes(function):
-        def at(p):
+    def slopes(function: Callable[[np.ndarray], float]) -> Callable[[np.ndarray], np.ndarray]:
+        def at(p: np.ndarray) -> np.ndarray:
             low, high = (np.clip(p + s * STEP * np.eye(size), 0, 1) for s in (-1, 1))
             return np.array([(function(b) - function(a)) / np.sum(b - a) for a, b in zip(low, high, strict=True)])
 
@@ -296,7 +297,7 @@ def _pulled_in(damper: Damper, start: np.ndarray, p: np.ndarray, n: int) -> np.n
 
 
 def _missing(damper: Damper, grid: list[np.ndarray]) -> str:
-    def miss(p):
+    def miss(p: np.ndarray) -> tuple[int, float]:
         decay = damper(p)
         stops = decay.time < np.inf
         return (0, damper.shortfall(p, len(decay.t))) if stops else (1, 0.0)

@@ -1,17 +1,18 @@
-"""Types of the keys of a scene file; error messages are worded to follow the place of the key."""
+"""Types of the keys of TOML tables; error messages are worded to follow the place of the key."""
 
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from symfric.scenefile.expressions import LARGEST, shorten
+from symfric.model.symbols import shorten
 
+LARGEST = 1e300
 MAX_TABLES = 200  # most entries of one table or list
 MAX_UNIT = 40  # most letters of a unit, which figures can show
 MAX_AXIS = 100_000  # most values of one axis of a sweep
 
 
-def number(value) -> float:
+def number(value: object) -> float:
     """Return a TOML number as a float; anything else is an error, also a number in quotes."""
     if isinstance(value, str):
         raise ValueError(f"is the string {shorten(value, 30)!r}, not a number; write the number without quotes or unit")
@@ -22,22 +23,22 @@ def number(value) -> float:
     return float(value)
 
 
-def _term(value) -> float | str:
+def _term(value: object) -> float | str:
     """Return a number or the text of an expression."""
     return value if isinstance(value, str) else number(value)
 
 
-def _coefficient(value) -> float | str | list[float | str]:
+def _coefficient(value: object) -> float | str | list[float | str]:
     """Return a coefficient of a friction law: a number, an expression, or a list of them."""
     return [_term(v) for v in value] if isinstance(value, list) else _term(value)
 
 
-def _option(value) -> float | str | bool | list:
+def _option(value: object) -> float | str | bool | list[float | str]:
     """Return a checked option of a ready scene."""
     return value if isinstance(value, bool) else _coefficient(value)
 
 
-def _mass(value) -> list[list[float | str]]:
+def _mass(value: object) -> list[list[float | str]]:
     """Return the rows of the mass matrix, given as one entry, the diagonal, or all rows."""
     entries = as_list(value)
     if any(isinstance(row, list) for row in entries):
@@ -47,7 +48,7 @@ def _mass(value) -> list[list[float | str]]:
     return [[_term(e) if i == j else 0.0 for j in range(len(entries))] for i, e in enumerate(entries)]
 
 
-def _axis(value) -> list[float]:
+def _axis(value: object) -> list[float]:
     """Return the values of one axis of a grid: a list, or a table of start, stop and count."""
     if isinstance(value, list):
         if not 1 <= len(value) <= MAX_AXIS:
@@ -62,19 +63,27 @@ def _axis(value) -> list[float]:
     return [start, *(start + step * k for k in range(1, count - 1)), *([stop] if count > 1 else [])]
 
 
-def text(value) -> str:
+def _pair(value: object) -> list[Any]:
+    """Return a list of two values."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError(f"is {shorten(repr(value), 30)}; write [smallest, largest]")
+    return list(value)
+
+
+def text(value: object) -> str:
     """Return a text; anything else is an error."""
     if not isinstance(value, str):
         raise ValueError(f"is {kind_of(value)}, not text; put it in quotes")
     return value
 
 
-def as_list(value) -> list:
+def as_list(value: object) -> list[Any]:
     """Return a single entry as a list of one."""
     return value if isinstance(value, list) else [value]
 
 
-def kind_of(value) -> str:
+def kind_of(value: object) -> str:
+    """Return what a value of TOML is, in words."""
     names = {bool: "true or false", int: "a number", float: "a number", list: "a list", dict: "a table"}
     return names.get(type(value), f"a {type(value).__name__}")
 
@@ -90,7 +99,7 @@ Names = Annotated[list[Text], BeforeValidator(as_list), Field(max_length=MAX_TAB
 Terms = Annotated[list[Term], BeforeValidator(as_list), Field(max_length=MAX_TABLES)]
 Axis = Annotated[Any, BeforeValidator(_axis)]
 Mass = Annotated[Any, BeforeValidator(_mass)]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Range = Annotated[tuple[Number, Number], BeforeValidator(_pair)]
 
 
 class Section(BaseModel):

@@ -5,11 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symfric.design.comparison import Compared, Comparison
+from symfric.design.positioning.slide import Slide
 from symfric.design.result import Curve, Design
-from symfric.design.slide import Slide
 from symfric.design.verification import Neighbour, design
 from symfric.model import scenes
-from symfric.solve.routes import Program, prepare, simulate
+from symfric.model.scene import Scene
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare, simulate
 from symfric.theory.drive import positioning_error
 
 RAMPS, SPEEDS = 97, 17  # survey points
@@ -40,7 +42,7 @@ class StoppingProblem:
     speeds: np.ndarray
     _programs: list[Program] = field(default_factory=list)
 
-    def scene(self, V: float, ramp: float):
+    def scene(self, V: float, ramp: float) -> Scene:
         """Return the scene of the stop at a speed."""
         s = self.slide
         return scenes.drive_stop(

@@ -1,18 +1,20 @@
 """Least positioning error of a driven slide without stick-slip over a range of speeds, by one parameter."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from symfric.design.comparison import Compared, Comparison
+from symfric.design.positioning.slide import Slide
+from symfric.design.positioning.stopping_ramp import stopping_ramp
 from symfric.design.result import Curve, Design
-from symfric.design.slide import Slide
-from symfric.design.stopping_ramp import stopping_ramp
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.model import scenes
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of
+from symfric.search import Function, minimum_near, valleys, zero
 from symfric.solve.routes import simulate
 from symfric.solve.run import finished
 
@@ -29,7 +31,7 @@ STRONG = 1e6  # friction difference that counts as unbounded
 class PositioningProblem:
     """A design parameter of a slide, the range of speeds, and the number of survey speeds."""
 
-    numbers: dict
+    numbers: dict[str, Any]
     name: str
     speeds: tuple[float, float]
     survey: int = COARSE
@@ -40,17 +42,13 @@ class PositioningProblem:
 
     def nearest(self, value: float) -> tuple[float, float]:
         """Return the speed of least slack, and the slack."""
-        from scipy.optimize import minimize_scalar
-
         slide, V = self.at(value), np.geomspace(*self.speeds, self.survey)
         if self.speeds[0] < 1 < self.speeds[1]:
             V = np.union1d(V, [1.0, 1 + 1e-12])  # the equilibrium changes its branch
         y = np.array([slide.slack(e) for e in V])
         found = [(float(y[k]), float(V[k])) for k in (0, V.size - 1, int(np.argmin(y)))]
-        inner = np.flatnonzero((y[1:-1] <= y[:-2]) & (y[1:-1] <= y[2:]) & (y[1:-1] < 1)) + 1
-        for k in inner[np.argsort(y[inner])][:3]:
-            best = minimize_scalar(slide.slack, bounds=(V[k - 1], V[k + 1]), method="bounded", options={"xatol": 1e-10})
-            found.append((float(best.fun), float(best.x)))
+        low = [k for k in valleys(y) if y[k] < 1]
+        found += [minimum_near(slide.slack, V, k, xatol=1e-10)[::-1] for k in low[:3]]
         return min(found)[::-1]
 
     def slack(self, value: float) -> float:
@@ -151,7 +149,7 @@ def _best(problem: PositioningProblem, low: float, high: float) -> float:
     return min((_least(problem, *piece) for piece in pieces), key=lambda f: (f[1], f[0]))[0]
 
 
-def _problem(scene: Scene, parameter: Key, speeds) -> PositioningProblem:
+def _problem(scene: Scene, parameter: Key, speeds: tuple[float, float]) -> PositioningProblem:
     name = name_of(parameter)
     if name not in (*VARIED, RAMP):
         known = ", ".join((*VARIED, RAMP))
@@ -166,7 +164,7 @@ def _problem(scene: Scene, parameter: Key, speeds) -> PositioningProblem:
     return PositioningProblem({k: numbers[k] for k in (*VARIED, "damper")}, name, (low, high))
 
 
-def _read(scene: Scene) -> dict:
+def _read(scene: Scene) -> dict[str, Any]:
     """Return the arguments of `symfric.scenes.drive_slide` of a scene; a damper of 0 to ground if it has none."""
     models = [{}, *({"sigma": 0.0, "damper": damper} for damper in ("ground", "support"))]
     for kind in models:
@@ -176,34 +174,32 @@ def _read(scene: Scene) -> dict:
     raise SceneError("positioning takes sf.scenes.drive_slide; this scene has other equations")
 
 
-def _positive_pieces(function, grid: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
+def _positive_pieces(function: Function, grid: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
     """Return the intervals of the grid on which a continuous function is not negative, their ends polished.
 
     A local maximum that just misses zero on the grid is polished first.
     """
-    from scipy.optimize import brentq, minimize_scalar
-
     inner, beside = y[1:-1], (y[:-2], y[2:])
     peaks = np.flatnonzero((inner < 0) & (inner >= np.maximum(*beside)) & (inner > np.minimum(*beside))) + 1
     for k in peaks.tolist():
-        best = minimize_scalar(lambda s: -function(s), bounds=(grid[k - 1], grid[k + 1]), method="bounded")
-        grid, y = np.append(grid, best.x), np.append(y, -best.fun)
+        best = minimum_near(lambda s: -function(s), grid, k)
+        grid, y = np.append(grid, best.place), np.append(y, -best.value)
     order = np.argsort(grid)
     grid, y = grid[order], y[order]
     pieces, start = [], None
     for k in range(grid.size):
         inside = y[k] >= 0
         if inside and start is None:
-            start = grid[0] if k == 0 else _inner(brentq, function, grid[k - 1], grid[k])
+            start = grid[0] if k == 0 else _inner(function, grid[k - 1], grid[k])
         if not inside and start is not None:
-            pieces.append((float(start), float(_inner(brentq, function, grid[k], grid[k - 1]))))
+            pieces.append((float(start), float(_inner(function, grid[k], grid[k - 1]))))
             start = None
     return pieces if start is None else [*pieces, (float(start), float(grid[-1]))]
 
 
-def _inner(brentq, function, outside: float, inside: float) -> float:
+def _inner(function: Function, outside: float, inside: float) -> float:
     """Bisect a zero or a jump of a function; return the end at which it is not negative."""
-    root = brentq(function, outside, inside, xtol=1e-15, rtol=1e-14)
+    root = zero(function, outside, inside, xtol=1e-15)
     if function(root) >= 0:
         return root
     step = np.spacing(abs(root))
@@ -217,8 +213,6 @@ def _inner(brentq, function, outside: float, inside: float) -> float:
 
 def _least(problem: PositioningProblem, low: float, high: float) -> tuple[float, float]:
     """Return the value of the least error on an interval, and the error."""
-    from scipy.optimize import minimize_scalar
-
     grid = np.unique(np.linspace(low, high, VALUES))
     still = _positive_pieces(lambda e: -problem.push(e), grid, np.array([-problem.push(e) for e in grid]))
     if still:
@@ -227,8 +221,7 @@ def _least(problem: PositioningProblem, low: float, high: float) -> tuple[float,
     k = int(np.argmin(y))
     best = (float(grid[k]), float(y[k]))
     if 0 < k < grid.size - 1:
-        found = minimize_scalar(problem.error, bounds=(grid[k - 1], grid[k + 1]), method="bounded")
-        best = min(best, (float(found.x), float(found.fun)), key=lambda f: f[1])
+        best = min(best, minimum_near(problem.error, grid, k), key=lambda f: f[1])
     return best
 
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from symfric.design.damper.cycles import Left, Requirement, outermost
 from symfric.errors import NotFound
@@ -12,6 +11,7 @@ from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch import Branch, Special, continue_cycle
 from symfric.orbits.continuation.codim1 import Curve, continue_special
 from symfric.orbits.cycle import Orbit
+from symfric.search import minimum
 
 _NEIGHBOUR = 0.25  # distance, relative to the range of speeds, within which runs search for the worst speed
 _TRIES = 10  # most speeds of that search
@@ -143,9 +143,7 @@ def _bracketed(scene: Scene, r: Requirement, at: float) -> Summit:
     for end in (at, *ends):
         need(end)
     if ends[0] < ends[1]:
-        minimize_scalar(
-            lambda v: -need(float(v)), bounds=ends, method="bounded", options={"xatol": 1e-3 * high, "maxiter": _TRIES}
-        )
+        minimum(lambda v: -need(float(v)), *ends, xatol=1e-3 * high, most=_TRIES)
     speed = max(seen, key=seen.__getitem__)
     orbit = outermost(scene.where({r.speed: speed, r.name: seen[speed]}), r)
     if isinstance(orbit, Orbit) and abs(orbit.half_range[0] - r.half_range) < _ALIKE * r.half_range:
@@ -174,7 +172,10 @@ def _reason(r: Requirement) -> str:
 
 def _enough(scene: Scene, r: Requirement, least: float) -> float:
     """Return the least sufficient damping at one speed, by bisection on runs."""
-    met = lambda d: r.meets(outermost(scene.where({r.name: float(d)}), r))  # noqa: E731
+
+    def met(d: float) -> bool:
+        return r.meets(outermost(scene.where({r.name: float(d)}), r))
+
     low, high = least, None
     if met(low):
         return low
@@ -231,5 +232,5 @@ def _highest(curve: Curve, speeds: tuple[float, float], counts: np.ndarray) -> t
         found = curve.at(value)
         return -float(np.max(found)) if found.size else -best[0]
 
-    found = minimize_scalar(lower, bounds=ends, method="bounded", options={"xatol": 1e-9 * abs(ends[1])})
-    return (-float(found.fun), float(found.x)) if -found.fun > best[0] else best
+    found = minimum(lower, *ends, xatol=1e-9 * abs(ends[1]))
+    return (-found.value, found.place) if -found.value > best[0] else best

@@ -1,0 +1,1 @@
+"""Design of a contact that brakes a rod."""

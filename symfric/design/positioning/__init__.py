@@ -1,0 +1,1 @@
+"""Design of a drive that positions without stick-slip."""
