@@ -35,7 +35,7 @@ from derivations.thomsen.model import (
 from derivations.thomsen.separation import T, q, shaken, v_r
 from symfric.model.symbols import SPEED
 from symfric.theory import belt
-from symfric.theory.belt.vibration import EXCESS, KAPPA
+from symfric.theory.belt.slip import EXCESS, KAPPA
 
 LEDGER = Ledger(
     "thomsen_beyond",

@@ -1,13 +1,19 @@
 """Create matplotlib figures from any thread."""
 
 import threading
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import sympy as sp
 
 from symfric.errors import SceneError
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+else:
+    Axes: TypeAlias = Any  # matplotlib is loaded with the first figure
 
-def axes_for(ax=None, **options):
+
+def axes_for(ax: Axes | None = None, **options: Any) -> Axes:
     """Return the Axes to draw on: those given, else those of a new figure.
 
     Parameters
@@ -23,14 +29,14 @@ def axes_for(ax=None, **options):
     """
     if ax is None:
         return new_axes(**options)
-    from matplotlib.axes import Axes
+    from matplotlib import axes
 
-    if not isinstance(ax, Axes):
+    if not isinstance(ax, axes.Axes):
         raise SceneError(f"ax is {ax!r}; plot takes the matplotlib Axes to draw on, or nothing for a new figure")
     return ax
 
 
-def new_axes(**options):
+def new_axes(**options: Any) -> Axes:
     """Return the Axes of a new figure.
 
     In the main thread the figure belongs to pyplot, so that ``plt.show()`` shows it. Other threads must not open
@@ -44,7 +50,7 @@ def new_axes(**options):
     if threading.current_thread() is threading.main_thread():
         import matplotlib.pyplot as plt
 
-        return plt.subplots(**options)[1]
+        return cast(Axes, plt.subplots(**options)[1])
     from matplotlib.figure import Figure
 
     return Figure(**options).add_subplot()
@@ -61,7 +67,7 @@ def in_letters(name: str) -> str:
     return name if tex == name or not name.isidentifier() else f"${tex}$"
 
 
-def legend_above(ax, columns: int = 2) -> None:
+def legend_above(ax: Axes, columns: int = 2) -> None:
     """Put the legend of an Axes above it, where it covers no data.
 
     Parameters

@@ -7,8 +7,9 @@ A fork waits until they are free, so that no child process inherits a lock that 
 import os
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import wraps
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -19,7 +20,7 @@ DRAWING = threading.RLock()  # matplotlib's pyplot, fonts and settings
 _ALL = DRAWING, OPTIMISER, SYMBOLIC
 
 
-def alone(lock) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def alone(lock: AbstractContextManager[Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a function so that it holds a lock while it runs."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

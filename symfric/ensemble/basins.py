@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
+from symfric.axes import Axes
 from symfric.ensemble.attractors import Attractor, Collection
 from symfric.ensemble.cases import Listed
 from symfric.ensemble.progress import Progress
@@ -16,8 +17,8 @@ from symfric.ensemble.sweep import sweep
 from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
 from symfric.model.excitation import forcing_period
-from symfric.model.notebook import html_table
 from symfric.model.outputs import End, StopTime
+from symfric.model.results import ArrayResult, Drawable, Labelled, as_plain
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.model.units import attributes_of
@@ -28,8 +29,10 @@ _TURNS = 8  # most horizons that motions slow to settle are followed together
 
 
 @dataclass(frozen=True, eq=False)
-class Basins:
+class Basins(ArrayResult, Drawable):
     """Basins of attraction on a grid of starts.
+
+    `plot` draws the basins over one or two axes in colours.
 
     Attributes
     ----------
@@ -59,71 +62,29 @@ class Basins:
     axes: dict[str, np.ndarray]
     label: np.ndarray
     status: np.ndarray
-    attractors: tuple[Attractor, ...]
+    attractors: tuple[Attractor, ...] = field(metadata=as_plain(lambda attractors, _: [repr(a) for a in attractors]))
     units: Mapping[str, str] = field(default_factory=dict, repr=False)
+    _told = ("axes", "label", "status", "attractors", "shares")
+
+    def _labelled(self) -> Labelled:
+        about = {f"attractor_{k}": repr(a) for k, a in enumerate(self.attractors)}
+        codes = np.array(sorted(CODES), dtype=np.int32)
+        meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
+        names = list(self.axes)
+        axes = {n: (n, row, attributes_of(n, self.units)) for n, row in self.axes.items()}
+        return {"attractor": (names, self.label, about), "status": (names, self.status, meaning)}, axes, {}
 
     @property
     def shares(self) -> np.ndarray:
         """Fraction of the starts that end in each attractor, shape (number of attractors,)."""
         return np.array([np.mean(self.label == k) for k in range(len(self.attractors))])
 
-    def plot(self, ax=None):
-        """Draw the basins over one or two axes in colours; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-
-        Raises
-        ------
-        SceneError
-            If the grid has more than two axes.
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         if len(self.axes) > 2:
             raise SceneError(f"the grid has {len(self.axes)} axes; draw a slice of to_xarray().attractor")
         from symfric.ensemble.plotting import plot_basins
 
         return plot_basins(self, ax)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "axes": {n: row.tolist() for n, row in self.axes.items()},
-            "label": self.label.tolist(),
-            "status": self.status.tolist(),
-            "attractors": [repr(a) for a in self.attractors],
-            "shares": self.shares.tolist(),
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("Basins", self.to_dict())
-
-    def to_xarray(self):
-        """Return ``attractor`` and ``status`` over the starts as an xarray.Dataset; attributes explain the codes.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        about = {f"attractor_{k}": repr(a) for k, a in enumerate(self.attractors)}
-        codes = np.array(sorted(CODES), dtype=np.int32)
-        meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
-        names = list(self.axes)
-        axes = {n: (n, row, attributes_of(n, self.units)) for n, row in self.axes.items()}
-        return xr.Dataset({"attractor": (names, self.label, about), "status": (names, self.status, meaning)}, axes)
 
     def __repr__(self) -> str:
         parts = ", ".join(f"{s:.1%} {a!r}" for s, a in zip(self.shares, self.attractors, strict=True))

@@ -3,17 +3,19 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from symfric.axes import Axes
 from symfric.ensemble.cases import Listed
 from symfric.ensemble.sampling import row_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.model.excitation import periodic
-from symfric.model.notebook import html_table
 from symfric.model.outputs import Samples, Trajectory
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.model.units import attributes_of
@@ -30,8 +32,10 @@ _STILL = 1e-6  # range relative to the sizes of the states below which a motion 
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationDiagram:
+class BifurcationDiagram(ArrayResult, Drawable):
     """The points of a section for every value of a parameter.
+
+    `plot` draws the first coordinate on the section against the parameter.
 
     Attributes
     ----------
@@ -75,6 +79,16 @@ class BifurcationDiagram:
     about: str
     units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
+    def _labelled(self) -> Labelled:
+        told = lambda name: attributes_of(name, self.units)  # noqa: E731
+        data: dict = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
+        data |= {"t": ("point", self.times, told("t")), "status": ("case", self.status)}
+        coordinates = {
+            self.parameter: ("point", self.values[self.case], told(self.parameter)),
+            "value": ("case", self.values, told(self.parameter)),
+        }
+        return data, coordinates, {"section": self.about}
+
     def points(self, k: int) -> np.ndarray:
         """Return the states on the section for value k, shape (n_x, number of points).
 
@@ -89,30 +103,12 @@ class BifurcationDiagram:
         """
         return self.states[:, self.case == k]
 
-    def plot(self, ax=None):
-        """Draw the first coordinate on the section against the parameter; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.ensemble.plotting import plot_diagram
 
         return plot_diagram(self, ax)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
         rows = range(self.values.size)
         return {
             "parameter": self.parameter,
@@ -121,27 +117,6 @@ class BifurcationDiagram:
             "status": [CODES[s] for s in self.status.tolist()],
             "points": [dict(zip(self.names, self.points(k).tolist(), strict=True)) for k in rows],
         }
-
-    def _repr_html_(self) -> str:
-        return html_table("BifurcationDiagram", self.to_dict())
-
-    def to_xarray(self):
-        """Return the points as an xarray.Dataset over ``point``, with the value of each; ``status`` over ``case``.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        told = lambda name: attributes_of(name, self.units)  # noqa: E731
-        data: dict = {n: ("point", row, told(n)) for n, row in zip(self.names, self.states, strict=True)}
-        data |= {"t": ("point", self.times, told("t")), "status": ("case", self.status)}
-        coordinates = {
-            self.parameter: ("point", self.values[self.case], told(self.parameter)),
-            "value": ("case", self.values, told(self.parameter)),
-        }
-        return xr.Dataset(data, coordinates, {"section": self.about})
 
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(self.status))

@@ -13,6 +13,7 @@ from symfric.errors import SceneError
 from symfric.export.stepper import Stepper, stepper
 from symfric.files import write_together
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 
 _RESERVED = (
@@ -22,7 +23,7 @@ _RESERVED = (
 
 
 @dataclass(frozen=True)
-class Exported:
+class Exported(Result):
     """Files that were written, and what they hold.
 
     Attributes
@@ -56,17 +57,6 @@ class Exported:
     outputs: tuple[str, ...]
     contacts: tuple[str, ...]
     compiled: bool = False
-
-    def to_dict(self) -> dict:
-        """Return the fields as plain lists and numbers.
-
-        Returns
-        -------
-        dict
-        """
-        names = ("states", "parameters", "inputs", "outputs", "contacts")
-        found: dict = {"files": [str(f) for f in self.files], "step": self.step}
-        return {**found, **{n: list(getattr(self, n)) for n in names}, "compiled": self.compiled}
 
     def __repr__(self) -> str:
         parts = [", ".join(f.name for f in self.files), f"step {self.step:g}", f"states {', '.join(self.states)}"]

@@ -1,7 +1,9 @@
 """Intervals of linear least squares with bounds."""
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
+from scipy.optimize import lsq_linear
+
+from symfric.search import ROUNDING, zero
 
 
 def bounded_interval(
@@ -37,7 +39,10 @@ def bounded_interval(
     centre = float(lsq_linear(root, root @ step, (low, high), method="bvls").x[k])
     least = cost(centre)
     ends = []
+
+    def above(change: float) -> float:
+        return cost(change) - least - rise
+
     for bound in (float(low[k]), float(high[k])):
-        over = cost(bound) - least - rise
-        ends.append(bound if over <= 0 else float(brentq(lambda d: cost(d) - least - rise, centre, bound)))
+        ends.append(bound if above(bound) <= 0 else zero(above, centre, bound, xtol=2e-12, rtol=ROUNDING))
     return ends[0], ends[1]

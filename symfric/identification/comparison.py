@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.identify import identify
 from symfric.identification.local_fit import Problem, minimise
-from symfric.model.notebook import html_table
+from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 
@@ -47,7 +47,7 @@ class LawScore:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(ArrayResult):
     """Laws in the order of AICc, the best first.
 
     Attributes
@@ -78,6 +78,14 @@ class Comparison:
     failed: dict[str, str]
     notes: tuple[str, ...]
 
+    def _labelled(self) -> Labelled:
+        rows = self.rows()
+        return (
+            {n: ("law", [row[n] for row in rows]) for n in rows[0] if n != "law"},
+            {"law": [r["law"] for r in rows]},
+            {},
+        )
+
     @property
     def best(self) -> LawScore:
         """The law with the lowest AICc."""
@@ -89,7 +97,7 @@ class Comparison:
                 return score
         raise SceneError(f"no law {name!r} was fitted{nearest(name, [s.name for s in self.scores])}")
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[LawScore]:
         return iter(self.scores)
 
     def __len__(self) -> int:
@@ -117,31 +125,8 @@ class Comparison:
             for s in self.scores
         ]
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
         return {"laws": self.rows(), "failed": dict(self.failed), "notes": list(self.notes)}
-
-    def to_xarray(self):
-        """Return the table as an xarray.Dataset over ``law``.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        rows = self.rows()
-        data = {n: ("law", [row[n] for row in rows]) for n in rows[0] if n != "law"}
-        return xr.Dataset(data, {"law": [row["law"] for row in rows]})
-
-    def _repr_html_(self) -> str:
-        return html_table("Comparison", self.to_dict())
 
     def __str__(self) -> str:
         wide = max(len(s.name) for s in self.scores)
@@ -160,7 +145,7 @@ class Comparison:
 def compare_laws(
     scenes: Mapping[str, Scene],
     records: Any,
-    parameters: Mapping,
+    parameters: Mapping[Any, Any],
     observed: Mapping[Key, Any] | None = None,
     sigma: Any = None,
     starts: int = 8,
@@ -243,7 +228,7 @@ def compare_laws(
     return Comparison(tuple(scores), failed, notes)
 
 
-def _alike(scores: list[LawScore]):
+def _alike(scores: list[LawScore]) -> Iterator[str]:
     """Yield a sentence for each law that is not worse than the best one."""
     best = scores[0]
     for other in scores[1:]:
@@ -254,7 +239,7 @@ def _alike(scores: list[LawScore]):
             )
 
 
-def _parameters_of(scenes: Mapping[str, Scene], parameters: Any) -> dict[str, dict]:
+def _parameters_of(scenes: Mapping[str, Scene], parameters: Any) -> dict[str, dict[Any, Any]]:
     """Return the unknowns of each scene."""
     if not isinstance(parameters, Mapping) or not parameters:
         raise SceneError("parameters must name the unknowns with their bounds, such as {'mu_s': (0.1, 0.8)}")
@@ -310,8 +295,8 @@ def left_out_error(fit: Fit, problem: Problem, folds: int) -> float:
         if not np.any(out):
             continue
         kept = replace(problem, weight=np.where(block == fold, 0.0, problem.weight))
-        found = minimise(kept, fit.vector)
-        rest = (predictor.at(found.values).y - problem.y)[out]
+        best = minimise(kept, fit.vector)
+        rest = (predictor.at(best.values).y - problem.y)[out]
         total += float(np.sum((rest / unit[out]) ** 2))
         count += int(np.count_nonzero(out))
     return math.sqrt(total / count) if count else math.nan

@@ -1,6 +1,6 @@
 """Places near a solution where the sequence of events changes, so that the cost is not smooth there."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Crossing(NamedTuple):
 
 
 def crossings_near(
-    problem: Problem, best: Minimum, jacobian: np.ndarray, variance: float, sequence: tuple
+    problem: Problem, best: Minimum, jacobian: np.ndarray, variance: float, sequence: tuple[Any, ...]
 ) -> tuple[Crossing, ...]:
     """Return changes in the sequence of events within one standard error along the axes of the Jacobian.
 
@@ -46,23 +46,23 @@ def crossings_near(
     unknowns = problem.predictor.unknowns
     ranges = unknowns.high - unknowns.low
     _, sizes, axes = np.linalg.svd(jacobian * ranges, full_matrices=False)
-    found = []
+    crossings = []
     for size, axis in zip(sizes, axes, strict=True):
         reach = min(0.1, float(np.sqrt(variance)) / size) if size > 0 else 0.1
         for way in (1.0, -1.0):
             far = best.values + way * reach * axis * ranges
             crossing = _between(problem, best, np.clip(far, unknowns.low, unknowns.high), sequence)
-            found += [] if crossing is None else [crossing]
-    return tuple(found)
+            crossings += [] if crossing is None else [crossing]
+    return tuple(crossings)
 
 
-def _between(problem: Problem, best: Minimum, far: np.ndarray, sequence: tuple) -> Crossing | None:
+def _between(problem: Problem, best: Minimum, far: np.ndarray, sequence: tuple[Any, ...]) -> Crossing | None:
     """Return the change in the sequence between the solution and a point, located by halving; None if there is none."""
     predictor = problem.predictor
 
     def same(part: float) -> bool:
-        found = predictor.at(best.values + part * (far - best.values), differences=False)
-        return all(_continues(a, b) for a, b in zip(sequence, found.sequence, strict=True))
+        shown = predictor.at(best.values + part * (far - best.values), differences=False)
+        return all(_continues(a, b) for a, b in zip(sequence, shown.sequence, strict=True))
 
     if same(1.0):
         return None
@@ -78,7 +78,7 @@ def _between(problem: Problem, best: Minimum, far: np.ndarray, sequence: tuple) 
     return Crossing(values, (sum(map(len, sequence)), sum(map(len, beyond))), jump)
 
 
-def _continues(first: tuple, second: tuple) -> bool:
+def _continues(first: tuple[Any, ...], second: tuple[Any, ...]) -> bool:
     """Whether one sequence begins with the other: an event that moves across the end of a record changes no sample."""
     short = min(len(first), len(second))
     return first[:short] == second[:short] and abs(len(first) - len(second)) <= 2

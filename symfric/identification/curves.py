@@ -1,6 +1,6 @@
 """Fit of the steady friction curve to points of speed and friction."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -129,7 +129,9 @@ def _points(speed: Any, friction: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @alone(SYMBOLIC)
-def _formula(law: Law, names: tuple[str, ...], v: np.ndarray, held: int, load: float):
+def _formula(
+    law: Law, names: tuple[str, ...], v: np.ndarray, held: int, load: float
+) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return the function of the values that gives friction at the speeds, and when breaking away, with derivatives."""
     own = {s.name: s for s in (law.kinetic.free_symbols | law.stick.free_symbols) - {SPEED}}
     for name in names:

@@ -23,7 +23,7 @@ TERMS = {"dry": DRY, "viscous": VISCOUS, "quadratic": QUADRATIC}
 ROUGH = 0.3  # relative loss a swing beyond which the envelope is a poor description
 
 
-def envelope(t, start, dry, viscous, quadratic) -> tuple[np.ndarray, np.ndarray]:
+def envelope(t: Any, start: Any, dry: Any, viscous: Any, quadratic: Any) -> tuple[np.ndarray, np.ndarray]:
     r"""Return the envelope of a free decay and its derivatives.
 
     Parameters
@@ -124,16 +124,16 @@ def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadrat
     if isinstance(terms, str) or strange or not terms or len(set(terms)) < len(terms):
         raise SceneError(f"terms is {terms!r}; give some of {', '.join(map(repr, TERMS))}")
     noise = noise_of(sigma, x.size)
-    found = extremes(t, x, None if noise is None else float(np.mean(noise)))
+    swings = extremes(t, x, None if noise is None else float(np.mean(noise)))
     names = [TERMS[n] for n in terms]
-    size = float(np.max(np.abs(found.x)))
+    size = float(np.max(np.abs(swings.x)))
     bounds = {"x0": (0.3 * size, 3 * size), "offset": (-size, size)}
     most = {DRY: size, VISCOUS: 0.5, QUADRATIC: 2 / size}
     bounds |= {n: (-0.2 * most[n], most[n]) for n in names}
     unknowns = read_bounds(bounds)
-    side = np.where((np.arange(found.t.size) % 2 == 0) == (found.x[0] > found.x[1]), 1.0, -1.0)
-    factor = {DRY: 2 * found.omega / np.pi, VISCOUS: found.omega, QUADRATIC: 4 * found.omega / (3 * np.pi)}
-    time = found.t - found.t[0]
+    side = np.where((np.arange(swings.t.size) % 2 == 0) == (swings.x[0] > swings.x[1]), 1.0, -1.0)
+    factor = {DRY: 2 * swings.omega / np.pi, VISCOUS: swings.omega, QUADRATIC: 4 * swings.omega / (3 * np.pi)}
+    time = swings.t - swings.t[0]
 
     def evaluate(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         given = dict(zip(unknowns.names, values, strict=True))
@@ -144,17 +144,17 @@ def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadrat
         columns |= {n: side * factor[n] * slopes[:, 1 + k] for k, n in enumerate((DRY, VISCOUS, QUADRATIC))}
         return side * size + given["offset"], np.stack([columns[n] for n in unknowns.names], axis=1)
 
-    first = np.array([abs(found.x[0]), 0.0, *(0.02 * most[n] for n in names)])
-    channel = Channel("", "extremes", sp.Symbol("x"), found.t, found.x)
-    fit = fit_formula(Formula((channel,), unknowns, evaluate), found.sigma, first)
-    fit = replace(fit, scenes={"": _scene(fit, found)})
-    loss = 1 - abs(found.x[2] - fit.values["offset"]) / abs(found.x[0] - fit.values["offset"])
+    first = np.array([abs(swings.x[0]), 0.0, *(0.02 * most[n] for n in names)])
+    channel = Channel("", "extremes", sp.Symbol("x"), swings.t, swings.x)
+    fit = fit_formula(Formula((channel,), unknowns, evaluate), swings.sigma, first)
+    fit = replace(fit, scenes={"": _scene(fit, swings)})
+    loss = 1 - abs(swings.x[2] - fit.values["offset"]) / abs(swings.x[0] - fit.values["offset"])
     rough = f"each swing loses {100 * loss:.0f} %, too much for an envelope; use sf.identify on fit.scene"
     return replace(fit, notes=(rough, *fit.notes)) if loss > ROUGH else fit
 
 
 @alone(SYMBOLIC)
-def _scene(fit: Fit, found: Extremes) -> Scene:
+def _scene(fit: Fit, swings: Extremes) -> Scene:
     """Return the oscillator with the fitted values, at rest at the first extreme."""
     x, u = sp.symbols("x u", real=True)
     letters = {
@@ -164,7 +164,7 @@ def _scene(fit: Fit, found: Extremes) -> Scene:
     damping = 2 * letters.get(VISCOUS, zero) * omega * u + letters.get(QUADRATIC, zero) * u * sp.Abs(u)
     dry = fit.values.get(DRY, 0.0) > 0
     contacts = [Contact("friction", u, omega**2, laws.coulomb(letters[DRY]))] if dry else []
-    numbers = {s: found.omega if n == "omega" else fit.values[n] for n, s in letters.items() if n != DRY or dry}
+    numbers = {s: swings.omega if n == "omega" else fit.values[n] for n, s in letters.items() if n != DRY or dry}
     system = System([x], [u], [[1]], [-(omega**2) * x - damping])
-    side = 1 if found.x[0] > found.x[1] else -1
-    return Scene(system, contacts, numbers, {x: side * letters["x0"], u: 0.0}, float(found.t[-1] - found.t[0]))
+    side = 1 if swings.x[0] > swings.x[1] else -1
+    return Scene(system, contacts, numbers, {x: side * letters["x0"], u: 0.0}, float(swings.t[-1] - swings.t[0]))

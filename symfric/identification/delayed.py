@@ -36,18 +36,18 @@ class Delayed:
     @cached_property
     def fine(self) -> Predictor:
         """The predictor of the finer samples, from the start of the run until after the end of the records."""
-        found = []
+        finer = []
         for c in self.predictor.channels:
             count = int(np.clip(FINER * c.t.size, FEWEST, max(MOST, c.t.size)))
             t = np.linspace(0.0, float(c.t[-1]) + self.reach, count)
-            found.append(replace(c, t=t, y=np.zeros(count), sigma=None))
-        return replace(self.predictor, channels=tuple(found))
+            finer.append(replace(c, t=t, y=np.zeros(count), sigma=None))
+        return replace(self.predictor, channels=tuple(finer))
 
     def between(self, low: Sequence[float], high: Sequence[float]) -> "Delayed":
         """Return the same with other bounds of the shifts; the finer samples are shared."""
-        found = replace(self, low=np.array(low, dtype=float), high=np.array(high, dtype=float))
-        found.__dict__["fine"] = self.fine
-        return found
+        wider = replace(self, low=np.array(low, dtype=float), high=np.array(high, dtype=float))
+        wider.__dict__["fine"] = self.fine
+        return wider
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -62,7 +62,7 @@ class Delayed:
     @property
     def size(self) -> int:
         """Number of samples."""
-        return self.rows[-1].stop
+        return int(self.rows[-1].stop)
 
     @cached_property
     def unknowns(self) -> Unknowns:
@@ -85,24 +85,24 @@ class Delayed:
         from scipy.interpolate import CubicSpline  # slow to import
 
         n_p = self.predictor.unknowns.size
-        found = self.fine.at(values[:n_p], differences)
+        sampled = self.fine.at(values[:n_p], differences)
         y, slopes = np.full(self.size, np.nan), np.zeros((self.size, values.size))
         for k, (channel, rows, fine) in enumerate(zip(self.channels, self.rows, self.fine.rows, strict=True)):
-            if np.all(np.isfinite(found.y[fine])):
-                table = np.column_stack([found.y[fine], np.nan_to_num(found.slopes[fine])])
+            if np.all(np.isfinite(sampled.y[fine])):
+                table = np.column_stack([sampled.y[fine], np.nan_to_num(sampled.slopes[fine])])
                 curve, t = CubicSpline(self.fine.channels[k].t, table), channel.t - values[n_p + k]
                 t = np.maximum(t, 0.0)
                 here = curve(t)
                 y[rows], slopes[rows, :n_p] = here[:, 0], here[:, 1:]
                 slopes[rows, n_p + k] = -curve(t, 1)[:, 0]
-        return Prediction(y, slopes, found.sequence, found.secants)
+        return Prediction(y, slopes, sampled.sequence, sampled.secants)
 
     def many(self, values: np.ndarray) -> np.ndarray:
         """Return the predictions for many sets of values and shifts, shape (n, n_p) to (samples, n)."""
         n_p = self.predictor.unknowns.size
-        found = self.fine.many(values[:, :n_p])
+        sampled = self.fine.many(values[:, :n_p])
         y = np.full((self.size, len(values)), np.nan)
         for k, (channel, rows, fine) in enumerate(zip(self.channels, self.rows, self.fine.rows, strict=True)):
             for j, row in enumerate(values):
-                y[rows, j] = np.interp(channel.t - row[n_p + k], self.fine.channels[k].t, found[fine, j])
+                y[rows, j] = np.interp(channel.t - row[n_p + k], self.fine.channels[k].t, sampled[fine, j])
         return y

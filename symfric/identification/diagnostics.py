@@ -71,5 +71,5 @@ def _runs(centred: np.ndarray) -> float:
         return 0.0
     mean = 1 + 2 * a * b / n
     spread = (mean - 1) * (mean - 2) / (n - 1)
-    found = 1 + np.count_nonzero(above[1:] != above[:-1])
-    return float(2 * ndtr(-abs(found - mean) / np.sqrt(spread))) if spread > 0 else 1.0
+    runs = 1 + np.count_nonzero(above[1:] != above[:-1])
+    return float(2 * ndtr(-abs(runs - mean) / np.sqrt(spread))) if spread > 0 else 1.0

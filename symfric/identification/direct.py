@@ -51,7 +51,7 @@ class Formula:
     @property
     def size(self) -> int:
         """Number of points."""
-        return self.rows[-1].stop
+        return int(self.rows[-1].stop)
 
     def at(self, values: np.ndarray, differences: bool = True) -> Prediction:
         """Return the predictions for one set of values with their derivatives."""

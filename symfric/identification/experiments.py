@@ -10,7 +10,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.prediction import Predictor
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.model.symbols import Key, finite, name_of
 
 WEAK = 1e-12  # information of the bounds themselves, relative, that keeps determinants of unfixed unknowns finite
@@ -18,7 +18,7 @@ MOST = 10_000  # candidates
 
 
 @dataclass(frozen=True, eq=False)
-class TestDesign:
+class TestDesign(Result):
     """Measurements in the order in which they should be made.
 
     Attributes
@@ -51,24 +51,6 @@ class TestDesign:
     standard_errors: tuple[dict[str, float], ...]
     candidates: tuple[dict[str, float], ...]
     gains: np.ndarray
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "chosen": [dict(c) for c in self.chosen],
-            "standard_errors": [dict(e) for e in self.standard_errors],
-            "candidates": [dict(c) for c in self.candidates],
-            "gains": self.gains.tolist(),
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("TestDesign", self.to_dict())
 
     def __repr__(self) -> str:
         shown = "; ".join(", ".join(f"{n}={v:.4g}" for n, v in c.items()) for c in self.chosen)
@@ -195,8 +177,8 @@ def _information(
     predictor: Predictor, candidate: dict[str, float], values: np.ndarray, scale: np.ndarray
 ) -> np.ndarray | None:
     """Return the information of one candidate's records, None if its run fails."""
-    found = predictor.at(values, differences=False, settings=candidate)
-    if not np.all(np.isfinite(found.y)):
+    record = predictor.at(values, differences=False, settings=candidate)
+    if not np.all(np.isfinite(record.y)):
         return None
-    slopes = scale * np.where(np.isfinite(found.slopes), found.slopes, 0.0)
-    return slopes.T @ slopes
+    slopes = scale * np.where(np.isfinite(record.slopes), record.slopes, 0.0)
+    return np.asarray(slopes.T @ slopes)

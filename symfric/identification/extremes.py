@@ -57,7 +57,7 @@ def extremes(t: np.ndarray, x: np.ndarray, noise: float | None = None) -> Extrem
         raise NotFound("the record has no swings above its noise; give a record of a free decay")
     half = float(np.median(np.diff(t[rough])))
     kept: list[float] = []
-    found: list[tuple[float, float, float]] = []
+    places: list[tuple[float, float, float]] = []
     for k in rough:
         if t[k] - t[0] < 2 * WINDOW * half or (kept and t[k] - kept[-1] > LATE * half):
             if kept:
@@ -66,12 +66,12 @@ def extremes(t: np.ndarray, x: np.ndarray, noise: float | None = None) -> Extrem
         at = _refined(t, x, t[k], 2 * WINDOW * half, noise)
         if at is not None:
             kept.append(float(t[k]))
-            found.append(at)
-    if len(found) < FEWEST:
+            places.append(at)
+    if len(places) < FEWEST:
         raise NotFound(
-            f"the record has {len(found)} swings above its noise with enough samples; a decay needs at least {FEWEST}"
+            f"the record has {len(places)} swings above its noise with enough samples; a decay needs at least {FEWEST}"
         )
-    times, values, errors = np.array(found).T
+    times, values, errors = np.array(places).T
     omega = np.pi / float(np.polyfit(np.arange(times.size), times, 1)[0])
     return Extremes(times, values, np.maximum(errors, 1e-12 * float(np.max(np.abs(values)))), omega)
 

@@ -1,12 +1,14 @@
 """Result of a fit."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
 from symfric.identification.bounded import bounded_interval
 from symfric.identification.crossings import Crossing
@@ -14,11 +16,12 @@ from symfric.identification.diagnostics import Diagnostics, diagnose
 from symfric.identification.local_fit import Minimum, Problem
 from symfric.identification.prediction import Predictor
 from symfric.identification.profile import FEWEST, Profile, profile_of, rise_of
+from symfric.identification.records import Channel
 from symfric.identification.sensor_faults import Faults
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
 from symfric.model.laws import Law
-from symfric.model.notebook import html_table
 from symfric.model.outputs import Trajectory
+from symfric.model.results import ArrayResult, Drawable, Labelled, plain
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.routes import prepare
@@ -26,8 +29,10 @@ from symfric.solve.run import Run
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(ArrayResult, Drawable):
     """Values of a scene that fit measured records best, with their uncertainty.
+
+    `plot` draws records and predictions against time, residuals below.
 
     Attributes
     ----------
@@ -92,6 +97,16 @@ class Fit:
     _step: np.ndarray | None = field(default=None, repr=False)  # left over at bounds, of records cut into pieces
     _inflation: float = field(default=1.0, repr=False)  # of the rise of the cost by a robust loss
 
+    def _labelled(self) -> Labelled:
+        data: dict[str, tuple[str, np.ndarray]] = {}
+        times: dict[str, np.ndarray] = {}
+        for name, (t, y) in self.records.items():
+            over = f"time of {name}"
+            times[over] = t
+            rows = {name: y, f"{name} predicted": self.predictions[name], f"{name} residual": self.residuals[name]}
+            data |= {n: (over, row) for n, row in rows.items()}
+        return data, times, {}
+
     @property
     def scene(self) -> Scene:
         """The scene with the fitted values; raises `SceneError` if there are several."""
@@ -151,7 +166,7 @@ class Fit:
         """Times and values of each record."""
         return {c.key: (c.t, c.y) for c, _ in self._rows()}
 
-    def _rows(self):
+    def _rows(self) -> Iterator[tuple[Channel, slice]]:
         return zip(self._problem.predictor.channels, self._problem.predictor.rows, strict=True)
 
     @cached_property
@@ -201,11 +216,11 @@ class Fit:
     def runs(self) -> tuple[Run, ...]:
         """The motion of each scene with the fitted values, with its trajectory and what the sensors show."""
         predictor = self.predictor
-        found = []
+        runs = []
         for label in predictor.labels:
             scene = predictor.scene_of(label, self.vector)
-            found.append(prepare(scene.wanting({**scene.outputs, "path": Trajectory()}), predictor.tolerance).run())
-        return tuple(found)
+            runs.append(prepare(scene.wanting({**scene.outputs, "path": Trajectory()}), predictor.tolerance).run())
+        return tuple(runs)
 
     def interval(self, name: Key, level: float = 0.95) -> tuple[float, float]:
         """Return the interval of a value: from its standard error, or from its profile if an unknown is at a bound.
@@ -271,12 +286,13 @@ class Fit:
             If the cost goes below that of the fit, which therefore was no minimum.
         """
         k = self._index(name)
-        found = profile_of(self._problem, self.vector, self.cost, k, level, self._rise(level), self._jacobian, points)
-        if found.lowest.cost < self.cost * (1 - 1e-4) - 1e-300:
-            better = dict(zip(self.names, found.lowest.values.tolist(), strict=True))
+        rise = self._rise(level)
+        profiled = profile_of(self._problem, self.vector, self.cost, k, level, rise, self._jacobian, points)
+        if profiled.lowest.cost < self.cost * (1 - 1e-4) - 1e-300:
+            better = dict(zip(self.names, profiled.lowest.values.tolist(), strict=True))
             shown = ", ".join(f"{n} = {v:.6g}" for n, v in better.items())
             raise NotFound(f"the fit is no minimum: the cost is lower at {shown}; fit again with more starts")
-        return found.profile
+        return profiled.profile
 
     def _between_bounds(self, k: int, level: float) -> tuple[float, float]:
         """Return the interval of the profile, of its linearisation if no run follows the records."""
@@ -298,23 +314,12 @@ class Fit:
         return {}
 
     def _index(self, name: Key) -> int:
-        wanted = name_of(name)
-        if wanted not in self.names:
-            raise SceneError(f"{wanted} was not fitted{nearest(wanted, self.names)}")
-        return self.names.index(wanted)
+        unknown = name_of(name)
+        if unknown not in self.names:
+            raise SceneError(f"{unknown} was not fitted{nearest(unknown, self.names)}")
+        return self.names.index(unknown)
 
-    def plot(self, ax=None):
-        """Draw records and predictions against time, residuals below; return the Axes of the records.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.identification.plotting import plot_fit
 
         return plot_fit(self, ax)
@@ -344,52 +349,17 @@ class Fit:
         """
         return replace(self._problem, fixed={**self._problem.fixed, self._index(name): float(value)})
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
+        directions = [{"weights": dict(d), "error": d.error, "words": str(d)} for d in self.unidentifiable]
+        first = ("values", "standard_errors", "covariance", "correlation", "loss", "cost", "samples", "sigma", "active")
         return {
-            "values": dict(self.values),
-            "standard_errors": dict(self.standard_errors),
-            "covariance": self.covariance.tolist(),
-            "correlation": self.correlation.tolist(),
-            "loss": self.loss,
-            "cost": self.cost,
-            "samples": self.samples,
-            "sigma": dict(self.sigma),
-            "active": list(self.active),
-            "unidentifiable": [{"weights": dict(d), "error": d.error, "words": str(d)} for d in self.unidentifiable],
-            "diagnostics": {n: d._asdict() for n, d in self.diagnostics.items()},
-            "shifts": {n: s._asdict() for n, s in self.faults.shifts.items()},
-            "outliers": {n: k.tolist() for n, k in self.faults.outliers.items()},
-            "crossings": [c._asdict() for c in self.crossings],
-            "notes": list(self.notes),
-            "evaluations": self.evaluations,
+            **{name: plain(getattr(self, name)) for name in first},
+            "unidentifiable": directions,
+            "diagnostics": plain(self.diagnostics),
+            "shifts": plain(self.faults.shifts),
+            "outliers": plain(self.faults.outliers),
+            **{name: plain(getattr(self, name)) for name in ("crossings", "notes", "evaluations")},
         }
-
-    def to_xarray(self):
-        """Return times, measured and predicted values and residuals of every record as an xarray.Dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data: Mapping[str, tuple] = {}
-        coordinates = {}
-        for name, (times, y) in self.records.items():
-            coordinates[f"time of {name}"] = times
-            parts = {name: y, f"{name} predicted": self.predictions[name], f"{name} residual": self.residuals[name]}
-            data = {**data, **{n: (f"time of {name}", v) for n, v in parts.items()}}
-        return xr.Dataset(data, coordinates)
-
-    def _repr_html_(self) -> str:
-        return html_table("Fit", self.to_dict())
 
     def __str__(self) -> str:
         wide = max(map(len, self.names))

@@ -133,16 +133,16 @@ def identify(
     begins = chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns))
     if segments > 1:
         return joined_fit(problem, begins, int(segments), known)
-    found = best_of(problem, begins)
-    if not found or not np.isfinite(found[0].cost):
+    minima = best_of(problem, begins)
+    if not minima or not np.isfinite(minima[0].cost):
         raise NotFound(
             "no run between the bounds reaches the end of the records; simulate the scene with values between them to "
             "see why, and narrow the bounds"
         )
-    best = polished(problem, stepped_over(problem, found[0], seed))
+    best = polished(problem, stepped_over(problem, minima[0], seed))
     if not known and (len(channels) > 1 or counted.is_robust):
         problem, best = _reweighted(problem, best, seed)
-    return made_fit(problem, best, found, known)
+    return made_fit(problem, best, minima, known)
 
 
 def _scenes(scene: Any) -> dict[str, Scene]:
@@ -154,18 +154,18 @@ def _scenes(scene: Any) -> dict[str, Scene]:
     return dict(scenes)
 
 
-def _first_weight(y: np.ndarray, channels: tuple) -> np.ndarray:
+def _first_weight(y: np.ndarray, channels: tuple[Any, ...]) -> np.ndarray:
     """Return weights for unknown noise: 1 for a single record, else such that all records count alike."""
     return np.full(y.size, 1.0 if len(channels) == 1 else 1 / np.std(y))
 
 
 def _own_values(scenes: Mapping[str, Scene], unknowns: Unknowns) -> np.ndarray | None:
     """Return the scenes' own values of the unknowns, None if one is missing or outside its bounds."""
-    found: list[float | None] = []
+    values: list[float | None] = []
     for targets in unknowns.targets:
         target = targets[0]
         if target.kind in (OFFSET, SCALE):
-            found.append(float(target.kind == SCALE))
+            values.append(float(target.kind == SCALE))
             continue
         scene = scenes[target.label]
         if None in scene.values.values() and (
@@ -173,8 +173,8 @@ def _own_values(scenes: Mapping[str, Scene], unknowns: Unknowns) -> np.ndarray |
         ):
             return None
         numbers = scene.numbers() if target.kind == START else scene.values
-        found.append(next(v for s, v in numbers.items() if s.name == target.name))
-    row = np.array(found, dtype=float)
+        values.append(next(v for s, v in numbers.items() if s.name == target.name))
+    row = np.array(values, dtype=float)
     return row if np.all((row >= unknowns.low) & (row <= unknowns.high)) else None
 
 
@@ -190,11 +190,11 @@ def _check_units(problem: Problem) -> np.ndarray:
     scaled = {target.label for targets in unknowns.targets for target in targets if target.kind == SCALE}
     from scipy.stats import qmc  # slow to import
 
-    found = predictor.many(unknowns.outer(qmc.Sobol(unknowns.size, seed=0).random(TRIALS)))
+    samples = predictor.many(unknowns.outer(qmc.Sobol(unknowns.size, seed=0).random(TRIALS)))
     for channel, rows in zip(predictor.channels, predictor.rows, strict=True):
         if channel.key in scaled:
             continue
-        ranges = np.ptp(found[rows], axis=0)
+        ranges = np.ptp(samples[rows], axis=0)
         ranges = ranges[np.isfinite(ranges)]
         if not ranges.size:
             continue
@@ -204,7 +204,7 @@ def _check_units(problem: Problem) -> np.ndarray:
                 f"record {channel.key} varies by {own:.3g}, the scene between the bounds by {least:.3g} to {most:.3g}; "
                 f"convert the record to the scene's unit, or fit {channel.key}.scale"
             )
-    return found
+    return samples
 
 
 def _first_scaled(problem: Problem, predictions: np.ndarray) -> Problem:
@@ -243,11 +243,11 @@ def _new_weights(problem: Problem, predicted: np.ndarray) -> np.ndarray:
     return np.concatenate([np.full(c.y.size, 1 / s) for (c, _), s in zip(_rows(predictor), spreads, strict=True)])
 
 
-def _rows(predictor: PredictionModel):
+def _rows(predictor: PredictionModel) -> Any:
     return zip(predictor.channels, predictor.rows, strict=True)
 
 
 def _spread(loss: Loss, rest: np.ndarray, share: float, y: np.ndarray) -> float:
     """Return the standard deviation of residuals, of exact ones no less than rounding."""
-    found = median_scale(rest) if loss.is_robust else float(np.sqrt(np.mean(rest**2)))
-    return max(found / float(np.sqrt(max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))
+    spread = median_scale(rest) if loss.is_robust else float(np.sqrt(np.mean(rest**2)))
+    return max(spread / float(np.sqrt(max(1 - share, 0.1))), 1e-12 * float(np.max(np.abs(y))))

@@ -36,21 +36,21 @@ def joined_fit(problem: Problem, begins: list[tuple[np.ndarray, bool]], segments
     """
     assert isinstance(problem.predictor, Predictor)
     pieces = Pieces(problem.predictor, segments)
-    found: list[Joined] = []
+    minima: list[Joined] = []
     for values, _ in begins:
         joined = join(problem, pieces, values)
         if joined is not None and np.isfinite(joined.cost):
-            found.append(joined)
-            lowest = min(j.cost for j in found)
-            if sum(j.cost <= lowest * (1 + AGREE) + problem.rounding for j in found) >= ENOUGH:
+            minima.append(joined)
+            lowest = min(j.cost for j in minima)
+            if sum(j.cost <= lowest * (1 + AGREE) + problem.rounding for j in minima) >= ENOUGH:
                 break
-    if not found:
+    if not minima:
         raise NotFound(
             f"the {segments} pieces of the records join from no start; take more pieces, or narrow the bounds"
         )
-    found.sort(key=lambda j: j.cost)
-    best = found[0]
-    tries = [Minimum(j.values, j.cost, j.evaluations, 0) for j in found]
+    minima.sort(key=lambda j: j.cost)
+    best = minima[0]
+    tries = [Minimum(j.values, j.cost, j.evaluations, 0) for j in minima]
     whole = minimise(problem, best.values)
     if whole.cost <= best.cost * (1 + SAME) + problem.rounding:
         return made_fit(problem, polished(problem, whole), tries, known)

@@ -133,20 +133,20 @@ class Evaluator:
     def residuals(self, inner: np.ndarray) -> np.ndarray:
         """Return predicted minus measured values, weighted."""
         kept = self.kept
-        return self.problem.weight[kept] * (self.prediction(inner).y[kept] - self.problem.y[kept])
+        return np.asarray(self.problem.weight[kept] * (self.prediction(inner).y[kept] - self.problem.y[kept]))
 
     def jacobian(self, inner: np.ndarray) -> np.ndarray:
         """Return the derivatives of the residuals by the coordinates; zero where none could be made."""
-        found, free = self.prediction(inner), self.problem.free
+        prediction, free = self.prediction(inner), self.problem.free
         stretch = self.problem.predictor.unknowns.stretch(self.problem.values(inner))[free]
-        slopes = self.problem.weight[self.kept, None] * found.slopes[self.kept][:, free] * stretch
+        slopes = self.problem.weight[self.kept, None] * prediction.slopes[self.kept][:, free] * stretch
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def cost(self, inner: np.ndarray) -> float:
         """Return half the sum of squares, or of the loss, infinite if a run failed."""
         with np.errstate(over="ignore", invalid="ignore"):
-            found = float(self.problem.loss.cost(self.residuals(inner)))
-        return found if np.isfinite(found) else np.inf
+            total = float(self.problem.loss.cost(self.residuals(inner)))
+        return total if np.isfinite(total) else np.inf
 
 
 def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most: int = EVALUATIONS) -> Minimum:
@@ -168,7 +168,7 @@ def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most
         return Minimum(problem.values(inner), evaluate.cost(inner), 1, 0)
     if not np.isfinite(evaluate.cost(inner)):
         return Minimum(problem.values(inner), np.inf, evaluate.evaluations, 0)
-    found = least_squares(
+    solution = least_squares(
         evaluate.residuals,
         inner,
         evaluate.jacobian,
@@ -181,7 +181,7 @@ def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most
         loss=problem.loss.name,
         f_scale=problem.loss.scale,
     )
-    return Minimum(problem.values(found.x), float(found.cost), evaluate.evaluations, evaluate.changes)
+    return Minimum(problem.values(solution.x), float(solution.cost), evaluate.evaluations, evaluate.changes)
 
 
 def polished(problem: Problem, at: Minimum) -> Minimum:
@@ -217,7 +217,7 @@ def polished(problem: Problem, at: Minimum) -> Minimum:
 
 
 def _gradient(evaluate: Evaluator, inner: np.ndarray) -> np.ndarray:
-    return evaluate.jacobian(inner).T @ evaluate.problem.loss.slope(evaluate.residuals(inner))
+    return np.asarray(evaluate.jacobian(inner).T @ evaluate.problem.loss.slope(evaluate.residuals(inner)))
 
 
 def _best(first: Minimum, second: Minimum) -> Minimum:
@@ -242,8 +242,10 @@ def stepped_over(problem: Problem, at: Minimum, seed: int) -> Minimum:
         k = int(np.argmin(costs))
         if not costs[k] < at.cost * (1 - BETTER) - problem.rounding:
             return at
-        found = minimise(problem, values[k])
-        at = _best(at, found if found.cost < costs[k] else Minimum(values[k], float(costs[k]), found.evaluations, 0))
+        stepped = minimise(problem, values[k])
+        at = _best(
+            at, stepped if stepped.cost < costs[k] else Minimum(values[k], float(costs[k]), stepped.evaluations, 0)
+        )
     return at
 
 

@@ -100,8 +100,8 @@ def fit_loop(
     channel = Channel("", "friction", law.kinetic, t, y, over="t" if time is not None else "path")
 
     def evaluate(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found, slopes = recurrence.run(drive, values, x.size)
-        return load * found, load * slopes
+        predicted, slopes = recurrence.run(drive, values, x.size)
+        return load * predicted, load * slopes
 
     def plain(values: np.ndarray) -> np.ndarray:
         return load * recurrence.run(drive, values, x.size, slopes=False)[0]
@@ -183,7 +183,7 @@ class _Recurrence:
     step: tuple[ca.Function, ca.Function]
     force: tuple[ca.Function, ca.Function]
     parts: int
-    _repeated: dict = field(default_factory=dict, repr=False)
+    _repeated: dict[tuple[int, int, bool], tuple[ca.Function, ca.Function]] = field(default_factory=dict, repr=False)
 
     def _over(self, size: int, steps: int, slopes: bool) -> tuple[ca.Function, ca.Function]:
         """Return the functions of all steps and of all samples."""
@@ -193,14 +193,16 @@ class _Recurrence:
         return self._repeated[key]
 
     @alone(SYMBOLIC)
-    def run(self, drive: tuple, values: np.ndarray, size: int, slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    def run(
+        self, drive: tuple[Any, ...], values: np.ndarray, size: int, slopes: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return friction (n,) and its derivatives (n, n_p), of which there are none without `slopes`."""
         table, at, before = drive
         whole, force = self._over(size, table.shape[1], slopes)
         start = np.zeros((whole.size1_in(0), 1))
-        found = np.array(whole(start, table, np.tile(values[:, None], table.shape[1])))
-        found = np.concatenate([start, found], axis=1)[:, before :: self.parts]
-        rows = np.array(force(found, at[None, :], np.tile(values[:, None], size)))
+        states = np.array(whole(start, table, np.tile(values[:, None], table.shape[1])))
+        states = np.concatenate([start, states], axis=1)[:, before :: self.parts]
+        rows = np.array(force(states, at[None, :], np.tile(values[:, None], size)))
         return rows[0], rows[1:].T
 
 

@@ -1,7 +1,7 @@
 """Losses that weigh large residuals less than their squares, and what they do to the uncertainty."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,30 +36,30 @@ class Loss(NamedTuple):
         """Whether it differs from the sum of squares."""
         return self.name != "linear"
 
-    def cost(self, residuals: np.ndarray) -> np.ndarray:
+    def cost(self, residuals: np.ndarray) -> Any:
         """Return half the sum of the loss over weighted residuals, along the first axis."""
         with np.errstate(over="ignore", invalid="ignore"):
             return 0.5 * self.scale**2 * np.sum(self.rho((residuals / self.scale) ** 2), axis=0)
 
     def root(self, residuals: np.ndarray) -> np.ndarray:
         """Return factors of residuals whose squares weigh them as the loss does (iteratively reweighted squares)."""
-        return np.sqrt(self.first((residuals / self.scale) ** 2))
+        return np.asarray(np.sqrt(self.first((residuals / self.scale) ** 2)))
 
     def slope(self, residuals: np.ndarray) -> np.ndarray:
         """Return the derivative of the loss by each residual (psi)."""
-        return residuals * self.first((residuals / self.scale) ** 2)
+        return np.asarray(residuals * self.first((residuals / self.scale) ** 2))
 
     def curvature(self, residuals: np.ndarray) -> np.ndarray:
         """Return the second derivative of the loss by each residual."""
         z = (residuals / self.scale) ** 2
-        return self.first(z) + 2 * z * self.second(z)
+        return np.asarray(self.first(z) + 2 * z * self.second(z))
 
 
-def _ones(z):
+def _ones(z: np.ndarray) -> np.ndarray:
     return np.ones_like(z)
 
 
-def _huber(z):
+def _huber(z: np.ndarray) -> np.ndarray:
     return np.where(z <= 1, z, 2 * np.sqrt(np.maximum(z, 1.0)) - 1)
 
 

@@ -105,17 +105,17 @@ def _notes(fit: Fit) -> Iterator[str]:
             f"{crossing.events[1]} and the cost {kind}; use profiles in place of standard errors"
         )
     yield from _fault_notes(fit)
-    for name, found in fit.diagnostics.items():
+    for name, statistics in fit.diagnostics.items():
         size = float(np.std(fit.records[name][1]))
-        if found.rms > LARGE * size and np.isfinite(found.white):
+        if statistics.rms > LARGE * size and np.isfinite(statistics.white):
             yield (
                 f"the fit explains hardly anything of {name}: its residuals are as large as its variation; check what "
                 f"it measures, the units of its values and times, and the bounds"
             )
-        elif not found.is_white and found.rms > EXACT * size:
+        elif not statistics.is_white and statistics.rms > EXACT * size:
             yield (
-                f"the residuals of {name} are not white noise (autocorrelation {found.autocorrelation:.2f}): the scene "
-                "or the sensor lacks something, and standard errors are too small"
+                f"the residuals of {name} are not white noise (autocorrelation {statistics.autocorrelation:.2f}): the "
+                "scene or the sensor lacks something, and standard errors are too small"
             )
     if fit._known and fit.freedom > 0 and not fit._problem.loss.is_robust:
         ratio = 2 * fit.cost / fit.freedom

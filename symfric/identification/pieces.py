@@ -1,8 +1,9 @@
 """Records cut into pieces of time, each with a run of its own from start values that are unknown too."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -65,11 +66,11 @@ class Pieces:
     @cached_property
     def places(self) -> dict[str, int]:
         """Index of the first node of each scene among all numbers of the nodes."""
-        found, place = {}, 0
+        places, place = {}, 0
         for label, names in self.states.items():
-            found[label] = place
+            places[label] = place
             place += (self.count - 1) * len(names)
-        return found
+        return places
 
     @property
     def size(self) -> int:
@@ -88,30 +89,30 @@ class Pieces:
     @cached_property
     def _samples(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Of each channel the piece of every sample, and its time since the start of the piece."""
-        found = {}
+        samples = {}
         for c in self.predictor.channels:
             length = self.lengths[c.scene]
             piece = np.minimum((c.t / length * (1 - 1e-12)).astype(int), self.count - 1)
-            found[c.key] = piece, np.clip(c.t - piece * length, 0.0, length)
-        return found
+            samples[c.key] = piece, np.clip(c.t - piece * length, 0.0, length)
+        return samples
 
     @cached_property
     def _times(self) -> dict[str, np.ndarray]:
         """Times since the start of a piece at which each scene's sensors are read in some piece."""
-        found = {}
+        times_of = {}
         for label in self.predictor.labels:
             times = np.sort(np.concatenate([self._samples[c.key][1] for c in self._channels(label)]))
             apart = np.concatenate([[True], np.diff(times) > SAME * self.lengths[label]])
-            found[label] = times[apart]
-        return found
+            times_of[label] = times[apart]
+        return times_of
 
     @cached_property
-    def _programs(self) -> dict:
+    def _programs(self) -> dict[Any, Any]:
         """Programs of one piece, with derivatives by the values and by the start."""
         return {label: self._program(label) for label in self.predictor.labels}
 
     @alone(SYMBOLIC)
-    def _program(self, label: str):
+    def _program(self, label: str) -> Any:
         scene = self.predictor.scene_of(label)
         if scene.inputs:
             raise SceneError("segments is for scenes without sampled inputs; fit shorter parts of the record instead")
@@ -124,14 +125,14 @@ class Pieces:
 
     def first_nodes(self, values: np.ndarray) -> np.ndarray:
         """Return start values of the pieces from the records, and from a run where no record shows a state."""
-        found = np.zeros(self.size)
+        nodes = np.zeros(self.size)
         for label, names in self.states.items():
             times = self.lengths[label] * np.arange(1, self.count)
             run = self._whole_run(label, values)
             rows = np.array([self._guess(label, name, times, run) for name in names])
             begin = self.places[label]
-            found[begin : begin + rows.size] = rows.T.ravel()
-        return found
+            nodes[begin : begin + rows.size] = rows.T.ravel()
+        return nodes
 
     def _whole_run(self, label: str, values: np.ndarray) -> Run:
         scene = self.predictor.scene_of(label, values)
@@ -145,7 +146,7 @@ class Pieces:
         for channel in self._channels(label):
             if channel.expr.is_Symbol and channel.expr.name in (name, rates.get(name)):
                 return _smoothed(channel.t, channel.y, times, rate=channel.expr.name != name)
-        return np.nan_to_num(run[name])
+        return np.asarray(np.nan_to_num(run[name]))
 
     def linearised(self, values: np.ndarray, nodes: np.ndarray) -> Linearised | None:
         """Return predictions and gaps at a point, None if a run fails."""
@@ -189,7 +190,15 @@ class Pieces:
             return None
         return run if reached(np.array(run.status)) else None
 
-    def _spread(self, by_values, by_nodes, label: str, piece: int, own: int, slopes) -> None:
+    def _spread(
+        self,
+        by_values: np.ndarray,
+        by_nodes: np.ndarray,
+        label: str,
+        piece: int,
+        own: int,
+        slopes: Mapping[str, np.ndarray],
+    ) -> None:
         """Add derivatives of one piece by values and starts to the columns of what they depend on."""
         for k, target in self.predictor.own(label):
             if target.kind == VALUE or piece == 0:
@@ -199,7 +208,16 @@ class Pieces:
                 by_nodes[:, own + j] += np.nan_to_num(slopes[name])
 
     def _fill(
-        self, y, by_values, by_nodes, run: Run, channel: Channel, rows: slice, piece: int, own: int, sensor
+        self,
+        y: np.ndarray,
+        by_values: np.ndarray,
+        by_nodes: np.ndarray,
+        run: Run,
+        channel: Channel,
+        rows: slice,
+        piece: int,
+        own: int,
+        sensor: Any,
     ) -> None:
         """Write predictions of one piece and their derivatives."""
         of, at = self._samples[channel.key]
@@ -211,7 +229,7 @@ class Pieces:
         index = np.arange(rows.start, rows.stop)[here]
         seen = run[channel.name][place]
         y[index] = scale * seen + offset
-        derivatives: dict = run.output_sensitivities[channel.name]
+        derivatives: dict[Any, Any] = run.output_sensitivities[channel.name]
         slopes = {n: scale * v[place] for n, v in derivatives.items()}
         part_values, part_nodes = np.zeros((here.size, by_values.shape[1])), np.zeros((here.size, by_nodes.shape[1]))
         self._spread(part_values, part_nodes, channel.scene, piece, own, slopes)
@@ -225,17 +243,17 @@ class Pieces:
 def _smoothed(t: np.ndarray, y: np.ndarray, times: np.ndarray, rate: bool) -> np.ndarray:
     """Return values, or rates, of a record at some times by cubics through the nearest samples."""
     count = min(t.size, 9)
-    found = []
+    fitted = []
     for time in times:
         begin = int(np.clip(np.searchsorted(t, time) - count // 2, 0, t.size - count))
         near = slice(begin, begin + count)
         width = t[near][-1] - t[near][0]
         cubic = np.polynomial.Polynomial.fit((t[near] - time) / width, y[near], min(3, count - 1)).convert().coef
-        found.append(cubic[1] / width if rate else cubic[0])
-    return np.array(found)
+        fitted.append(cubic[1] / width if rate else cubic[0])
+    return np.array(fitted)
 
 
-def _shift(e):
+def _shift(e: sp.Expr) -> sp.Expr:
     return e.xreplace({TIME: TIME + LATER})
 
 

@@ -1,13 +1,19 @@
 """Pictures of fits: records with predictions and residuals, profiles."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from symfric.axes import in_letters, new_axes
+from symfric.axes import Axes, in_letters, new_axes
 from symfric.locks import DRAWING, alone
+
+if TYPE_CHECKING:
+    from symfric.identification.fit import Fit
+    from symfric.identification.profile import Profile
 
 
 @alone(DRAWING)
-def plot_fit(fit, ax=None):
+def plot_fit(fit: "Fit", ax: Axes | None = None) -> Axes:
     """Draw records as dots, predictions as lines, and residuals in a panel below; return the Axes of the records."""
     from mpl_toolkits.axes_grid1 import make_axes_locatable
 
@@ -26,7 +32,7 @@ def plot_fit(fit, ax=None):
 
 
 @alone(DRAWING)
-def plot_profile(profile, ax=None):
+def plot_profile(profile: "Profile", ax: Axes | None = None) -> Axes:
     """Draw the cost over one unknown, with the threshold of the interval; return the Axes."""
     ax = new_axes() if ax is None else ax
     shown = np.isfinite(profile.cost)

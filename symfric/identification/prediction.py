@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Prediction(NamedTuple):
 
     y: np.ndarray
     slopes: np.ndarray
-    sequence: tuple
+    sequence: tuple[Any, ...]
     secants: int
 
 
@@ -100,7 +100,7 @@ class Predictor:
     @property
     def size(self) -> int:
         """Number of samples."""
-        return self.rows[-1].stop
+        return int(self.rows[-1].stop)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -137,23 +137,23 @@ class Predictor:
         return {label: self.filled(scene, label, values) for label, scene in self.scenes.items()}
 
     @cached_property
-    def _plain(self) -> dict:
+    def _plain(self) -> dict[Any, Any]:
         return {label: prepare(self.scene_of(label), self.tolerance) for label in self.labels}
 
     @cached_property
-    def _sensitive(self) -> dict:
+    def _sensitive(self) -> dict[Any, Any]:
         """Programs with derivatives; None for a scene that has no unknowns but those of its sensors."""
-        found = {}
+        programs = {}
         for label in self.labels:
             names = [target.name for _, target in self.own(label)]
             scene = self.scene_of(label)
             scene = scene.wanting({**scene.outputs, "events of the run": Events()})
-            found[label] = (
+            programs[label] = (
                 prepare(scene, self.tolerance, sensitivities=names) if names else prepare(scene, self.tolerance)
             )
-        return found
+        return programs
 
-    def own(self, label: str) -> list:
+    def own(self, label: str) -> list[Any]:
         """Return index and target of the unknowns that set something of a scene itself."""
         return [
             (k, target)
@@ -166,36 +166,36 @@ class Predictor:
         """Return the names of the values, or the starts, of a scene that are fitted."""
         return [target.name for _, target in self.own(label) if target.kind == kind]
 
-    def changes(self, label: str, values: np.ndarray) -> tuple[dict, dict]:
+    def changes(self, label: str, values: np.ndarray) -> tuple[dict[Any, Any], dict[Any, Any]]:
         """Return the values and the starts of a scene, for one (n_p,) or many sets of values (n, n_p)."""
-        found: tuple[dict, dict] = {}, {}
+        changes: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
         for k, target in self.own(label):
-            found[target.kind == START][target.name] = values[..., k]
-        return found
+            changes[target.kind == START][target.name] = values[..., k]
+        return changes
 
     def sensors(self, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return scale and offset of every channel, for one or many sets of values."""
-        found = []
+        gains = []
         for channel in self.channels:
             numbers = {SCALE: np.ones(values.shape[:-1]), OFFSET: np.zeros(values.shape[:-1])}
             for k, targets in enumerate(self.unknowns.targets):
                 for target in targets:
                     if target.label == channel.key and target.kind in numbers:
                         numbers[target.kind] = values[..., k]
-            found.append((numbers[SCALE], numbers[OFFSET]))
-        return found
+            gains.append((numbers[SCALE], numbers[OFFSET]))
+        return gains
 
     def many(self, values: np.ndarray) -> np.ndarray:
         """Return the predictions for many sets of values, shape (n, n_p) to (samples, n); NaN where a run failed."""
-        found = np.full((self.size, len(values)), np.nan)
+        predicted = np.full((self.size, len(values)), np.nan)
         sensors = self.sensors(values)
         for label, program in self._plain.items():
             changes, starts = self.changes(label, values)
             batch = program.map(changes, starts, self.threads) if changes or starts else program.map()
             for channel, rows, (scale, offset) in zip(self.channels, self.rows, sensors, strict=True):
                 if channel.scene == label:
-                    found[rows] = scale * np.where(reached(batch.status), batch[channel.name], np.nan) + offset
-        return found
+                    predicted[rows] = scale * np.where(reached(batch.status), batch[channel.name], np.nan) + offset
+        return predicted
 
     def at(
         self, values: np.ndarray, differences: bool = True, settings: Mapping[str, float] | None = None
@@ -211,7 +211,7 @@ class Predictor:
             Other values of the scenes, which are not fitted; differences do not regard them.
         """
         y, slopes = np.full(self.size, np.nan), np.zeros((self.size, self.unknowns.size))
-        sequence: list = []
+        sequence: list[Any] = []
         sensors = self.sensors(values)
         for label in self.labels:
             run = self._run(label, values, settings or {})
@@ -267,12 +267,12 @@ class Predictor:
             for way in (1.0, -1.0):
                 points.append(values.copy())
                 points[-1][k] = np.clip(values[k] + way * step[k], low[k], high[k])
-        found, slopes = self.many(np.array(points)), np.full((self.size, self.unknowns.size), math.nan)
+        predicted, slopes = self.many(np.array(points)), np.full((self.size, self.unknowns.size), math.nan)
         for j, k in enumerate(columns):
-            slopes[:, k] = (found[:, 2 * j] - found[:, 2 * j + 1]) / (points[2 * j][k] - points[2 * j + 1][k])
+            slopes[:, k] = (predicted[:, 2 * j] - predicted[:, 2 * j + 1]) / (points[2 * j][k] - points[2 * j + 1][k])
         return slopes
 
 
-def _sequence(run: Run) -> tuple:
+def _sequence(run: Run) -> tuple[Any, ...]:
     """Return the events of a run in their order: contact, mode before, mode after."""
     return () if run.raw.events is None else tuple(map(tuple, run.raw.events[1].tolist()))

@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri, fdtri
 
+from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.identification.local_fit import Minimum, Problem, minimise
-from symfric.model.notebook import html_table
+from symfric.model.results import Drawable, Result
 
 REFINED = 40  # most steps towards the end of an interval
 CLOSE, NARROW = 1e-4, 1e-6  # distance from the threshold, and from the end of the interval, that suffice (relative)
@@ -17,8 +18,10 @@ FEWEST = 3  # points of a profile
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(Result, Drawable):
     """Lowest cost over one unknown.
+
+    `plot` draws the cost over the values with the threshold.
 
     Attributes
     ----------
@@ -53,38 +56,9 @@ class Profile:
     interval: tuple[float, float]
     level: float
     threshold: float
+    _told = ("name", "values", "cost", "interval", "level")
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "name": self.name,
-            "values": self.values.tolist(),
-            "cost": self.cost.tolist(),
-            "interval": list(self.interval),
-            "level": self.level,
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("Profile", self.to_dict())
-
-    def plot(self, ax=None):
-        """Draw the cost over the values with the threshold; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.identification.plotting import plot_profile
 
         return plot_profile(self, ax)

@@ -62,7 +62,7 @@ def places(channels: Sequence[Channel]) -> tuple[slice, ...]:
 
 
 def read_channels(
-    scenes: Mapping[str, Scene], records: Any, observed: Mapping | None, sigma: Any
+    scenes: Mapping[str, Scene], records: Any, observed: Mapping[Any, Any] | None, sigma: Any
 ) -> tuple[Channel, ...]:
     """Read and check the records of all scenes.
 
@@ -86,7 +86,7 @@ def read_channels(
             hint = f"; {strange[0]!r} is no label of a scene" if strange else ""
             raise SceneError(f"several scenes take the records of each by its label{hint}")
         groups = {label: records[label] for label in scenes if label in records}
-    found: list[Channel] = []
+    channels: list[Channel] = []
     for label, group in groups.items():
         for number, (name, record) in enumerate(_named(group, label).items(), 2):
             if isinstance(group, str | Path) and not _measures(scenes[label], name, label, observed):
@@ -94,15 +94,15 @@ def read_channels(
                     f"column {number} of {Path(group).name} is no state; say what it measures with observed={{...}}, "
                     "or leave it out"
                 )
-            found.append(_channel(scenes[label], label, name, record, observed, sigma))
-    if not found:
+            channels.append(_channel(scenes[label], label, name, record, observed, sigma))
+    if not channels:
         raise SceneError("there are no records; give at least one, such as {'x': (t, y)}")
-    known = {n for c in found for n in (c.name, c.key)}
+    known = {n for c in channels for n in (c.name, c.key)}
     for what, given in (("observed", observed), ("sigma", sigma)):
         strange = sorted({name_of(n) for n in given} - known) if isinstance(given, Mapping) else []
         if strange:
             raise SceneError(f"{what} names {strange[0]}, which is no record{nearest(strange[0], known)}")
-    return tuple(found)
+    return tuple(channels)
 
 
 def _named(group: Any, label: str) -> dict[str, Any]:
@@ -120,7 +120,9 @@ def _named(group: Any, label: str) -> dict[str, Any]:
     return {name_of(n): v for n, v in group.items()}
 
 
-def _channel(scene: Scene, label: str, name: str, record: Any, observed: Mapping | None, sigma: Any) -> Channel:
+def _channel(
+    scene: Scene, label: str, name: str, record: Any, observed: Mapping[Any, Any] | None, sigma: Any
+) -> Channel:
     channel = Channel(label, name, _sensor(scene, name, label, observed), *_row(record, name))
     what = f"record {channel.key}"
     check_row(channel.t, channel.y, what)
@@ -142,13 +144,13 @@ def _channel(scene: Scene, label: str, name: str, record: Any, observed: Mapping
     return Channel(label, name, channel.expr, channel.t, channel.y, own)
 
 
-def _measures(scene: Scene, name: str, label: str, observed: Mapping | None) -> bool:
+def _measures(scene: Scene, name: str, label: str, observed: Mapping[Any, Any] | None) -> bool:
     """Whether it is known what a record measures."""
     given = {name_of(k) for k in observed or ()}
     return bool(given & {f"{label}.{name}", name}) or name in {s.name for s in scene.system.states}
 
 
-def _sensor(scene: Scene, name: str, label: str, observed: Mapping | None) -> sp.Expr:
+def _sensor(scene: Scene, name: str, label: str, observed: Mapping[Any, Any] | None) -> sp.Expr:
     """Return the expression that a record measures."""
     given = {} if observed is None else {name_of(k): v for k, v in observed.items()}
     for key in (f"{label}.{name}", name):

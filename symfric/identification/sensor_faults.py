@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri, ndtri
@@ -81,16 +81,16 @@ def faults_of(problem: Problem, best: Minimum, tries: Sequence[Minimum], y: np.n
     rest, values = robust.weight * (y - problem.y), best.values
     if not _all_white(robust, rest) or np.max(np.abs(rest)) > limit(rest.size):
         robust, values, rest = _robust(problem, robust, values, rest)
-    found = _shifted(robust, values, rest, tries)
+    shifted = _shifted(robust, values, rest, tries)
     shifts: dict[str, Shift] = {}
-    if found is not None:
-        shifts, rest = found.shifts, found.rest
+    if shifted is not None:
+        shifts, rest = shifted.shifts, shifted.rest
     return Faults(shifts, _outliers(robust, rest))
 
 
 def limit(n: int) -> float:
     """Return the size that none of n normal numbers exceeds but by chance, their scale known from their median."""
-    return float(ndtri(1 - CHANCE / (2 * n))) * (1 + 1.2 / np.sqrt(n))
+    return float(float(ndtri(1 - CHANCE / (2 * n))) * (1 + 1.2 / np.sqrt(n)))
 
 
 def outliers_of(residuals: np.ndarray, unknowns: int = 0) -> np.ndarray:
@@ -116,13 +116,13 @@ def outliers_of(residuals: np.ndarray, unknowns: int = 0) -> np.ndarray:
 
 def _outliers(problem: Problem, rest: np.ndarray) -> dict[str, np.ndarray]:
     predictor = problem.predictor
-    found = {}
+    outliers = {}
     for channel, rows in zip(predictor.channels, predictor.rows, strict=True):
         there = np.flatnonzero(problem.weight[rows] > 0)
         indices = there[outliers_of(rest[rows][there], predictor.unknowns.size)]
         if indices.size:
-            found[channel.key] = indices
-    return found
+            outliers[channel.key] = indices
+    return outliers
 
 
 def _scaled(problem: Problem, y: np.ndarray) -> Problem:
@@ -139,13 +139,13 @@ def _all_white(problem: Problem, rest: np.ndarray) -> bool:
     return all(diagnose(rest[r], problem.predictor.unknowns.size).is_white for r in problem.predictor.rows)
 
 
-def _robust(problem: Problem, robust: Problem, values: np.ndarray, rest: np.ndarray):
+def _robust(problem: Problem, robust: Problem, values: np.ndarray, rest: np.ndarray) -> Any:
     """Return the robust problem with its own scale, its values and residuals."""
     for _ in range(2):
-        found = minimise(robust, values)
-        if not np.isfinite(found.cost):
+        minimum = minimise(robust, values)
+        if not np.isfinite(minimum.cost):
             break
-        values = found.values
+        values = minimum.values
         y = problem.predictor.at(values).y
         robust = _scaled(problem, y)
         rest = robust.weight * (y - problem.y)
@@ -170,22 +170,22 @@ def _shifted(problem: Problem, values: np.ndarray, rest: np.ndarray, tries: Sequ
         refined = [_refined(problem, delayed, v, s, errors) for v, s in begins]
     except SceneError:  # the run cannot be longer than the records, as with a sampled input
         return None
-    found = [r for r in refined if r is not None]
-    if not found:
+    better = [r for r in refined if r is not None]
+    if not better:
         return None
-    least = min(r.cost for r in found)
-    return min((r for r in found if r.cost <= ALIKE * least), key=lambda r: r.largest)
+    least = min(r.cost for r in better)
+    return min((r for r in better if r.cost <= ALIKE * least), key=lambda r: r.largest)
 
 
 def _first_look(problem: Problem, values: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return shifts and their standard errors by linear regression on the slopes of the predictions over time."""
     from scipy.interpolate import CubicSpline  # slow to import
 
-    predictor, found = problem.predictor, problem.predictor.at(values)
-    jacobian = problem.weight[:, None] * np.nan_to_num(found.slopes)
+    predictor, prediction = problem.predictor, problem.predictor.at(values)
+    jacobian = problem.weight[:, None] * np.nan_to_num(prediction.slopes)
     slopes = np.zeros((predictor.size, len(predictor.channels)))
     for k, (channel, rows) in enumerate(zip(predictor.channels, predictor.rows, strict=True)):
-        slopes[rows, k] = -problem.weight[rows] * CubicSpline(channel.t, found.y[rows])(channel.t, 1)
+        slopes[rows, k] = -problem.weight[rows] * CubicSpline(channel.t, prediction.y[rows])(channel.t, 1)
     root = np.sqrt(problem.loss.first((rest / problem.loss.scale) ** 2))
     both = root[:, None] * np.hstack([jacobian, slopes])
     size = np.maximum(np.linalg.norm(both, axis=0), 1e-300)
@@ -266,25 +266,25 @@ def _refined(
     weight = np.where(early, 0.0, problem.weight)
     whole = replace(problem, predictor=own, weight=weight)
     held = replace(whole, fixed={n_p + k: 0.0 for k in range(shifts.size)})
-    found = minimise(whole, np.concatenate([values, np.clip(shifts, -room, high)]))
+    minimum = minimise(whole, np.concatenate([values, np.clip(shifts, -room, high)]))
     without = minimise(held, np.concatenate([values, np.zeros(shifts.size)]))
-    if not np.isfinite(found.cost):
+    if not np.isfinite(minimum.cost):
         return None
-    at = own.at(found.values)
+    at = own.at(minimum.values)
     rest = weight * (at.y - problem.y)
     kept = weight > 0
     size = median_scale(rest[kept])
     scaled = replace(whole, weight=weight / max(size, 1e-300))
     jacobian = scaled.weight[:, None] * np.nan_to_num(at.slopes)
     told = _errors(scaled, rest / max(size, 1e-300), jacobian)[n_p:]
-    last = found.values[n_p:]
+    last = minimum.values[n_p:]
     ends = (last + room < NEAR * (room + high)) | (high - last < NEAR * (room + high))
     least = float(chdtri(1, CHANCE / shifts.size))
-    rise = without.cost - found.cost
+    rise = without.cost - minimum.cost
     white = _all_white(scaled, np.where(np.abs(rest) > limit(rest.size) * size, 0.0, rest))
     sure = (last**2 > least * told**2) & ~ends
-    if not np.any(sure) or not 2 * rise > least * size**2 or not (white or found.cost < GAIN * without.cost):
+    if not np.any(sure) or not 2 * rise > least * size**2 or not (white or minimum.cost < GAIN * without.cost):
         return None
     names = [c.key for c in predictor.channels]
     known = {names[k]: Shift(float(last[k]), float(told[k])) for k in np.flatnonzero(sure)}
-    return _Refined(found.cost / np.count_nonzero(kept), float(np.max(np.abs(last))), known, rest)
+    return _Refined(minimum.cost / np.count_nonzero(kept), float(np.max(np.abs(last))), known, rest)

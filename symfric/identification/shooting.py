@@ -76,29 +76,29 @@ class _Shooting:
 
     def _sizes(self, nodes: np.ndarray) -> np.ndarray:
         """Return the size of every node's number: the largest of its state over the nodes."""
-        found = np.ones(nodes.size)
+        sizes = np.ones(nodes.size)
         for label, names in self.pieces.states.items():
             begin, n_x = self.pieces.places[label], len(names)
             table = np.abs(nodes[begin : begin + (self.pieces.count - 1) * n_x].reshape(-1, n_x))
             largest = np.max(table, axis=0)
-            found[begin : begin + table.size] = np.tile(np.where(largest > 0, largest, 1.0), len(table))
-        return found
+            sizes[begin : begin + table.size] = np.tile(np.where(largest > 0, largest, 1.0), len(table))
+        return sizes
 
     def at(self, point: np.ndarray) -> _State | None:
         """Return the linearised problem at a point, None if a run fails."""
         self.evaluations += 1
         problem, unknowns = self.problem, self.problem.predictor.unknowns
-        found = self.pieces.linearised(unknowns.outer(point[: self.n_p]), point[self.n_p :] * self.sizes)
-        if found is None:
+        linearised = self.pieces.linearised(unknowns.outer(point[: self.n_p]), point[self.n_p :] * self.sizes)
+        if linearised is None:
             return None
-        return _State(point, found, problem.weight * (found.y - problem.y), found.gaps / self.sizes)
+        return _State(point, linearised, problem.weight * (linearised.y - problem.y), linearised.gaps / self.sizes)
 
     def slopes(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of residuals and gaps by the coordinates."""
-        found, unknowns = state.found, self.problem.predictor.unknowns
+        linearised, unknowns = state.found, self.problem.predictor.unknowns
         stretch = np.concatenate([unknowns.stretch(unknowns.outer(state.point[: self.n_p])), self.sizes])
-        J = self.problem.weight[:, None] * np.hstack([found.by_values, found.by_nodes]) * stretch
-        C = np.hstack([found.gaps_by_values, found.gaps_by_nodes]) * stretch / self.sizes[:, None]
+        J = self.problem.weight[:, None] * np.hstack([linearised.by_values, linearised.by_nodes]) * stretch
+        C = np.hstack([linearised.gaps_by_values, linearised.gaps_by_nodes]) * stretch / self.sizes[:, None]
         return J, C
 
     def solve(self) -> Joined | None:

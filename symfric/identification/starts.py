@@ -37,33 +37,33 @@ def chosen_starts(problem: Problem, starts: int, seed: int, own: np.ndarray | No
     points = qmc.Sobol(problem.free.size, seed=seed).random(count)
     values = np.array([problem.values(p) for p in points])
     early, whole = costs_of([problem.prefix(PREFIX), problem], values)
-    found = list(first)
+    begins = list(first)
     orders = [iter(np.argsort(whole, kind="stable")), iter(np.argsort(early, kind="stable"))]
     costs = [whole, early]
     turn = 0
-    while len(found) < starts and orders:
+    while len(begins) < starts and orders:
         turn = (turn + 1) % len(orders)
         k = next(orders[turn], None)
         if k is None or not np.isfinite(costs[turn][k]):
             del orders[turn], costs[turn]
             continue
         place = unknowns.inner(values[k])
-        if all(np.max(np.abs(place - unknowns.inner(v))) > APART for v, _ in found):
-            found.append((values[k], costs[turn] is early))
-    return found
+        if all(np.max(np.abs(place - unknowns.inner(v))) > APART for v, _ in begins):
+            begins.append((values[k], costs[turn] is early))
+    return begins
 
 
 def best_of(problem: Problem, starts: list[tuple[np.ndarray, bool]]) -> list[Minimum]:
     """Return the minima found from the starts, the lowest first; some starts are left out once enough agree."""
-    found: list[Minimum] = []
+    minima: list[Minimum] = []
     for start, early in starts:
         values = start
         if early:
             for part in WINDOWS:
                 brief = minimise(problem.prefix(part), values, LOOSE, BRIEF)
                 values = brief.values if np.isfinite(brief.cost) else values
-        found.append(minimise(problem, values))
-        lowest = min(m.cost for m in found)
-        if np.isfinite(lowest) and sum(m.cost <= lowest * (1 + AGREE) + problem.rounding for m in found) >= ENOUGH:
+        minima.append(minimise(problem, values))
+        lowest = min(m.cost for m in minima)
+        if np.isfinite(lowest) and sum(m.cost <= lowest * (1 + AGREE) + problem.rounding for m in minima) >= ENOUGH:
             break
-    return sorted(found, key=lambda m: m.cost)
+    return sorted(minima, key=lambda m: m.cost)

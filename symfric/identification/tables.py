@@ -9,6 +9,7 @@ import itertools
 import re
 from array import array
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,24 +52,24 @@ def read_table(path: str | Path) -> Table:
     if not data.strip():
         raise SceneError(f"{place.name}: is empty; the first line must hold names, then come numbers")
     names, columns = (_of_array if place.suffix.lower() == ".npy" else _of_text)(data, place.name)
-    t, found = columns[0], {}
+    t, series = columns[0], {}
     for name, y in zip(names[1:], columns[1:], strict=True):
         there = ~np.isnan(y)
-        found[name] = t[there], y[there]
-    return found
+        series[name] = t[there], y[there]
+    return series
 
 
 def _of_array(data: bytes, shown: str) -> tuple[list[str], list[np.ndarray]]:
     """Return the names and columns of an array with named fields, or of one of shape (n, m): t, c1, c2, ..."""
-    found = array_of(data, shown)
-    if found.dtype.names is not None and found.ndim == 1:
-        names = list(found.dtype.names)
-        parts = [found[name] for name in names]
-    elif found.dtype.names is None and found.ndim == 2:
-        names = ["t", *(f"c{k}" for k in range(1, found.shape[1]))]
-        parts = list(found.T)
+    array = array_of(data, shown)
+    if array.dtype.names is not None and array.ndim == 1:
+        names = list(array.dtype.names)
+        parts = [array[name] for name in names]
+    elif array.dtype.names is None and array.ndim == 2:
+        names = ["t", *(f"c{k}" for k in range(1, array.shape[1]))]
+        parts = list(array.T)
     else:
-        raise SceneError(f"{shown}: has shape {found.shape}; give columns, the first of them times, shape (n, m)")
+        raise SceneError(f"{shown}: has shape {array.shape}; give columns, the first of them times, shape (n, m)")
     _check_names(names, shown)
     if any(part.dtype.kind not in "fiu" for part in parts):
         raise SceneError(f"{shown}: holds other things than real numbers; save numbers alone")
@@ -102,7 +103,7 @@ def _of_text(data: bytes, shown: str) -> tuple[list[str], list[np.ndarray]]:
     return names, [np.array(column) for column in columns]
 
 
-def _rows(data: bytes):
+def _rows(data: bytes) -> Any:
     """Yield the fields of each line; split at the comma, semicolon or tab that the first has most, else blanks."""
     stream = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig", newline="")
     head = stream.readline()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ SMALLEST = 0.1  # weights below this, relative to the largest, are not told
 
 
 @dataclass(frozen=True, eq=False)
-class Direction(Mapping):
+class Direction(Mapping[Any, Any]):
     """A direction in which the unknowns can change without the records noticing; a mapping of name to weight.
 
     Attributes
@@ -128,11 +128,13 @@ def uncertainty(
     return Uncertainty(covariance, errors, correlation, _directions(names, values, own, variance, ranges))
 
 
-def _directions(names, values, own, variance: float, ranges) -> tuple[Direction, ...]:
+def _directions(
+    names: Sequence[str], values: np.ndarray, own: np.ndarray, variance: float, ranges: np.ndarray
+) -> tuple[Direction, ...]:
     """Return the directions whose standard error is as large as that of knowing nothing but the bounds."""
     _, singular, axes = np.linalg.svd(own * ranges, full_matrices=True)
     singular = np.concatenate([singular, np.zeros(len(names) - singular.size)])
-    found = []
+    directions = []
     for value, axis in zip(singular[::-1], axes[::-1], strict=True):
         lost = value <= SINGULAR * singular[0]
         error = np.inf if lost else float(np.sqrt(variance) / value)
@@ -141,5 +143,5 @@ def _directions(names, values, own, variance: float, ranges) -> tuple[Direction,
         largest = axis[np.argmax(np.abs(axis))]
         axis, error = axis / largest, error * abs(largest)
         told = {names[k]: float(w * ranges[k]) for k, w in enumerate(axis) if abs(w) > SMALLEST}
-        found.append(Direction(told, error, {n: float(values[list(names).index(n)]) for n in told}))
-    return tuple(found)
+        directions.append(Direction(told, error, {n: float(values[list(names).index(n)]) for n in told}))
+    return tuple(directions)

@@ -62,7 +62,7 @@ class Unknowns:
     def inner(self, values: np.ndarray) -> np.ndarray:
         """Return the coordinates in [0, 1] of values between the bounds, shape (..., n_p)."""
         low, high, v = (np.where(self.logarithmic, _log(a), a) for a in (self.low, self.high, values))
-        return (v - low) / (high - low)
+        return np.asarray((v - low) / (high - low))
 
     def outer(self, inner: np.ndarray) -> np.ndarray:
         """Return the values at coordinates in [0, 1], shape (..., n_p); they stay between the bounds."""
@@ -96,17 +96,17 @@ def read_unknowns(parameters: Any, scenes: Mapping[str, Scene], channels: Sequen
     SceneError
         If a name is unknown or given twice, or the bounds are none.
     """
-    found = read_bounds(parameters)
+    unknowns = read_bounds(parameters)
     targets = []
     taken: dict[Target, str] = {}
-    for name in found.names:
+    for name in unknowns.names:
         own = _targets(name, scenes, channels)
         for target in own:
             if target in taken:
                 raise SceneError(f"{taken[target]} and {name} in parameters set the same {target.kind}; keep one")
             taken[target] = name
         targets.append(own)
-    return replace(found, targets=tuple(targets))
+    return replace(unknowns, targets=tuple(targets))
 
 
 def read_bounds(parameters: Any) -> Unknowns:
@@ -145,18 +145,18 @@ def _targets(name: str, scenes: Mapping[str, Scene], channels: Sequence[Channel]
     """Return what an unknown sets."""
     record, _, what = name.rpartition(".")
     if what in (OFFSET, SCALE):
-        found = [Target(what, c.key, what) for c in channels if record in (c.key, c.name)]
-        if found:
-            return tuple(found)
-    found = []
+        targets = [Target(what, c.key, what) for c in channels if record in (c.key, c.name)]
+        if targets:
+            return tuple(targets)
+    targets = []
     for label, scene in scenes.items():
         own = name.removeprefix(f"{label}.") if label else name
         if own in (s.name for s in scene.parameters):
-            found.append(Target(VALUE, label, own))
+            targets.append(Target(VALUE, label, own))
         elif own in (s.name for s in scene.system.states):
-            found.append(Target(START, label, own))
-    if found:
-        return tuple(found)
+            targets.append(Target(START, label, own))
+    if targets:
+        return tuple(targets)
     known = {s.name for scene in scenes.values() for s in (*scene.parameters, *scene.system.states)}
     known |= {f"{c.key}.{what}" for c in channels for what in (OFFSET, SCALE)}
     raise SceneError(f"{name} is no value, state, offset or scale to fit{nearest(name, known)}")

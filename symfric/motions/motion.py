@@ -1,15 +1,15 @@
 """A ground motion: acceleration at a constant time step."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
-from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
+from symfric.model.results import Drawable, Result
 from symfric.model.symbols import finite
 from symfric.model.system import Signal
 from symfric.motions.units import G, factor_of
@@ -21,8 +21,10 @@ _WHOLE = 1e-9  # distance from a sample, relative to the step, within which a ti
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion:
+class Motion(Result, Drawable):
     """Acceleration of the ground, linear between its samples.
+
+    `plot` draws acceleration against time.
 
     Attributes
     ----------
@@ -216,19 +218,7 @@ class Motion:
 
         return spectrum(self, periods, damping)
 
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw acceleration against time; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax, layout="constrained")
         ax.plot(self.t, self.samples, lw=0.8)
         ax.set_xlabel("time t [s]")
@@ -240,23 +230,9 @@ class Motion:
         seen = {"samples": self.samples.size, "dt [s]": self.dt, "duration [s]": self.duration, "PGA [g]": self.pga_g}
         return html_table(self.name, seen | ({"note": self.note} if self.note else {}))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data, samples included.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "name": self.name,
-            "note": self.note,
-            "unit": self.unit,
-            "dt": self.dt,
-            "npts": self.samples.size,
-            "pga": self.pga,
-            "samples": self.samples.tolist(),
-        }
+    def to_dict(self) -> dict[str, Any]:
+        about = {name: getattr(self, name) for name in ("name", "note", "unit", "dt")}
+        return {**about, "npts": self.samples.size, "pga": self.pga, "samples": self.samples.tolist()}
 
     def to_xarray(self):
         """Return an xarray.DataArray over time.

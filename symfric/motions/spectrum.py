@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
-from symfric.locks import DRAWING, alone
-from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.symbols import finite
 
 if TYPE_CHECKING:
@@ -23,8 +22,10 @@ _Complex = TypeVar("_Complex", complex, np.ndarray)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum:
+class Spectrum(ArrayResult, Drawable):
     """Response spectrum of a motion.
+
+    `plot` draws pseudo-acceleration against period.
 
     Attributes
     ----------
@@ -59,47 +60,14 @@ class Spectrum:
     pseudo_velocity: np.ndarray
     pseudo_acceleration: np.ndarray
     name: str
+    _told = ("name", "damping", "periods", "displacement", "pseudo_velocity", "pseudo_acceleration")
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        rows = ("periods", "displacement", "pseudo_velocity", "pseudo_acceleration")
-        return {"name": self.name, "damping": self.damping, **{k: getattr(self, k).tolist() for k in rows}}
-
-    def _repr_html_(self) -> str:
-        return html_table("Spectrum", self.to_dict())
-
-    def to_xarray(self):
-        """Return an xarray.Dataset over the period.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
+    def _labelled(self) -> Labelled:
         units = {"displacement": "m", "pseudo_velocity": "m/s", "pseudo_acceleration": "m/s^2"}
         data = {k: ("period", getattr(self, k), {"units": unit}) for k, unit in units.items()}
-        return xr.Dataset(data, {"period": self.periods}, {"damping": self.damping, "motion": self.name})
+        return data, {"period": self.periods}, {"damping": self.damping, "motion": self.name}
 
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw pseudo-acceleration against period; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax, layout="constrained")
         ax.plot(self.periods, self.pseudo_acceleration, label=f"{self.name}, {100 * self.damping:g} % damping")
         ax.set_xlabel("period T [s]")

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
+from symfric.model.results import Result
 from symfric.model.symbols import finite
 from symfric.motions.motion import Motion
 from symfric.motions.spectrum import filtered, read_periods, spectrum
@@ -118,7 +118,7 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Misfit:
+class Misfit(Result):
     """Relative difference between a motion's spectrum and a target.
 
     Attributes
@@ -142,19 +142,6 @@ class Misfit:
     largest: float
     mean: float
     worst_period: float
-
-    def to_dict(self) -> dict[str, float]:
-        """Return plain data.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {"largest": self.largest, "mean": self.mean, "worst_period": self.worst_period}
-
-    def _repr_html_(self) -> str:
-        return html_table("Misfit", self.to_dict())
 
 
 def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.05) -> Misfit:

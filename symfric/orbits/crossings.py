@@ -100,7 +100,7 @@ def _states(path: Path, step: np.ndarray, place: np.ndarray) -> np.ndarray:
     x = c[:, -1] + 0.0 * s
     for j in range(c.shape[1] - 2, -1, -1):
         x = x * s + c[:, j]
-    return x
+    return np.asarray(x)
 
 
 def _values(path: Path, function: Function, step: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ def _decided(g: np.ndarray, blur: float) -> np.ndarray:
     resolved = np.max(c[:, -3:], axis=1) <= _RESOLVED * size + blur
     apart = c[:, 0] > np.sum(c[:, 1:], axis=1) + blur
     monotone = slope[:, 0] > np.sum(slope[:, 1:], axis=1)
-    return (size <= blur) | (resolved & (apart | monotone))
+    return np.asarray((size <= blur) | (resolved & (apart | monotone)))
 
 
 def _located(path: Path, function: Function, parts: Parts, sign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

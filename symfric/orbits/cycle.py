@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
 from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
+from symfric.model.results import COMPLEX, Drawable, Result, as_plain
 from symfric.model.scene import Scene
 from symfric.model.units import with_unit
 from symfric.orbits.flow_map import FlowMap, flow_of
@@ -17,6 +20,9 @@ from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
 _SAME = 1e-8  # difference relative to the ranges of the states up to which motions count as one
@@ -28,8 +34,10 @@ _PATIENCE = (1, 4, 16, 64)  # horizons of the scene for settling, tried in turn;
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Result, Drawable):
     """A periodic orbit (limit cycle) of a scene.
+
+    `plot` draws the phase plane of the first coordinate.
 
     Attributes
     ----------
@@ -78,14 +86,29 @@ class Orbit:
     x_min: np.ndarray
     stick_time: float
     stick_fraction: float
-    multipliers: np.ndarray
+    multipliers: np.ndarray = field(metadata=COMPLEX)
     trivial: int | None
     stable: bool
-    events: tuple[Event, ...]
+    events: tuple[Event, ...] = field(
+        metadata=as_plain(lambda events, _: [[e.t, e.contact, e.before, e.after] for e in events])
+    )
     names: tuple[str, ...]
     differentiable: bool
     base: Scene = field(repr=False)
     values: dict[str, float] = field(repr=False)
+    _told = (
+        "names",
+        "period",
+        "start",
+        "half_range",
+        "x_max",
+        "x_min",
+        "stick_time",
+        "stick_fraction",
+        "multipliers",
+        "stable",
+        "events",
+    )
 
     @cached_property
     def scene(self) -> Scene:
@@ -98,27 +121,7 @@ class Orbit:
         """The run over one period, with its trajectory."""
         return prepare(self.scene.wanting({"path": Trajectory()}), 1e-12).run()
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        by_state = {n: getattr(self, n).tolist() for n in ("start", "half_range", "x_max", "x_min")}
-        return {
-            "names": list(self.names),
-            "period": self.period,
-            **by_state,
-            "stick_time": self.stick_time,
-            "stick_fraction": self.stick_fraction,
-            "multipliers": [[m.real, m.imag] for m in self.multipliers.astype(complex).tolist()],
-            "stable": self.stable,
-            "events": [[e.t, e.contact, e.before, e.after] for e in self.events],
-        }
-
-    def to_xarray(self):
+    def to_xarray(self) -> "xr.Dataset":
         """Return the motion over one period; see `Run.to_xarray`.
 
         Returns
@@ -127,18 +130,7 @@ class Orbit:
         """
         return self.run.to_xarray()
 
-    def plot(self, ax=None):
-        """Draw the phase plane of the first coordinate; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_orbit
 
         return plot_orbit(self, ax)
@@ -216,9 +208,9 @@ def limit_cycle(
     for patience in _PATIENCE:
         settling = False
         try:
-            found = settled(scene, flow, forcing, patience)
-            settling = found.shrinking
-            orbit = _near(scene, flow, values, found)
+            attained = settled(scene, flow, forcing, patience)
+            settling = attained.shrinking
+            orbit = _near(scene, flow, values, attained)
         except Fades:
             raise
         except NotFound as failure:
@@ -239,7 +231,7 @@ def values_of(scene: Scene) -> dict[str, float]:
     return {s.name: v for s, v in scene.parameter_values().items()}
 
 
-def read_guess(guess, flow: FlowMap, forcing: float | None) -> Guess:
+def read_guess(guess: Any, flow: FlowMap, forcing: float | None) -> Guess:
     """Return a user's guess as state, period, and multiple of the excitation's period."""
     if isinstance(guess, Orbit):
         state, period = guess.start, guess.period
@@ -261,10 +253,10 @@ def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -
     system = ShootingSystem(flow, values, guess.multiple)
     z = system.pack(guess.start, guess.period, values)
     before = system.follow(z)
-    found = solve(system, z)
-    if np.all(found.passage.ranges <= _VANISHED * before.ranges) and system.free:
+    closed = solve(system, z)
+    if np.all(closed.passage.ranges <= _VANISHED * before.ranges) and system.free:
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
-    return orbit_of(scene, *_shortest(system, found, guess.turns))
+    return orbit_of(scene, *_shortest(system, closed, guess.turns))
 
 
 def _shortest(system: ShootingSystem, point: Point, turns: int) -> tuple[ShootingSystem, Point]:
@@ -311,18 +303,18 @@ def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
 
 def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None]:
     """Return the ordered eigenvalues of the monodromy matrix, and the index of the trivial one."""
-    found = np.linalg.eigvals(passage.by_start)
-    found = np.where(np.abs(found) <= _ZERO * max(1.0, np.max(np.abs(found))), 0.0, found)
-    found = found[np.argsort(-np.abs(found), kind="stable")]
+    eigenvalues = np.linalg.eigvals(passage.by_start)
+    eigenvalues = np.where(np.abs(eigenvalues) <= _ZERO * max(1.0, np.max(np.abs(eigenvalues))), 0.0, eigenvalues)
+    eigenvalues = eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")]
     if free:
         # zero on an exact orbit: the flow maps the rate onto itself
         shift = passage.by_start @ passage.rate - passage.rate
-        k = int(np.argmin(np.abs(found - 1.0)))
+        k = int(np.argmin(np.abs(eigenvalues - 1.0)))
         shift, rate = shift / passage.ranges, passage.rate / passage.ranges
         if np.linalg.norm(shift) <= _CARRIED * np.linalg.norm(rate):
-            found = np.concatenate([found[k : k + 1], np.delete(found, k)])
-    found = found.real if np.all(np.abs(found.imag) == 0) else found
-    return found, 0 if free else None
+            eigenvalues = np.concatenate([eigenvalues[k : k + 1], np.delete(eigenvalues, k)])
+    eigenvalues = eigenvalues.real if np.all(np.abs(eigenvalues.imag) == 0) else eigenvalues
+    return eigenvalues, 0 if free else None
 
 
 def stick_time(passage: Passage, period: float) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -23,7 +23,8 @@ from symfric.orbits.stiff_runs import StiffRuns
 from symfric.solve.integrators.stiffness import pays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers
-from symfric.solve.routes import Program, prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 
 _STRETCHED = 1e-9  # relative difference up to which a spring was stretched by the slip alone
@@ -33,7 +34,7 @@ _ROUGH = 1e-8  # tolerance of a run that serves as a guess
 # integrator, whose steps change with the start
 _CLOSED, _CLOSED_IMPLICIT = 1e-12, 1e-8
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
-_FLOWS: dict[tuple, "FlowMap"] = {}  # compiled flow maps by their equations
+_FLOWS: dict[tuple[Any, ...], "FlowMap"] = {}  # compiled flow maps by their equations
 
 
 class Guard(NamedTuple):
@@ -111,7 +112,8 @@ class FlowMap:
             program = self._motions[horizon]
         numbers = scene.numbers()
         initial = {s.name: numbers[s] for s in scene.system.states}
-        return program.run({s.name: v for s, v in scene.parameter_values().items()}, initial)
+        run: Run = program.run({s.name: v for s, v in scene.parameter_values().items()}, initial)
+        return run
 
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
@@ -128,10 +130,10 @@ class FlowMap:
         alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
         mode[self._automaton.layout.direction(contact)] = way
         mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
-        found = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
+        parts = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
         row = forward(contact) if sticks and way < 0 else backward(contact)
-        size = float(np.sum(np.abs(found[0][[backward(contact), forward(contact)]]))) if sticks else 1.0
-        left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in found)
+        size = float(np.sum(np.abs(parts[0][[backward(contact), forward(contact)]]))) if sticks else 1.0
+        left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in parts)
         return Guard(left, rate, bend, size)
 
     @alone(SYMBOLIC)
@@ -171,13 +173,13 @@ class FlowMap:
 
     def _idle(self, passage: Passage) -> tuple[int, ...]:
         """Return the springs that were stretched by the slip alone: ``z(T) = z(0) + r (q(T) - q(0))`` for any start."""
-        found, n, by = [], len(self.scene.system.q), passage.by_start
+        idle, n, by = [], len(self.scene.system.q), passage.by_start
         for place, row in self.springs.items():
             stretched = row @ (by[:n] - np.eye(n, by.shape[1]))
             stretched[place] += 1.0
             if np.max(np.abs(by[place] - stretched)) <= _STRETCHED * np.max(np.abs(stretched)):
-                found.append(place)
-        return tuple(found)
+                idle.append(place)
+        return tuple(idle)
 
 
 def is_stiff(scene: Scene) -> bool:
@@ -187,13 +189,13 @@ def is_stiff(scene: Scene) -> bool:
 
 def _springs_of(scene: Scene) -> dict[int, np.ndarray]:
     """Return places of the springs of contacts among the states, and the slopes of their slips if these are numbers."""
-    found: dict[int, np.ndarray] = {}
+    springs: dict[int, np.ndarray] = {}
     for contact in (c for c in scene.contacts if not c.along_line):
         slopes = scene.system.slopes(contact.slip)
         if isinstance(slopes, np.ndarray) or all(e.is_number for e in slopes):
             row = np.array(slopes, dtype=float)
-            found |= {scene.system.states.index(s): row for s in contact.states}
-    return found
+            springs |= {scene.system.states.index(s): row for s in contact.states}
+    return springs
 
 
 def _guard_rates(automaton: Automaton) -> ca.Function:

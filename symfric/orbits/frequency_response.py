@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.excitation import is_excited
@@ -11,6 +10,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.search import minimum
 
 _PIECES = 6  # starts of a branch that ends within the span
 _STEP = 1e-3  # of the span: how far behind an end the next piece starts
@@ -82,21 +82,30 @@ def frequency_response(
     if not is_excited(scene):
         raise SceneError("no force of the scene depends on time; a frequency response needs an excitation")
     names = [s.name for s in scene.system.states]
-    wanted = names[0] if coordinate is None else name_of(coordinate)
-    if wanted not in names:
-        raise SceneError(f"{wanted} is no state{nearest(wanted, names)}")
+    measured = names[0] if coordinate is None else name_of(coordinate)
+    if measured not in names:
+        raise SceneError(f"{measured} is no state{nearest(measured, names)}")
     here = scene.values[scene.parameter(name)]
     begin = here if here is not None and low <= here <= high else 0.5 * (low + high)
     whole = continue_cycle(scene.where({name: begin}), name, (low, high), start, most, tolerance)
     pieces = [whole]
     for side, end in ((0, low), (1, high)):
         pieces += _beyond(scene, name, (low, high), whole, side, end, most, tolerance)
-    return _joined(scene, pieces, names.index(wanted), tolerance)
+    return _joined(scene, pieces, names.index(measured), tolerance)
 
 
-def _beyond(scene, name, span, branch: Branch, side: int, end: float, most: int, tolerance: float) -> list[Branch]:
+def _beyond(
+    scene: Scene,
+    name: str,
+    span: tuple[float, float],
+    branch: Branch,
+    side: int,
+    end: float,
+    most: int,
+    tolerance: float,
+) -> list[Branch]:
     """Return the pieces of the branch beyond an end within the span."""
-    found: list[Branch] = []
+    branches: list[Branch] = []
     for _ in range(_PIECES):
         if branch.ends[side] in ("span", "closed"):
             break
@@ -109,8 +118,8 @@ def _beyond(scene, name, span, branch: Branch, side: int, end: float, most: int,
             branch = continue_cycle(scene.where({name: at}), name, rest, None, most, tolerance)
         except NotFound:
             break
-        found.append(branch)
-    return found
+        branches.append(branch)
+    return branches
 
 
 def _joined(scene: Scene, pieces: list[Branch], k: int, tolerance: float) -> Branch:
@@ -145,5 +154,5 @@ def _peak(scene: Scene, branch: Branch, k: int, tolerance: float) -> Peak:
             best = Peak(value, float(orbit.half_range[k]), orbit)
         return -float(orbit.half_range[k])
 
-    minimize_scalar(size, bounds=(low, high), method="bounded", options={"xatol": 1e-9 * max(abs(low), abs(high))})
+    minimum(size, low, high, xatol=1e-9 * max(abs(low), abs(high)))
     return best

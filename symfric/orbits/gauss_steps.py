@@ -11,7 +11,7 @@ form is Lawson's, SIAM Journal on Numerical Analysis 4 (1967) 372). A step costs
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,17 +50,17 @@ class Motion(NamedTuple):
     turn: np.ndarray
     partner: np.ndarray
 
-    def after(self, tau, v: np.ndarray) -> np.ndarray:
+    def after(self, tau: Any, v: np.ndarray) -> np.ndarray:
         """Return the coordinates v, shape (n_x, k), after a time."""
         grow = np.exp(self.rate * tau)
         along, across = grow * np.cos(self.turn * tau), grow * np.sin(self.turn * tau)
-        return along[:, None] * v + across[:, None] * v[self.partner]
+        return np.asarray(along[:, None] * v + across[:, None] * v[self.partner])
 
     def before(self, taus: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Return rows (k, n_x) times the flow over each of some times, shape (n, k, n_x)."""
         grow = np.exp(self.rate * taus[:, None])
         along, across = grow * np.cos(self.turn * taus[:, None]), grow * np.sin(self.turn * taus[:, None])
-        return rows * along[:, None, :] + (rows[None] * across[:, None, :])[:, :, self.partner]
+        return np.asarray(rows * along[:, None, :] + (rows[None] * across[:, None, :])[:, :, self.partner])
 
     @property
     def fastest(self) -> float:
@@ -90,13 +90,13 @@ def motion_of(A: np.ndarray) -> Motion:
             X[:, k], rate[k] = vectors[:, i].real, values[i].real
             k += 1
     try:
-        found = Motion(X, np.linalg.inv(X), rate, turn, partner)
+        motion = Motion(X, np.linalg.inv(X), rate, turn, partner)
     except np.linalg.LinAlgError:
         raise NoRoute(_DEPENDENT) from None
-    again = X @ (rate[:, None] * found.inverse + turn[:, None] * found.inverse[partner])
+    again = X @ (rate[:, None] * motion.inverse + turn[:, None] * motion.inverse[partner])
     if not np.all(np.max(np.abs(again - A), axis=1) <= _LOST * np.max(np.abs(A), axis=1)):
         raise NoRoute(_DEPENDENT)
-    return found
+    return motion
 
 
 class Coupling(NamedTuple):

@@ -1,11 +1,13 @@
 """Lyapunov exponents of a motion, from its derivatives by the start with exact saltation at events."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
-from symfric.model.notebook import html_table
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
@@ -21,8 +23,10 @@ _GROWTH = np.log(1e3)
 
 
 @dataclass(frozen=True, eq=False)
-class Lyapunov:
+class Lyapunov(ArrayResult, Drawable):
     """Lyapunov exponents: mean exponential rates of divergence of neighbouring motions, per unit of time.
+
+    `plot` draws the convergence of the largest exponent.
 
     Attributes
     ----------
@@ -66,6 +70,10 @@ class Lyapunov:
     end: np.ndarray
     doubtful: int
 
+    def _labelled(self) -> Labelled:
+        about = {"exponent": self.exponent, "spread": self.spread, "doubtful": self.doubtful}
+        return {"history": ("t", self.history)}, {"t": self.times}, about
+
     @property
     def chaotic(self) -> bool:
         """Whether the largest exponent is positive by more than three times its spread, over a growth of 1000 or more.
@@ -74,52 +82,14 @@ class Lyapunov:
         """
         return bool(self.exponent > 3 * self.spread and self.exponent * self.times[-1] > _GROWTH)
 
-    def plot(self, ax=None):
-        """Draw the convergence of the largest exponent; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_lyapunov
 
         return plot_lyapunov(self, ax)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "exponent": self.exponent,
-            "spread": self.spread,
-            "exponents": self.exponents.tolist(),
-            "time": float(self.times[-1]),
-            "doubtful": self.doubtful,
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("Lyapunov", self.to_dict())
-
-    def to_xarray(self):
-        """Return the convergence of the largest exponent over ``t`` as an xarray.Dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        about = {"exponent": self.exponent, "spread": self.spread, "doubtful": self.doubtful}
-        return xr.Dataset({"history": ("t", self.history)}, coords={"t": self.times}, attrs=about)
+    def to_dict(self) -> dict[str, Any]:
+        told = {"exponent": self.exponent, "spread": self.spread, "exponents": self.exponents.tolist()}
+        return {**told, "time": float(self.times[-1]), "doubtful": self.doubtful}
 
     def __repr__(self) -> str:
         doubt = f", {self.doubtful} pieces without derivatives" if self.doubtful else ""
@@ -212,7 +182,7 @@ def lyapunov(
 def _varied(length: float, n: int) -> np.ndarray:
     """Return n lengths between 0.5 and 1.5 times the given one, with that mean and with sums spread over all phases."""
     parts = 0.5 + (np.arange(n) * _GOLDEN) % 1.0
-    return n * length * parts / max(np.sum(parts), 0.5)
+    return np.asarray(n * length * parts / max(np.sum(parts), 0.5))
 
 
 def _positive(value: float, what: str) -> float:

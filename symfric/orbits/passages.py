@@ -7,7 +7,7 @@ times, each time with the derivatives by some of the states.
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import sympy as sp
@@ -145,7 +145,7 @@ class DirectedRuns:
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
         """See `Runs`."""
-        found: list[Followed] = []
+        followed: list[Followed] = []
         for first in self._starts:
             workspace = self._model.workspace()
             workspace.arrays.clock.t_end = time
@@ -153,11 +153,11 @@ class DirectedRuns:
             w = workspace.arrays
             log = workspace.take_log()
             if status == Status.OK:
-                found.append((self._passage(w, log), w.p.copy(), w.m.copy()))
+                followed.append((self._passage(w, log), w.p.copy(), w.m.copy()))
             self._model.give_back(workspace)
             if status != Status.OK:
                 raise NotFound(early_end("the motion from this start", Status(status)))
-        return self._together([passage for passage, _, _ in found]), *found[0][1:]
+        return self._together([passage for passage, _, _ in followed]), *followed[0][1:]
 
     def _columns(self, k: int) -> np.ndarray:
         """Return the start of the derivatives by the states from number k on, and by the parameters."""
@@ -218,15 +218,17 @@ class RecordedRun:
             raise NotFound(early_end("the motion from this start", Status(status)))
         w, n_x = recorder.arrays, len(y)
         try:
-            found = self._variations.along(recorder.steps(), p)
+            followed = self._variations.along(recorder.steps(), p)
         except NoRoute:  # eigenvectors that are nearly dependent, as those of a structure that is free to move
             return self._directed.follow(y, p, time)
-        by = tuple(np.split(found.end, [n_x], axis=1))
-        gaps = tuple(np.split(found.rows, [n_x], axis=1))
-        return _passage_of(self._automaton, w, recorder.log(), by, gaps, found.doubtful), w.p.copy(), w.m.copy()
+        by = tuple(np.split(followed.end, [n_x], axis=1))
+        gaps = tuple(np.split(followed.rows, [n_x], axis=1))
+        return _passage_of(self._automaton, w, recorder.log(), by, gaps, followed.doubtful), w.p.copy(), w.m.copy()
 
 
-def _passage_of(automaton: Automaton, w: LoopArrays, log, by: Sequence, gaps: Sequence, doubtful: bool) -> Passage:
+def _passage_of(
+    automaton: Automaton, w: LoopArrays, log: Any, by: Sequence[Any], gaps: Sequence[Any], doubtful: bool
+) -> Passage:
     """Return the passage of a run."""
     n_x, n_g = len(automaton.states), slip_gap(len(automaton.contacts))
     low, high = w.total[n_g : n_g + n_x, 0].copy(), w.total[n_g : n_g + n_x, 1].copy()

@@ -1,12 +1,20 @@
 """Plots of orbits, branches and sections."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symfric.axes import axes_for, legend_above
+from symfric.axes import Axes, axes_for, legend_above
 from symfric.locks import DRAWING, alone
 from symfric.solve.plotting import labelled, sticking
+
+if TYPE_CHECKING:
+    from symfric.orbits.continuation.branch import Branch
+    from symfric.orbits.continuation.codim1 import Curve
+    from symfric.orbits.cycle import Orbit
+    from symfric.orbits.lyapunov import Lyapunov
+    from symfric.orbits.poincare import PoincareSection
 
 _MARKS = {
     "hopf": "o",
@@ -22,7 +30,7 @@ _POINTS = 600  # points drawn of an orbit
 
 
 @alone(DRAWING)
-def plot_orbit(orbit, ax=None):
+def plot_orbit(orbit: "Orbit", ax: Axes | None = None) -> Axes:
     """Draw coordinate against velocity over one period, sticking in bold; return the Axes."""
     ax = axes_for(ax)
     t = np.union1d(np.linspace(0, orbit.period, _POINTS), orbit.run.t)
@@ -39,15 +47,15 @@ def plot_orbit(orbit, ax=None):
 
 
 @alone(DRAWING)
-def plot_branch(branch, ax=None):
+def plot_branch(branch: "Branch", ax: Axes | None = None) -> Axes:
     """Draw the half range of the first coordinate, stable parts full and unstable ones dashed; return the Axes."""
     ax = axes_for(ax)
     size = np.array([o.half_range[0] for o in branch.orbits])
     stable = np.array([o.stable for o in branch.orbits])
-    for kind, style, label in ((True, "-", "stable"), (False, "--", "unstable")):
-        drawn = np.where(_with_neighbours(stable == kind), size, np.nan)
+    for which, style, color, label in ((stable, "-", "C0", "stable"), (~stable, "--", "C3", "unstable")):
+        drawn = np.where(_with_neighbours(which), size, np.nan)
         if np.any(np.isfinite(drawn)):
-            ax.plot(branch.values, drawn, style, color="C0" if kind else "C3", label=label)
+            ax.plot(branch.values, drawn, style, color=color, label=label)
     for kind in dict.fromkeys(s.kind for s in branch.special):
         there = [s for s in branch.special if s.kind == kind]
         height = [0.0 if kind == "hopf" else s.orbit.half_range[0] for s in there]
@@ -61,7 +69,7 @@ def plot_branch(branch, ax=None):
 
 
 @alone(DRAWING)
-def plot_curve(curve, units: Mapping[str, str], ax=None):
+def plot_curve(curve: "Curve", units: Mapping[str, str], ax: Axes | None = None) -> Axes:
     """Draw the second parameter against the first; return the Axes."""
     ax = axes_for(ax)
     ax.plot(*curve.values, label=curve.kind)
@@ -72,7 +80,7 @@ def plot_curve(curve, units: Mapping[str, str], ax=None):
 
 
 @alone(DRAWING)
-def plot_section(section, ax=None):
+def plot_section(section: "PoincareSection", ax: Axes | None = None) -> Axes:
     """Draw the first velocity against the first coordinate; return the Axes."""
     ax = axes_for(ax)
     x, u = section.drawn
@@ -84,11 +92,11 @@ def plot_section(section, ax=None):
 
 
 @alone(DRAWING)
-def plot_lyapunov(found, ax=None):
+def plot_lyapunov(result: "Lyapunov", ax: Axes | None = None) -> Axes:
     """Draw the estimate of the largest exponent against time, with a band of its spread; return the Axes."""
     ax = axes_for(ax)
-    ax.plot(found.times, found.history)
-    ax.axhspan(found.exponent - found.spread, found.exponent + found.spread, alpha=0.2)
+    ax.plot(result.times, result.history)
+    ax.axhspan(result.exponent - result.spread, result.exponent + result.spread, alpha=0.2)
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_xlabel("time since the transient")
     ax.set_ylabel("largest Lyapunov exponent")

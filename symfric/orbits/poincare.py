@@ -2,16 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.excitation import periodic
-from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, expression, finite, name_of, nearest
 from symfric.model.units import attributes_of
@@ -24,8 +26,10 @@ _LATE = 1e-12  # fraction of a period by which a run may end before the last sec
 
 
 @dataclass(frozen=True, eq=False)
-class PoincareSection:
+class PoincareSection(ArrayResult, Drawable):
     """A Poincare section: the points of a trajectory on a surface.
+
+    `plot` draws the first velocity against the first coordinate.
 
     Attributes
     ----------
@@ -59,54 +63,24 @@ class PoincareSection:
     drawn: tuple[str, str]
     units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
+    def _labelled(self) -> Labelled:
+        data = {n: ("t", row, attributes_of(n, self.units)) for n, row in zip(self.names, self.states, strict=True)}
+        return data, {"t": ("t", self.times, attributes_of("t", self.units))}, {"section": self.about}
+
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a state, shape (n,)."""
         if name not in self.names:
             raise SceneError(f"{name!r} is no state{nearest(name, self.names)}")
-        return self.states[self.names.index(name)]
+        return np.asarray(self.states[self.names.index(name)])
 
-    def plot(self, ax=None):
-        """Draw the first velocity against the first coordinate; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_section
 
         return plot_section(self, ax)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
         states = dict(zip(self.names, self.states.tolist(), strict=True))
         return {"section": self.about, "times": self.times.tolist(), "states": states}
-
-    def _repr_html_(self) -> str:
-        return html_table("PoincareSection", self.to_dict())
-
-    def to_xarray(self):
-        """Return the points as an xarray.Dataset with one variable for each state, over ``t``.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {n: ("t", row, attributes_of(n, self.units)) for n, row in zip(self.names, self.states, strict=True)}
-        times = {"t": ("t", self.times, attributes_of("t", self.units))}
-        return xr.Dataset(data, coords=times, attrs={"section": self.about})
 
     def __repr__(self) -> str:
         return f"PoincareSection({self.about}; {self.times.size} points)"
@@ -129,9 +103,9 @@ class Cut:
     """
 
     about: str
-    period: Callable | None
+    period: Callable[..., Any] | None
     phase: float
-    function: Callable | None = field(repr=False)
+    function: Callable[..., Any] | None = field(repr=False)
     direction: int
 
     def times(self, values: Mapping[str, float], after: float, end: float) -> np.ndarray:
@@ -140,7 +114,7 @@ class Cut:
         period = self.period(values)
         first, last = after / period - self.phase, end / period - self.phase
         turns = np.arange(max(0, np.ceil(first - _LATE)), np.floor(last + _LATE) + 1)
-        return np.minimum((turns + self.phase) * period, end)
+        return np.asarray(np.minimum((turns + self.phase) * period, end))
 
     def points(self, run: Run, after: float) -> tuple[np.ndarray, np.ndarray]:
         """Return times (n,) and states (n_x, n) of a run on the section, from a time on."""

@@ -1,6 +1,6 @@
 """The steps of one run, with the mode of each, for what is computed along a known motion."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,12 +43,13 @@ class Recorder:
 
     def __init__(self, model: CompiledModel, n_rows: int):
         self._workspace, self._rows = Workspace(model), n_rows
-        self._found: list[tuple] = []
+        self._found: list[tuple[Any, ...]] = []
 
     @property
     def arrays(self) -> LoopArrays:
         """The arrays of the run."""
-        return self._workspace.arrays
+        arrays: LoopArrays = self._workspace.arrays
+        return arrays
 
     def drive(self, y: np.ndarray, p: np.ndarray, t_end: float) -> Status:
         """Run from state y at t = 0 to a time."""

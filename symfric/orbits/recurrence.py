@@ -82,9 +82,9 @@ def _of_excited(run: Run, end: float, forcing: float) -> Recurrence:
         return Recurrence(np.nan, _NOT)
     if k == 1:  # or a fraction of the period, if the excitation has only even harmonics or hardly acts
         for part in range(_PARTS, 1, -1):
-            found = _checked(run, end, forcing / part, size)
-            if not found.note:
-                return found
+            recurrence = _checked(run, end, forcing / part, size)
+            if not recurrence.note:
+                return recurrence
     return _checked(run, end, k * forcing, size)
 
 

@@ -14,7 +14,7 @@ counts as zero there must not depend on those of the scene.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -157,11 +157,11 @@ class ShootingSystem:
     def _slopes(self, test: TestFunction, z: np.ndarray, passage: Passage) -> np.ndarray:
         if test.slopes:
             return test.slopes(z, passage)
-        found = []
+        blocks = []
         for step in _STEP * np.diag(self.sizes(z, passage)):
             ahead, behind = (test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
-            found.append((ahead - behind) / (2 * np.max(step)))
-        return np.array(found)
+            blocks.append((ahead - behind) / (2 * np.max(step)))
+        return np.array(blocks)
 
 
 def solve(
@@ -199,7 +199,9 @@ def solve(
     raise NotFound(_STUCK)
 
 
-def _improved(system: ShootingSystem, now: Point, size: float, normal, guess, plane) -> tuple[Point, float, float]:
+def _improved(
+    system: ShootingSystem, now: Point, size: float, normal: np.ndarray | None, guess: np.ndarray, plane: Any
+) -> tuple[Point, float, float]:
     """Take one step of Newton's method, shortened until the residual falls."""
     n = len(system.flow.states)
     away = 0.0 if normal is None else -float(normal @ (now.z - plane))
@@ -243,7 +245,7 @@ def step_of(
 def null_of(system: ShootingSystem, point: Point) -> np.ndarray:
     """Return a null direction of the equations, (n_z,)."""
     size = system.sizes(point.z, point.passage)
-    return size * np.linalg.svd(scaled_slopes(point, size))[2][-1]
+    return np.asarray(size * np.linalg.svd(scaled_slopes(point, size))[2][-1])
 
 
 def scale_of(point: Point) -> np.ndarray:
@@ -255,7 +257,7 @@ def scale_of(point: Point) -> np.ndarray:
 
 def scaled_slopes(point: Point, size: np.ndarray, scale: np.ndarray | None = None) -> np.ndarray:
     """Return the derivatives for unknowns in units `size` and equations in their scales, (n_e, n_z)."""
-    return point.slopes * size / (scale_of(point) if scale is None else scale)[:, None]
+    return np.asarray(point.slopes * size / (scale_of(point) if scale is None else scale)[:, None])
 
 
 def misfit(point: Point) -> float:

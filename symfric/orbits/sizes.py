@@ -16,10 +16,10 @@ def filled(size: np.ndarray, n_q: int) -> np.ndarray:
 
     Coordinates and velocities have different units, so each is compared only with its own kind.
     """
-    found = np.array(size, dtype=float)
-    for kind in kinds(n_q, found.size):
-        found[kind] = np.maximum(found[kind], LEAST * max(np.max(found[kind], initial=0.0), _NONE))
-    return found
+    sizes = np.array(size, dtype=float)
+    for kind in kinds(n_q, sizes.size):
+        sizes[kind] = np.maximum(sizes[kind], LEAST * max(np.max(sizes[kind], initial=0.0), _NONE))
+    return sizes
 
 
 def over_time(size: np.ndarray, n_q: int, time: float) -> np.ndarray:
@@ -28,10 +28,10 @@ def over_time(size: np.ndarray, n_q: int, time: float) -> np.ndarray:
     A velocity that moves its coordinate by less than its size within that time counts as zero, and so does every
     velocity where no coordinate moves.
     """
-    found = np.array(size, dtype=float)
-    q, u, z = kinds(n_q, found.size)
-    found[q] = np.maximum(found[q], LEAST * np.max(found[q], initial=0.0))
-    found[q] = np.where(found[q] > 0, found[q], 1.0)
-    found[u] = np.maximum(found[u], found[q] / time)
-    found[z] = np.maximum(found[z], LEAST * np.max(found[z], initial=0.0))
-    return np.where(found > 0, found, 1.0)
+    sizes = np.array(size, dtype=float)
+    q, u, z = kinds(n_q, sizes.size)
+    sizes[q] = np.maximum(sizes[q], LEAST * np.max(sizes[q], initial=0.0))
+    sizes[q] = np.where(sizes[q] > 0, sizes[q], 1.0)
+    sizes[u] = np.maximum(sizes[u], sizes[q] / time)
+    sizes[z] = np.maximum(sizes[z], LEAST * np.max(sizes[z], initial=0.0))
+    return np.where(sizes > 0, sizes, 1.0)

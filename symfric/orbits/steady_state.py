@@ -212,19 +212,19 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
     x = state_symbol(scene, coordinate)
     extremes = {"high": Max(x), "low": Min(x)}
     before = finished(prepare(settling(scene, times, extremes), tolerance).run())
-    wanted = {**extremes, "sum": Integral(x), PATH: Trajectory()}
+    outputs = {**extremes, "sum": Integral(x), PATH: Trajectory()}
     for longer in (1, LONGER):
-        window = measuring(scene, replace(times, window=longer * times.window), wanted, before.final)
+        window = measuring(scene, replace(times, window=longer * times.window), outputs, before.final)
         run = finished(prepare(window, tolerance).run())
         high, low = float(run["high"]), float(run["low"])
         t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), run.t)
         reach = max(high, float(before["high"])) - min(low, float(before["low"]))
-        found = _recurrence(run, weights_of(scene, coordinate), t, times, reach)
-        if found.note != FEW:
+        recurrence = _recurrence(run, weights_of(scene, coordinate), t, times, reach)
+        if recurrence.note != FEW:
             break
-    whole = found.period * (run.t_final // found.period) if found.period <= run.t_final else run.t_final
+    whole = recurrence.period * (run.t_final // recurrence.period) if recurrence.period <= run.t_final else run.t_final
     mean, stuck = float(run["sum"]) / run.t_final, stick_fraction(run, run.t_final - whole)
-    return Vibration(high, low, mean, found.period, stuck, found.note)
+    return Vibration(high, low, mean, recurrence.period, stuck, recurrence.note)
 
 
 def _recurrence(run: Run, weights: np.ndarray, t: np.ndarray, times: Schedule, reach: float) -> Recurrence:
@@ -239,10 +239,10 @@ def _recurrence(run: Run, weights: np.ndarray, t: np.ndarray, times: Schedule, r
         return Recurrence(np.nan, times.note)
     middle = 0.5 * (np.max(values) + np.min(values))
     turns = np.zeros(0) if times.forcing else passages(run, weights, middle)
-    found = period_of(run, times.forcing, turns)
-    if found.note and found.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
-        return found._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
-    return found
+    recurrence = period_of(run, times.forcing, turns)
+    if recurrence.note and recurrence.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
+        return recurrence._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")
+    return recurrence
 
 
 def still_changes(ranges: tuple[float, float], then: tuple[float, float], reach: float = 0.0) -> bool:
@@ -291,14 +291,14 @@ def sticking(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]
 def weights_of(scene: Scene, name: str) -> np.ndarray:
     """Return the weights of the states in a state or in a named row of a structure, shape (n_x,)."""
     symbol, states = state_symbol(scene, name), scene.system.states
-    found = np.zeros(len(states))
+    weights = np.zeros(len(states))
     if symbol in states:
-        found[states.index(symbol)] = 1.0
-        return found
+        weights[states.index(symbol)] = 1.0
+        return weights
     assert scene.system.linear is not None
     row, n = scene.system.linear.rows[symbol], len(scene.system.q)
-    found[slice(0, n) if row.of == "q" else slice(n, 2 * n)] = row.weights
-    return found
+    weights[slice(0, n) if row.of == "q" else slice(n, 2 * n)] = row.weights
+    return weights
 
 
 def state_symbol(scene: Scene, name: str) -> sp.Symbol:

@@ -43,9 +43,9 @@ class StiffRuns:
         self._lifted, self._automaton = automaton, automaton_of(lowered.dynamics, [])
         self._scene, self._parameters, self._tolerance = scene, parameters, max(tolerance, _FINEST)
         self._motion = VariedMotion(self._automaton, lowered, (*automaton.states, *parameters), 0, self._tolerance)
-        wanted = scene.wanting({s.name: HalfRange(s) for s in scene.system.states})
+        ranges = scene.wanting({s.name: HalfRange(s) for s in scene.system.states})
         self._plain = IntegratorsProgram(
-            wanted, max(self._tolerance, _EXTREMES), Integrators("cvodes"), frozenset(parameters)
+            ranges, max(self._tolerance, _EXTREMES), Integrators("cvodes"), frozenset(parameters)
         )
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
@@ -61,19 +61,19 @@ class StiffRuns:
         ranges = filled(high - low, self._automaton.n_q)
         unit = np.concatenate([np.maximum(np.abs(y), ranges), np.where(moving == 0, 1.0, np.abs(moving))])
         V = np.eye(n_x, n_x + len(self._parameters))
-        found = self._motion.follow(y, V, unit, own, np.zeros(0), time, Integrators().max_steps)
-        if found.status != Status.OK:
-            raise NotFound(early_end("the motion from this start", found.status))
+        followed = self._motion.follow(y, V, unit, own, np.zeros(0), time, Integrators().max_steps)
+        if followed.status != Status.OK:
+            raise NotFound(early_end("the motion from this start", followed.status))
         m = np.ones(self._lifted.layout.n_mode)
         m[self._lifted.layout.sticking] = 0.0
-        slips = np.array(self._automaton.gauge(found.final, time, own)[0]).ravel()
+        slips = np.array(self._automaton.gauge(followed.final, time, own)[0]).ravel()
         m[self._lifted.layout.directions] = np.where(slips < 0, -1.0, 1.0)
         n_g = slip_gap(len(self._lifted.contacts))
         passage = Passage(
-            end=found.final,
-            by_start=found.slopes[:, :n_x],
-            by_value=found.slopes[:, n_x:],
-            rate=np.array(self._lifted.field(found.final, time, p, m)[0]).ravel(),
+            end=followed.final,
+            by_start=followed.slopes[:, :n_x],
+            by_value=followed.slopes[:, n_x:],
+            rate=np.array(self._lifted.field(followed.final, time, p, m)[0]).ravel(),
             events=(),
             modes=tuple(self._lifted.layout.modes(m).tolist()),
             gaps=np.full(n_g, math.inf),

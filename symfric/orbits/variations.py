@@ -10,7 +10,7 @@ run and products of matrices with a few rows, whatever the number of states.
 """
 
 import itertools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -105,9 +105,9 @@ class Variations:
             free = self._channels.free(p[: self._own])
             B, U, R = self._channels.held(m, free)
             D = self._D(y[:, None], np.zeros(1), p, m)[0]
-            found = free @ v + B @ (D @ (self._channels.rows @ v)) + U @ (R @ v)
+            product = free @ v + B @ (D @ (self._channels.rows @ v)) + U @ (R @ v)
             exact = np.array(along(y, 0.0, p, m, v)).ravel()
-            if not np.max(np.abs(found - exact)) <= _AGREES * np.max(np.abs(exact)):
+            if not np.max(np.abs(product - exact)) <= _AGREES * np.max(np.abs(exact)):
                 raise NoRoute("the channels do not have the slopes of the equations")
 
     @property
@@ -118,8 +118,7 @@ class Variations:
         """Return D at states (n_x, n) and times (n,), shape (n, n_phi, n_xi)."""
         slopes, n = self._channels.slopes, len(t)
         xi = self._channels.rows[: slopes.nnz_in(0)] @ y
-        wide = lambda e: np.repeat(np.asarray(e)[:, None], n, axis=1)  # noqa: E731
-        D = np.array(slopes(xi, y, t[None, :], wide(p[: self._own]), wide(m)))
+        D = np.array(slopes(xi, y, t[None, :], _wide(p[: self._own], n), _wide(m, n)))
         return D.reshape(D.shape[0], n, -1).transpose(1, 0, 2)
 
     def along(self, steps: Steps, p: np.ndarray) -> Slopes:
@@ -127,7 +126,7 @@ class Variations:
         free = self._channels.free(p[: self._own])
         motion, n_x = motion_of(free), len(free)
         V = self._held(np.hstack([np.eye(n_x), np.zeros((n_x, len(self._chosen)))]), steps, 0, p)
-        found, doubtful = np.zeros((self._n_rows, V.shape[1])), False
+        slopes, doubtful = np.zeros((self._n_rows, V.shape[1])), False
         places = _last_places(steps.places)
         for begin, end in _pieces(steps):
             inside = [(steps.t[k] + at * (steps.t[k + 1] - steps.t[k]), r) for r, (k, at) in places if begin <= k < end]
@@ -138,15 +137,17 @@ class Variations:
                 time = until
                 if row is not None:
                     seed = self._automaton.layout.n_guards + row
-                    found[row] = self._gain(
+                    slopes[row] = self._gain(
                         state_at(steps, np.array([time]))[:, 0], time, p, steps.mode[begin], seed, V
                     )[0]
             if end < len(steps.mode):
                 V, doubt = self._jump(steps, end, p, V)
                 doubtful = doubtful or doubt
-        return Slopes(V, found, doubtful)
+        return Slopes(V, slopes, doubtful)
 
-    def _smooth(self, motion: Motion, coupled, steps: Steps, piece, span, p: np.ndarray, V: np.ndarray) -> np.ndarray:
+    def _smooth(
+        self, motion: Motion, coupled: Any, steps: Steps, piece: Any, span: Any, p: np.ndarray, V: np.ndarray
+    ) -> np.ndarray:
         """Return V after a time without events."""
         length = span[1] - span[0]
         if not length > 0:
@@ -174,12 +175,13 @@ class Variations:
         slopes = slopes[:, acting].reshape(count, NODES, int(np.sum(acting)), len(rows))
         source = None
         if n_s:
-            wide = lambda e: np.repeat(np.asarray(e)[:, None], t.size, axis=1)  # noqa: E731
-            s = np.array(self._source(y, t.ravel()[None, :], wide(p), wide(m)))
+            s = np.array(self._source(y, t.ravel()[None, :], _wide(p, t.size), _wide(m, t.size)))
             source = (motion.inverse @ s).reshape(len(s), count, NODES, n_s).transpose(1, 2, 0, 3)
-        return motion.X @ advance(motion, length / count, Coupling(rows, pushes, slopes, source), motion.inverse @ V)
+        return np.asarray(
+            motion.X @ advance(motion, length / count, Coupling(rows, pushes, slopes, source), motion.inverse @ V)
+        )
 
-    def _gain(self, y, t, p, m, k: int, V: np.ndarray) -> tuple[np.ndarray, float]:
+    def _gain(self, y: np.ndarray, t: float, p: np.ndarray, m: Any, k: int, V: np.ndarray) -> tuple[np.ndarray, float]:
         """Return the derivatives of guard (or, behind them, row) k at a fixed time, and its rate."""
         seed = np.zeros(self._felt.nnz_in(4))
         seed[k] = 1.0
@@ -189,7 +191,7 @@ class Variations:
         gain[V.shape[1] - n_s :] += row[n_x + 1 :]
         return gain, float(row[:n_x] @ self._rate(y, t, p, m) + row[n_x])
 
-    def _rate(self, y, t, p, m) -> np.ndarray:
+    def _rate(self, y: np.ndarray, t: float, p: np.ndarray, m: Any) -> np.ndarray:
         return np.array(self._automaton.field(y, t, p, m)[0]).ravel()
 
     def _jump(self, steps: Steps, k: int, p: np.ndarray, V: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -236,7 +238,7 @@ class Variations:
 
 
 def _is_switch(layout: ModeLayout, g: int) -> bool:
-    return layout.slips.stop <= g < layout.first_load
+    return bool(layout.slips.stop <= g < layout.first_load)
 
 
 def _pieces(steps: Steps) -> list[tuple[int, int]]:
@@ -247,19 +249,24 @@ def _pieces(steps: Steps) -> list[tuple[int, int]]:
 
 def _last_places(places: np.ndarray) -> list[tuple[int, tuple[int, float]]]:
     """Return for each row with a minimum the step that holds the least one, and where in it."""
-    found = []
+    last_places = []
     for r in range(places.shape[1]):
         at = np.flatnonzero(places[:, r] >= 0)
         if at.size:
-            found.append((r, (int(at[-1]), float(places[at[-1], r]))))
-    return found
+            last_places.append((r, (int(at[-1]), float(places[at[-1], r]))))
+    return last_places
 
 
 def state_at(steps: Steps, t: np.ndarray) -> np.ndarray:
     """Return states at some times, shape (n_x, n)."""
     k = np.clip(np.searchsorted(steps.t, t, side="right") - 1, 0, len(steps.mode) - 1)
     s, c = (t - steps.t[k])[:, None], steps.coefficients
-    found = c[k, :, -1]
+    value = c[k, :, -1]
     for j in range(c.shape[2] - 2, -1, -1):
-        found = found * s + c[k, :, j]
-    return found.T
+        value = value * s + c[k, :, j]
+    return value.T
+
+
+def _wide(values: Any, n: int) -> np.ndarray:
+    """Return a column as n equal ones."""
+    return np.repeat(np.asarray(values)[:, None], n, axis=1)

@@ -11,6 +11,7 @@ import numpy as np
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.outputs import INTEGRAL, RANGE
+from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
 from symfric.model.scene import Scene
 from symfric.solve.case_values import CaseValues
 from symfric.solve.observables import wanted_of
@@ -19,7 +20,7 @@ from symfric.solve.status import ADVICE, Status
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class Batch(ArrayResult):
     """Results of many cases of one scene; the last axis of every array is that of the cases.
 
     Attributes
@@ -59,14 +60,22 @@ class Batch:
     """
 
     outputs: dict[str, np.ndarray]
-    final: np.ndarray
+    final: np.ndarray = field(metadata=BY_NAME)
     t_final: np.ndarray
-    status: np.ndarray
+    status: np.ndarray = field(metadata=as_plain(lambda codes, _: [Status(s).name for s in codes.tolist()]))
     stats: dict[str, np.ndarray]
     names: tuple[str, ...]
     given: dict[str, np.ndarray] = field(repr=False)
     sensitivities: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
     output_sensitivities: dict[str, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
+    _told = ("given", "outputs", "final", "t_final", "status", "stats")
+
+    def _labelled(self) -> Labelled:
+        codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}
+        data: dict[str, tuple] = {name: _over_cases(name, rows) for name, rows in self.outputs.items()}
+        data |= {f"final_{name}": ("case", row) for name, row in zip(self.names, self.final, strict=True)}
+        data |= {"t_final": ("case", self.t_final), "status": ("case", self.status, codes)}
+        return data, {name: ("case", row) for name, row in self.given.items()}, {}
 
     @cached_property
     def ok(self) -> np.ndarray:
@@ -104,38 +113,6 @@ class Batch:
             )
         return self
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "given": {name: row.tolist() for name, row in self.given.items()},
-            "outputs": {name: rows.tolist() for name, rows in self.outputs.items()},
-            "final": dict(zip(self.names, self.final.tolist(), strict=True)),
-            "t_final": self.t_final.tolist(),
-            "status": [Status(s).name for s in self.status.tolist()],
-            "stats": {name: row.tolist() for name, row in self.stats.items()},
-        }
-
-    def to_xarray(self):
-        """Return all results as an xarray.Dataset over ``case``; attributes of ``status`` explain its codes.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}
-        data: dict[str, tuple] = {name: _labelled(name, rows) for name, rows in self.outputs.items()}
-        data |= {f"final_{name}": ("case", row) for name, row in zip(self.names, self.final, strict=True)}
-        data |= {"t_final": ("case", self.t_final), "status": ("case", self.status, codes)}
-        return xr.Dataset(data, {name: ("case", row) for name, row in self.given.items()})
-
     def _repr_html_(self) -> str:
         lost = {Status(s).name: int(np.count_nonzero(self.status == s)) for s in np.unique(self.status).tolist()}
         return html_table("Batch", {"cases": len(self), "status": lost, "outputs": ", ".join(self.outputs) or "none"})
@@ -146,7 +123,7 @@ class Batch:
         return f"Batch({len(self)} cases{f', {lost} failed' if lost else ''}; outputs: {names})"
 
 
-def _labelled(name: str, rows: np.ndarray) -> tuple:
+def _over_cases(name: str, rows: np.ndarray) -> tuple:
     return ("case", rows) if rows.ndim == 1 else ((f"{name}_index", "case"), rows)
 
 

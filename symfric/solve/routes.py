@@ -1,11 +1,11 @@
 """Route selection: which solver takes a scene, and why the others do not."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, nearest
 from symfric.solve.exact.route import Exact
@@ -30,7 +30,7 @@ ROUTES: dict[str, Settings] = {
 
 
 @dataclass(frozen=True)
-class Explanation:
+class Explanation(Result):
     """The route selected for a scene, with reasons.
 
     Attributes
@@ -57,24 +57,6 @@ class Explanation:
     answers: dict[str, str]
     skipped: tuple[str, ...]
     facts: Facts
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "route": self.route,
-            "answers": self.answers,
-            "skipped": list(self.skipped),
-            "facts": asdict(self.facts),
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("Explanation", self.to_dict())
 
     def __repr__(self) -> str:
         return f"Explanation(route {self.route}, {len(self.skipped)} things skipped)"

@@ -9,6 +9,7 @@ import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import changes_of_mode, html_table
+from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
 from symfric.model.symbols import nearest, numbers_of
@@ -110,7 +111,7 @@ class Raw(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Run:
+class Run(ArrayResult):
     """Result of one simulation.
 
     Attributes
@@ -158,6 +159,13 @@ class Run:
     status: Status
     stats: dict[str, float]
     raw: Raw = field(repr=False)
+
+    def _labelled(self) -> Labelled:
+        units = self.base.units
+        data: dict = {n: ("t", row, attributes_of(n, units)) for n, row in zip(self.names, self.x, strict=True)}
+        data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.base.contacts, self.mode, strict=True)}
+        times = {"t": ("t", self.t, attributes_of("t", units))}
+        return data, times, {"status": self.status.name, "route": self.route}
 
     def __init__(
         self,
@@ -338,38 +346,11 @@ class Run:
 
         return energy_residual(self)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists: status, final state, counts and scalar outputs.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
+        told = {"route": self.route, "status": self.status.name, "t_final": self.t_final}
+        final = dict(zip(self.names, self.final.tolist(), strict=True))
         scalars = {k: v for k, v in self.outputs.items() if isinstance(v, float)}
-        return {
-            "route": self.route,
-            "status": self.status.name,
-            "t_final": self.t_final,
-            "final": dict(zip(self.names, self.final.tolist(), strict=True)),
-            "outputs": scalars,
-            "stats": dict(self.stats),
-        }
-
-    def to_xarray(self):
-        """Return the motion at the times `t` as an xarray.Dataset with one variable for each state and contact.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        units = self.base.units
-        data: dict = {n: ("t", row, attributes_of(n, units)) for n, row in zip(self.names, self.x, strict=True)}
-        data |= {f"mode_{c.name}": ("t", row) for c, row in zip(self.base.contacts, self.mode, strict=True)}
-        times = {"t": ("t", self.t, attributes_of("t", units))}
-        return xr.Dataset(data, coords=times, attrs={"status": self.status.name, "route": self.route})
+        return {**told, "final": final, "outputs": scalars, "stats": dict(self.stats)}
 
     def plot(self, ax=None, units: Mapping[str, str] | None = None):
         """Draw the coordinates against time; return the Axes.

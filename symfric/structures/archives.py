@@ -100,20 +100,20 @@ def entry_called(file: zipfile.ZipFile, names: tuple[str, ...], archive: str, fl
     SceneError
         If several entries are called so, or it is a link or lies outside the archive.
     """
-    found = [
+    entries = [
         e
         for e in file.infolist()
         if (e.filename if flat else e.filename.replace("\\", "/").rsplit("/", 1)[-1]) in names
     ]
-    if len(found) > 1:
-        raise SceneError(f"{archive} holds {shorten(found[0].filename)} and another of its name; keep one of them")
-    for entry in found:
+    if len(entries) > 1:
+        raise SceneError(f"{archive} holds {shorten(entries[0].filename)} and another of its name; keep one of them")
+    for entry in entries:
         parts = entry.filename.replace("\\", "/").split("/")
         if ".." in parts or parts[0] == "" or len(parts) > _MAX_DEPTH:
             raise SceneError(f"{archive} holds {names[0]} under a path that leaves it or is too deep; pack it anew")
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise SceneError(f"{archive} holds {names[0]} as a link; pack the file itself")
-    return found[0] if found else None
+    return entries[0] if entries else None
 
 
 def content(file: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int = MAX_FILE) -> bytes:

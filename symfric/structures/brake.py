@@ -61,11 +61,11 @@ class Brake:
         -------
         list[RowContact]
         """
-        found = []
+        contacts = []
         for i, (slip, load) in enumerate(zip(self.slips, self.loads, strict=True)):
             push = -load / np.max(np.abs(load))
-            found.append(RowContact(f"pair{i + 1}", slip, RowLoad(preload, load, push), law, speed))
-        return found
+            contacts.append(RowContact(f"pair{i + 1}", slip, RowLoad(preload, load, push), law, speed))
+        return contacts
 
     def __repr__(self) -> str:
         return f"Brake({self.structure.n} degrees of freedom, {len(self.slips)} pairs of nodes in contact)"

@@ -1,6 +1,7 @@
 """Checks of matrices that come from elsewhere: each fault is one line that names the matrix, the place and the cure."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sps
@@ -12,7 +13,7 @@ from symfric.structures.factors import indefinite_at
 _SYMMETRIC = 1e-8  # of the largest entry: what a file with few digits leaves of symmetry
 
 
-def matrix(value, name: str, n: int | None = None) -> sps.csr_array:
+def matrix(value: Any, name: str, n: int | None = None) -> sps.csr_array:
     """Return a real square matrix in sparse form.
 
     Parameters
@@ -36,38 +37,38 @@ def matrix(value, name: str, n: int | None = None) -> sps.csr_array:
         raise SceneError(f"{name} is complex; give real matrices, structural damping as an equivalent C")
     if given.dtype.kind not in "fiub" or given.ndim != 2:
         raise SceneError(f"{name} is no matrix of numbers; give numbers, dense or sparse, shape (n, n)")
-    found = sps.csr_array(given)
-    found = found.astype(float)
-    rows, columns = found.shape
+    A = sps.csr_array(given)
+    A = A.astype(float)
+    rows, columns = A.shape
     if rows != columns:
-        raise SceneError(f"{name} has shape {found.shape}; it must be square")
+        raise SceneError(f"{name} has shape {A.shape}; it must be square")
     if n is not None and rows != n:
-        raise SceneError(f"{name} has shape {found.shape}, and M has ({n}, {n}); give matrices of one size")
+        raise SceneError(f"{name} has shape {A.shape}, and M has ({n}, {n}); give matrices of one size")
     if not rows:
         raise SceneError(f"{name} is empty")
-    found.sum_duplicates()
-    bad = np.flatnonzero(~np.isfinite(found.data))
+    A.sum_duplicates()
+    bad = np.flatnonzero(~np.isfinite(A.data))
     if bad.size:
-        row = int(np.searchsorted(found.indptr, bad[0], side="right") - 1)
-        place = f"({row}, {int(found.indices[bad[0]])})"
+        row = int(np.searchsorted(A.indptr, bad[0], side="right") - 1)
+        place = f"({row}, {int(A.indices[bad[0]])})"
         raise SceneError(f"{name} has {bad.size} entries that are not finite, the first at {place}")
-    found.eliminate_zeros()
-    return found
+    A.eliminate_zeros()
+    return A
 
 
-def symmetric(found: sps.csr_array, name: str, cure: str) -> sps.csr_array:
+def symmetric(A: sps.csr_array, name: str, cure: str) -> sps.csr_array:
     """Return the symmetric part of a matrix that is symmetric up to the digits of a file; raise otherwise."""
-    apart = abs(found - found.T).tocoo()
-    largest = abs(found.data).max(initial=0.0)
+    apart = abs(A - A.T).tocoo()
+    largest = abs(A.data).max(initial=0.0)
     if apart.nnz and apart.data.max() > _SYMMETRIC * largest:
         k = int(np.argmax(apart.data))
         i, j = int(apart.row[k]), int(apart.col[k])
         i, j = min(i, j), max(i, j)
         raise SceneError(
-            f"{name} is not symmetric: its entries ({i}, {j}) and ({j}, {i}) are {found[i, j]:.6g} and "
-            f"{found[j, i]:.6g}; {cure}"
+            f"{name} is not symmetric: its entries ({i}, {j}) and ({j}, {i}) are {A[i, j]:.6g} and "
+            f"{A[j, i]:.6g}; {cure}"
         )
-    return sps.csr_array(0.5 * (found + found.T))
+    return sps.csr_array(0.5 * (A + A.T))
 
 
 def positive_definite(mass: sps.csr_array, names: Sequence[str]) -> None:
@@ -90,20 +91,20 @@ def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """Return the names of the degrees of freedom, ``q1, q2, ...`` unless given."""
     if names is None:
         return tuple(f"q{i + 1}" for i in range(n))
-    found = tuple(names) if not isinstance(names, str) else (names,)
-    if len(found) != n:
-        raise SceneError(f"{len(found)} names for {n} degrees of freedom; give one for each row of M")
-    for name in found:
+    labels = tuple(names) if not isinstance(names, str) else (names,)
+    if len(labels) != n:
+        raise SceneError(f"{len(labels)} names for {n} degrees of freedom; give one for each row of M")
+    for name in labels:
         if not isinstance(name, str) or not name:
             raise SceneError(f"the name {name!r} of a degree of freedom is no string")
         legible(name, "a degree of freedom")
-    if len(set(found)) < n:
-        double = next(name for i, name in enumerate(found) if name in found[:i])
+    if len(set(labels)) < n:
+        double = next(name for i, name in enumerate(labels) if name in labels[:i])
         raise SceneError(f"two degrees of freedom are called {double!r}; give each its own name")
-    rates = {f"d_{name}" for name in found}
-    if taken := next((name for name in found if name in rates), None):
+    rates = {f"d_{name}" for name in labels}
+    if taken := next((name for name in labels if name in rates), None):
         raise SceneError(f"a degree of freedom is called {taken!r}, as the velocity of {taken[2:]!r} is; rename it")
-    return found
+    return labels
 
 
 def index_of(key: int | str, names: Sequence[str]) -> int:
@@ -119,7 +120,7 @@ def index_of(key: int | str, names: Sequence[str]) -> int:
     return int(key)
 
 
-def row_of(value, n: int, what: str) -> np.ndarray:
+def row_of(value: Any, n: int, what: str) -> np.ndarray:
     """Return a row of n numbers, given dense or sparse, in any orientation.
 
     Raises
@@ -133,17 +134,17 @@ def row_of(value, n: int, what: str) -> np.ndarray:
         dense = value.toarray() if sps.issparse(value) else np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
         raise SceneError(f"{what} cannot be read ({error}); give {n} numbers, dense or sparse") from None
-    found = np.array(dense, dtype=float)
-    if found.size != max(found.shape, default=1):
-        raise SceneError(f"{what} has shape {found.shape}; give one row")
-    found = found.ravel()
-    if found.size != n:
-        raise SceneError(f"{what} has {found.size} entries; the structure has {n} degrees of freedom")
-    if not np.all(np.isfinite(found)):
-        raise SceneError(f"{what} holds an entry that is not finite, number {int(np.argmax(~np.isfinite(found)))}")
-    if not np.any(found):
+    row = np.array(dense, dtype=float)
+    if row.size != max(row.shape, default=1):
+        raise SceneError(f"{what} has shape {row.shape}; give one row")
+    row = row.ravel()
+    if row.size != n:
+        raise SceneError(f"{what} has {row.size} entries; the structure has {n} degrees of freedom")
+    if not np.all(np.isfinite(row)):
+        raise SceneError(f"{what} holds an entry that is not finite, number {int(np.argmax(~np.isfinite(row)))}")
+    if not np.any(row):
         raise SceneError(f"{what} is zero throughout; it names no motion")
-    return found
+    return row
 
 
 def positive_count(count: int, most: int, what: str, least: int = 1) -> int:

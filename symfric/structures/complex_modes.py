@@ -10,16 +10,17 @@ The eigenvalues of the inverse are those of largest magnitude; see `symfric.stru
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sps
 import scipy.sparse.linalg as spla
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import NotFound, SceneError
-from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
+from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
 from symfric.structures.checks import positive_count
 from symfric.structures.krylov import largest
 
@@ -33,8 +34,10 @@ _UPPER = 1e-9  # of an eigenvalue: an imaginary part below which it is real
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ComplexModes:
+class ComplexModes(ArrayResult, Drawable):
     """Modes of a damped structure with friction.
+
+    `plot` draws the eigenvalues in the complex plane.
 
     Attributes
     ----------
@@ -62,11 +65,21 @@ class ComplexModes:
     >>> ax = modes.plot()
     """
 
-    eigenvalues: np.ndarray
+    eigenvalues: np.ndarray = field(metadata=COMPLEX)
     shapes: np.ndarray
     residuals: np.ndarray
     mu: float
     names: tuple[str, ...] = field(repr=False, default=())
+    _told = ("mu", "eigenvalues", "damping", "largest_residual")
+
+    @property
+    def largest_residual(self) -> float:
+        """Largest of the residuals."""
+        return float(np.max(self.residuals))
+
+    def _labelled(self) -> Labelled:
+        data = {"eigenvalues": ("mode", self.eigenvalues), "shapes": (("dof", "mode"), self.shapes)}
+        return data, {"dof": list(self.names), "mode": np.arange(self.eigenvalues.size)}, {"mu": self.mu}
 
     @property
     def frequency(self) -> np.ndarray:
@@ -79,46 +92,7 @@ class ComplexModes:
         size = np.abs(self.eigenvalues)
         return np.where(size > 0, -self.eigenvalues.real / np.where(size > 0, size, 1), 0.0)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "mu": self.mu,
-            "eigenvalues": [[v.real, v.imag] for v in self.eigenvalues.tolist()],
-            "damping": self.damping.tolist(),
-            "largest_residual": float(np.max(self.residuals)),
-        }
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of eigenvalues and shapes over modes and degrees of freedom.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {"eigenvalues": ("mode", self.eigenvalues), "shapes": (("dof", "mode"), self.shapes)}
-        return xr.Dataset(data, {"dof": list(self.names), "mode": np.arange(self.eigenvalues.size)}, {"mu": self.mu})
-
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
@@ -147,8 +121,8 @@ class Pencil:
 
     def at(self, value: complex) -> sps.csr_array:
         """Return the matrix for one lambda."""
-        found = value * value * self.M + self.A
-        return sps.csr_array(found if self.C is None else found + value * self.C)
+        A = value * value * self.M + self.A
+        return sps.csr_array(A if self.C is None else A + value * self.C)
 
     def residuals(self, values: np.ndarray, shapes: np.ndarray) -> np.ndarray:
         """Return for each pair what is left of zero, over the terms that cancel."""
@@ -156,7 +130,7 @@ class Pencil:
         size = size + (abs(self.M) @ np.abs(shapes)) * np.abs(values) ** 2
         if self.C is not None:
             left, size = left + (self.C @ shapes) * values, size + (abs(self.C) @ np.abs(shapes)) * np.abs(values)
-        return np.max(np.abs(left), axis=0) / np.max(size, axis=0)
+        return np.asarray(np.max(np.abs(left), axis=0) / np.max(size, axis=0))
 
 
 def shift_of(near: complex | float) -> complex:
@@ -207,7 +181,7 @@ def _undamped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np
         s = target if abs(target) > 1e-8 * size else -1e-8 * size  # stiffness of a body that is free has no inverse
         k, kind = min(count + _EXTRA, n - 2), complex if np.iscomplexobj(s) else float
 
-        def nearest(s):
+        def nearest(s: complex) -> tuple[np.ndarray, np.ndarray]:
             solve = _inverse(pencil.A - s * pencil.M)
             inverse, shapes = largest(lambda x: solve(pencil.M @ x), n, k, kind)
             return s + 1 / inverse, shapes
@@ -229,11 +203,11 @@ def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.n
     low = abs(near) <= 1e-5 * size
     asked = (count if abs(near) > 0.1 * size else 2 * count) + _EXTRA  # of values near zero the conjugate is as near
 
-    def nearest(s):
+    def nearest(s: complex) -> tuple[np.ndarray, np.ndarray]:
         solve = _inverse(pencil.at(s))
         scale = max(abs(s), _slowest(solve, M))  # of velocities, to make them as large as the displacements
 
-        def operator(v):
+        def operator(v: np.ndarray) -> np.ndarray:
             f, g = v[:n], scale * (M @ v[n:])
             x = solve(-(g + C @ f + s * (M @ f)))
             return np.concatenate([x, (s * x + f) / scale])
@@ -245,7 +219,7 @@ def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.n
     return _upper(values, vectors[:n])
 
 
-def _slowest(solve: Callable, M) -> float:
+def _slowest(solve: Callable[..., Any], M: sps.csr_array) -> float:
     """Return about the lowest frequency beside a shift, by some inverse iterations."""
     x = np.random.default_rng(_SEED).standard_normal(M.shape[0])
     for _ in range(4):
@@ -254,18 +228,20 @@ def _slowest(solve: Callable, M) -> float:
     return float(np.sqrt(abs(1 / (before @ x))))
 
 
-def _beside(nearest: Callable, shift: complex) -> tuple[np.ndarray, np.ndarray]:
+def _beside(
+    nearest: Callable[[complex], tuple[np.ndarray, np.ndarray]], shift: complex
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenpairs nearest to a shift, which is moved if it is an eigenvalue: beside it the others drown."""
     for moved in (0.0, 1e-5, 1e-4, _LAST):
         at = shift * (1 + moved)
         with contextlib.suppress(ZeroDivisionError, *([NotFound] if moved < _LAST else [])):
-            found = nearest(at)
-            if np.min(np.abs(found[0] - at)) > _CLOSE * abs(at):
-                return found
+            pairs = nearest(at)
+            if np.min(np.abs(pairs[0] - at)) > _CLOSE * abs(at):
+                return pairs
     raise NotFound("the matrix cannot be factorised at this point; choose another `near`")
 
 
-def _inverse(A) -> Callable[[np.ndarray], np.ndarray]:
+def _inverse(A: sps.csr_array) -> Callable[[np.ndarray], np.ndarray]:
     """Return the inverse of a sparse matrix as a function of real or complex vectors.
 
     Raises
@@ -279,8 +255,13 @@ def _inverse(A) -> Callable[[np.ndarray], np.ndarray]:
         raise ZeroDivisionError from None
     if np.iscomplexobj(A):
         return lambda x: factors.solve(x.astype(complex))
-    real = lambda x: factors.solve(np.ascontiguousarray(x))  # noqa: E731
-    return lambda x: real(x.real) + 1j * real(x.imag) if np.iscomplexobj(x) else real(x)
+
+    def solve(x: np.ndarray) -> np.ndarray:
+        if np.iscomplexobj(x):
+            return solve(x.real) + 1j * solve(x.imag)
+        return np.asarray(factors.solve(np.ascontiguousarray(x)))
+
+    return solve
 
 
 def _upper(values: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

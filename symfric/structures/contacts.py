@@ -32,7 +32,7 @@ class RowLoad:
     push: Any = None
 
     @property
-    def kept(self) -> tuple:
+    def kept(self) -> tuple[Any, ...]:
         """What a reduction must keep for it."""
         return (self.row,) if self.push is None else (self.row, self.push)
 
@@ -87,13 +87,13 @@ class RowContact:
     profile: Any = 1
     stiffness: Any = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
         if not isinstance(self.law, Law):
             raise SceneError(f"the law of contact {self.name!r} is {self.law!r}; use one of sf.laws")
 
     @property
-    def kept(self) -> tuple:
+    def kept(self) -> tuple[Any, ...]:
         """What a reduction must keep for it."""
         return (self.row, *self.normal.kept) if isinstance(self.normal, RowLoad) else (self.row,)

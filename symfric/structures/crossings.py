@@ -13,13 +13,14 @@ Theory, 2003, chapter 2).
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sla
-from scipy.optimize import brentq, linear_sum_assignment
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
+from symfric.search import ROUNDING, zero
 from symfric.structures.structure import Structure
 
 _SKEW = 1e-13  # of the largest entry: asymmetry that is rounding
@@ -94,11 +95,11 @@ def crossings(structure: Structure, low: float, high: float, steps: int) -> list
     steps : int
         Steps to begin with.
     """
-    found: list[Crossing] = []
+    all_crossings: list[Crossing] = []
     for part in _parts(structure):
         family = _family_of(part)
-        found += [] if family is None else _Search(family, low, high).over(steps)
-    return sorted(found)
+        all_crossings += [] if family is None else _Search(family, low, high).over(steps)
+    return sorted(all_crossings)
 
 
 def _parts(s: Structure) -> list[Structure]:
@@ -120,8 +121,10 @@ def _family_of(s: Structure) -> _Family | None:
     """Return the eigenvalue problem over mu; None where no pair can leave the axis: nothing but symmetric stiffness."""
     root = np.linalg.cholesky(s.M.toarray())
 
-    def over_mass(matrix):
-        return sla.solve_triangular(root, sla.solve_triangular(root, matrix.toarray(), lower=True).T, lower=True).T
+    def over_mass(matrix: Any) -> np.ndarray:
+        return np.asarray(
+            sla.solve_triangular(root, sla.solve_triangular(root, matrix.toarray(), lower=True).T, lower=True).T
+        )
 
     K, F = over_mass(s.K), over_mass(s.friction)
     symmetric = np.max(np.abs(F - F.T)) <= _SKEW * np.max(np.abs(F))
@@ -265,8 +268,8 @@ class _Search:
 
         def pair(mu: float) -> tuple[float, float]:
             part = (mu - a.mu) / h
-            centre, square = ((1 - part) * f(a.values) + part * f(b.values) for f in (
-                lambda v: 0.5 * (v[i] + v[j]), lambda v: (v[i] - v[j]) ** 2))  # fmt: skip
+            one, other = ((0.5 * (v[i] + v[j]), (v[i] - v[j]) ** 2) for v in (a.values, b.values))
+            centre, square = ((1 - part) * s + part * e for s, e in zip(one, other, strict=True))
             v = self.family.node(mu).values
             middle, apart = 0.5 * np.add.outer(v, v), np.subtract.outer(v, v) ** 2
             misfit = np.abs(middle - centre) / scale + np.abs(apart - square) / scale**2
@@ -277,8 +280,8 @@ class _Search:
         ends = pair(a.mu)[0], pair(b.mu)[0]
         if ends[0] * ends[1] > 0:
             return False
-        mu = a.mu if ends[0] == 0 else b.mu if ends[1] == 0 else brentq(
-            lambda e: pair(e)[0], a.mu, b.mu, xtol=1e-15 * max(abs(a.mu), abs(b.mu)), rtol=4 * np.finfo(float).eps
+        mu = a.mu if ends[0] == 0 else b.mu if ends[1] == 0 else zero(
+            lambda e: pair(e)[0], a.mu, b.mu, xtol=1e-15 * max(abs(a.mu), abs(b.mu)), rtol=ROUNDING
         )  # fmt: skip
         self._add(float(mu), pair(float(mu))[1], ends[1] < ends[0])
         return True
@@ -312,7 +315,9 @@ def _matched(a: _Node, b: _Node) -> tuple[_Node, _Node]:
     return a, _Node(b.mu, b.values[order], b.change[order], b.push[np.ix_(order, order)])
 
 
-def _cubic(first, second, rise, end_rise) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cubic(
+    first: np.ndarray, second: np.ndarray, rise: np.ndarray, end_rise: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return least and largest value of real cubics given by values and slopes at both ends, and whether they turn."""
     whole = second - first
     cube, square = rise + end_rise - 2 * whole, 3 * whole - 2 * rise - end_rise
@@ -336,4 +341,4 @@ def _close(a: _Node, b: _Node) -> np.ndarray:
     length = np.abs(way) ** 2
     part = np.clip(-(start.conj() * way).real / np.where(length > 0, length, 1.0), 0.0, 1.0)
     push = (b.mu - a.mu) * np.maximum(a.push, b.push)
-    return (np.abs(start + part * way) < _APART * push) & (push > 0)
+    return np.asarray((np.abs(start + part * way) < _APART * push) & (push > 0))

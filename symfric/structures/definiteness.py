@@ -62,7 +62,7 @@ def verdict_of(pencil: Pencil) -> Verdict:
     return Verdict("undecided", f"damping does not outweigh the circulatory forces: {c:.3g}^2 {k:.3g} < {n:.3g}^2")
 
 
-def _least(A, M) -> float:
+def _least(A: sps.csr_array, M: sps.csr_array) -> float:
     """Return the least eigenvalue of a positive definite matrix over the mass, a little less if it is iterated."""
     if A.shape[0] <= _DENSE:
         return float(sla.eigh(A.toarray(), M.toarray(), eigvals_only=True)[0])
@@ -70,7 +70,7 @@ def _least(A, M) -> float:
     return float(value) * (1 - 1e-8)
 
 
-def _largest_skew(N, M) -> float:
+def _largest_skew(N: sps.csr_array, M: sps.csr_array) -> float:
     """Return the largest magnitude of ``phi^* N phi`` over ``phi^* M phi``: the square root of an eigenvalue."""
     if N.shape[0] <= _DENSE:
         return float(np.max(np.abs(sla.eigh(1j * N.toarray(), M.toarray(), eigvals_only=True))))

@@ -8,7 +8,7 @@ With null vectors ``A x = 0``, ``y^T A = 0`` of ``A = K + mu F`` the eigenvalue 
 ``lambda y^T C x + lambda^2 (y^T M x - y^T C A^+ C x) + (mu - mu_0) y^T F x = 0``.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sps
@@ -61,15 +61,15 @@ def divergences(structure: Structure, low: float, high: float) -> list[Divergenc
     draw = np.random.default_rng(_SEED)
     size = abs(K).max() or abs(F).max() * max(abs(low), abs(high))
     runs = [_zeros(*_held(K, F, free, size, draw), low, high) for _ in range(2 if free else 1)]
-    width, found = _SAME * (high - low), []
+    width, passages = _SAME * (high - low), []
     for mu in runs[0]:
         if all(np.min(np.abs(other - mu), initial=np.inf) <= width for other in runs[1:]):
             held_K, held_F = _held(K, F, free, size, draw)
-            found.append(_passage(structure, held_K + mu * held_F, mu, scale))
-    return sorted((e for e in found if e is not None), key=lambda e: e.mu)
+            passages.append(_passage(structure, held_K + mu * held_F, mu, scale))
+    return sorted((e for e in passages if e is not None), key=lambda e: e.mu)
 
 
-def _free(K, F, mu: float) -> int:
+def _free(K: sps.csr_array, F: sps.csr_array, mu: float) -> int:
     """Return the number of motions without stiffness for any mu."""
     if K.shape[0] > _DENSE:
         return 0
@@ -77,7 +77,9 @@ def _free(K, F, mu: float) -> int:
     return int(np.sum(values <= _SINGULAR * values[0]))
 
 
-def _held(K, F, free: int, size: float, draw) -> tuple[sps.csc_matrix, sps.csc_matrix]:
+def _held(
+    K: sps.csr_array, F: sps.csr_array, free: int, size: float, draw: Any
+) -> tuple[sps.csc_matrix, sps.csc_matrix]:
     """Return the matrices with one more row and column at random for each motion without stiffness."""
     if not free:
         return K, F
@@ -87,7 +89,7 @@ def _held(K, F, free: int, size: float, draw) -> tuple[sps.csc_matrix, sps.csc_m
             sps.csc_matrix(sps.block_diag([F, sps.csc_matrix((free, free))])))  # fmt: skip
 
 
-def _zeros(K, F, low: float, high: float) -> np.ndarray:
+def _zeros(K: sps.csr_array, F: sps.csr_array, low: float, high: float) -> np.ndarray:
     """Return the zeros of the determinant in a range, increasing."""
     at, solve = _factorised(K, F, low, high)
     if solve is None:
@@ -102,10 +104,10 @@ def _zeros(K, F, low: float, high: float) -> np.ndarray:
     nu = nu[np.abs(nu) * 2 * (high - low) >= 1]
     mu = np.sort((at - 1 / nu[np.abs(nu.imag) <= _REAL * np.abs(nu)]).real)
     slack = 1e-12 * (high - low)
-    return np.clip(mu[(mu >= low - slack) & (mu <= high + slack)], low, high)
+    return np.asarray(np.clip(mu[(mu >= low - slack) & (mu <= high + slack)], low, high))
 
 
-def _factorised(K, F, low: float, high: float):
+def _factorised(K: sps.csr_array, F: sps.csr_array, low: float, high: float) -> Any:
     for place in _PLACES:
         at = low + place * (high - low)
         try:
@@ -118,24 +120,24 @@ def _factorised(K, F, low: float, high: float):
     return low, None
 
 
-def _iterated(F, solve, half: float) -> np.ndarray:
+def _iterated(F: sps.csr_array, solve: Any, half: float) -> np.ndarray:
     """Return the eigenvalues of the inverse that belong to the range."""
     n, k = F.shape[0], _FIRST
 
-    def operator(x):
+    def operator(x: np.ndarray) -> np.ndarray:
         y = F @ x
-        return solve(y.real) + 1j * solve(y.imag) if np.iscomplexobj(y) else solve(y)
+        return np.asarray(solve(y.real) + 1j * solve(y.imag) if np.iscomplexobj(y) else solve(y))
 
     while True:
-        found = largest(operator, n, min(k, n - 2), float)[0]
-        if np.min(np.abs(found)) * half < 1 or k >= n - 2:
-            return found
+        values = largest(operator, n, min(k, n - 2), float)[0]
+        if np.min(np.abs(values)) * half < 1 or k >= n - 2:
+            return values
         if k >= _LARGEST:
             raise NotFound(f"more than {k} loads of divergence; give a narrower range of mu")
         k *= 2
 
 
-def _passage(s: Structure, A, mu: float, scale: np.ndarray) -> Divergence | None:
+def _passage(s: Structure, A: sps.csr_array, mu: float, scale: np.ndarray) -> Divergence | None:
     """Return the direction in which an eigenvalue passes zero, and its shape; None where it only touches."""
     whole = [_null(e) for e in (A, A.T)]
     right, left = (scale * e[: s.n] for e in whole)
@@ -157,14 +159,14 @@ def _passage(s: Structure, A, mu: float, scale: np.ndarray) -> Divergence | None
     return Divergence(float(mu), bool(push * resist < 0), right / np.linalg.norm(right))
 
 
-def _null(A) -> np.ndarray:
+def _null(A: sps.csr_array) -> np.ndarray:
     """Return the vector that a singular matrix takes to zero, of length 1."""
     n = A.shape[0]
     if n <= _DENSE:
-        return np.linalg.svd(A.toarray())[2][-1]
+        return np.asarray(np.linalg.svd(A.toarray())[2][-1])
     size = abs(A).max()
     factors = spla.splu(sps.csc_matrix(A + 1e-14 * size * sps.eye_array(n)))
     x = np.random.default_rng(_SEED).standard_normal(n)
     for _ in range(3):
         x = factors.solve(x / np.linalg.norm(x))
-    return x / np.linalg.norm(x)
+    return np.asarray(x / np.linalg.norm(x))

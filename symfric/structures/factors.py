@@ -15,7 +15,7 @@ _GROWTH = 1e8  # of the entries over those of the matrix: with more the signs of
 _RELATIVE = 1e-13  # of the diagonal: a pivot as small as this is zero to rounding
 
 
-def factorised(A) -> spla.SuperLU | None:
+def factorised(A: sps.csr_array) -> spla.SuperLU | None:
     """Return factors of a symmetric matrix with its pivots on the diagonal; None if it is singular."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -27,7 +27,7 @@ def factorised(A) -> spla.SuperLU | None:
             return None
 
 
-def negative_pivots(A) -> int | None:
+def negative_pivots(A: sps.csr_array) -> int | None:
     """Return the number of negative eigenvalues of a symmetric matrix; None if the factors do not prove it."""
     factors = factorised(A)
     if factors is None or np.any(factors.perm_r != factors.perm_c):
@@ -38,7 +38,7 @@ def negative_pivots(A) -> int | None:
     return int(np.sum(pivots < 0))
 
 
-def indefinite_at(A) -> int | None:
+def indefinite_at(A: sps.csr_array) -> int | None:
     """Return the row of a pivot that is not positive; None if a symmetric matrix is positive definite.
 
     The pivots are compared with rounding after a scaling of rows and columns that makes the diagonal 1.
@@ -57,7 +57,7 @@ def indefinite_at(A) -> int | None:
     return int(place[bad[0]]) if bad.size else None
 
 
-def definite(A) -> bool | None:
+def definite(A: sps.csr_array) -> bool | None:
     """Return whether the symmetric part of a matrix is positive definite; None where rounding hides it."""
     symmetric = sps.csr_array(0.5 * (A + A.T))
     if np.min(symmetric.diagonal()) <= 0:

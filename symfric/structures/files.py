@@ -1,5 +1,6 @@
 """Structures in files: .npz of NumPy or SciPy, or Matrix Market files in a folder or a zip."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ _ENDINGS = (".mtx", ".mtx.gz")
 _LABELS = "names.txt"
 
 
-def read(path) -> Structure:
+def read(path: str | os.PathLike[str]) -> Structure:
     """Read a structure from a file or a folder.
 
     Parameters
@@ -50,23 +51,23 @@ def read(path) -> Structure:
     """
     place = Path(path)
     if place.is_dir():
-        found = _folder(place)
+        parts = _folder(place)
     elif not place.exists():
         raise SceneError(f"there is no file or folder {place}")
     elif place.suffix == ".npz":
-        found = read_arrays(place, _NAMES)
+        parts = read_arrays(place, _NAMES)
     elif _is_zip(place):
-        found = _zip(place)
+        parts = _zip(place)
     else:
         raise SceneError(f"{place.name} is neither .npz nor a folder or zip of Matrix Market files")
-    missing = [name for name in ("M", "K") if name not in found]
+    missing = [name for name in ("M", "K") if name not in parts]
     if missing:
-        have = ", ".join(sorted(found)) or "none"
+        have = ", ".join(sorted(parts)) or "none"
         raise SceneError(f"{place.name} holds no matrix {missing[0]}; it holds: {have}")
-    return Structure(**found)
+    return Structure(**parts)
 
 
-def write(structure: Structure, path) -> None:
+def write(structure: Structure, path: str | os.PathLike[str]) -> None:
     """Write a structure as .npz, which `read` takes.
 
     Parameters
@@ -118,14 +119,14 @@ def _zip(place: Path) -> dict[str, Any]:
 
 def _parts(source: str, load: Callable[[tuple[str, ...]], tuple[str, bytes] | None]) -> dict[str, Any]:
     """Return the matrices and names of a folder or archive; `load` returns the content of one of some files."""
-    found: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     for name in _NAMES:
         with reported(f"{name}.mtx in {source}"):
             loaded = load(tuple(name + ending for ending in _ENDINGS))
             if loaded is not None:
-                found[name] = market(loaded[1], loaded[0])
+                parts[name] = market(loaded[1], loaded[0])
     with reported(f"{_LABELS} in {source}"):
         loaded = load((_LABELS,))
         if loaded is not None:
-            found["names"] = [e.strip() for e in loaded[1].decode("utf-8-sig").splitlines() if e.strip()]
-    return found
+            parts["names"] = [e.strip() for e in loaded[1].decode("utf-8-sig").splitlines() if e.strip()]
+    return parts

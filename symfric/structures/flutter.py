@@ -6,11 +6,13 @@ large one. Either is located on the full matrices, not read from a grid.
 """
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symfric.axes import Axes
 from symfric.errors import SceneError
-from symfric.model.notebook import html_table
+from symfric.model.results import Drawable, Result, plain
 from symfric.model.symbols import finite
 from symfric.structures.complex_modes import eigenpairs, shift_of
 from symfric.structures.crossings import Crossing, crossings
@@ -18,6 +20,9 @@ from symfric.structures.divergence import Divergence, divergences
 from symfric.structures.followed_crossings import Critical, FollowedSearch
 from symfric.structures.structure import Structure
 from symfric.structures.tracking import Followed, follow
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _GRID = 33  # values of mu to begin with
 _WHOLE = 60  # degrees of freedom up to which all eigenvalues are searched
@@ -27,8 +32,10 @@ _SAME = 1e-9  # of the range of mu: points that are one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Flutter:
+class Flutter(Result, Drawable):
     """Eigenvalues of a structure over the coefficient of friction.
+
+    `plot` draws imaginary parts against mu, with a panel of the real parts under them.
 
     Attributes
     ----------
@@ -63,21 +70,11 @@ class Flutter:
     shapes: np.ndarray
     names: tuple[str, ...] = field(repr=False, default=())
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        points = {
-            name: [{"mu": p.mu, "omega": p.omega, "pair": list(p.pair)} for p in getattr(self, name)]
-            for name in ("critical", "regained")
-        }
+    def to_dict(self) -> dict[str, Any]:
+        points = {"critical": plain(self.critical), "regained": plain(self.regained)}
         return {"mu": [float(self.mu[0]), float(self.mu[-1])], "modes": len(self.eigenvalues), **points}
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xr.DataArray":
         """Return an `xarray.DataArray` of the eigenvalues over modes and mu.
 
         Returns
@@ -88,24 +85,10 @@ class Flutter:
 
         return xr.DataArray(self.eigenvalues, dims=("mode", "mu"), coords={"mu": self.mu}, name="eigenvalues")
 
-    def plot(self, ax=None):
-        """Draw imaginary parts against mu, with a panel of the real parts under them; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.structures.pictures import plot_flutter
 
         return plot_flutter(self, ax)
-
-    def _repr_html_(self) -> str:
-        return html_table("Flutter", self.to_dict())
 
     def __repr__(self) -> str:
         first = self.critical[0] if self.critical else None
@@ -183,13 +166,13 @@ def flutter(
     vibrating = crossings(structure, low, high, max(_STEPS, grid - 1)) if whole else []
     mus = _with(np.linspace(low, high, grid), [e.mu for e in static] + [e.mu for e in vibrating])
     seen = follow(structure, mus, modes, point)
-    found = [(_static(e, seen), e.begins) for e in static]
+    changes = [(_static(e, seen), e.begins) for e in static]
     if whole:
         chosen = [e for e in vibrating if modes == structure.n or _belongs(e, seen, point)]
-        found += [(_vibrating(e, seen), e.begins) for e in chosen]
+        changes += [(_vibrating(e, seen), e.begins) for e in chosen]
     else:
-        found += FollowedSearch(structure, seen).over()
-    onsets, ends = _distinct(found, _SAME * (high - low))
+        changes += FollowedSearch(structure, seen).over()
+    onsets, ends = _distinct(changes, _SAME * (high - low))
     still = {e.mu: e.shape for e in static}
     shapes = [_shape(structure, p, still) for p in onsets]
     array = np.array(shapes) if shapes else np.zeros((0, structure.n), complex)
@@ -233,11 +216,11 @@ def _static(passage: Divergence, seen: Followed) -> Critical:
     return Critical(passage.mu, 0.0, (row, row))
 
 
-def _distinct(found: list[tuple[Critical, bool]], width: float) -> tuple[list[Critical], list[Critical]]:
+def _distinct(changes: list[tuple[Critical, bool]], width: float) -> tuple[list[Critical], list[Critical]]:
     """Return where growth begins and where it ends, each once, by increasing mu."""
     onsets: list[Critical] = []
     ends: list[Critical] = []
-    for point, begins in sorted(found, key=lambda e: e[0].mu):
+    for point, begins in sorted(changes, key=lambda e: e[0].mu):
         known = onsets if begins else ends
         if not any(abs(p.mu - point.mu) <= width and abs(p.omega - point.omega) <= _ON * p.omega for p in known):
             known.append(point)
@@ -248,5 +231,5 @@ def _shape(structure: Structure, point: Critical, still: dict[float, np.ndarray]
     """Return the shape that begins to grow."""
     if point.kind == "divergence":
         shape = still[point.mu]
-        return shape.astype(complex) * np.sign(shape[np.argmax(np.abs(shape))])
+        return np.asarray(shape.astype(complex) * np.sign(shape[np.argmax(np.abs(shape))]))
     return eigenpairs(structure.pencil(point.mu), 1, 1j * point.omega)[1][:, 0]

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from symfric.model.notebook import html_table
+from symfric.axes import Axes
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.symbols import finite
 from symfric.structures.flutter import Flutter, flutter
 from symfric.structures.followed_crossings import Critical
@@ -13,8 +15,10 @@ from symfric.structures.structure import Structure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlutterMap:
+class FlutterMap(ArrayResult, Drawable):
     """The onset of flutter over a second parameter.
+
+    `plot` draws the lowest critical mu against the parameter.
 
     Attributes
     ----------
@@ -46,45 +50,16 @@ class FlutterMap:
     omega: np.ndarray
     found: tuple[Flutter, ...]
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain lists.
+    def _labelled(self) -> Labelled:
+        return {"mu": (self.name, self.mu), "omega": (self.name, self.omega)}, {self.name: self.values}, {}
 
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
         return {self.name: self.values.tolist(), "mu": self.mu.tolist(), "omega": self.omega.tolist()}
 
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of critical mu and frequency over the parameter.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        return xr.Dataset({"mu": (self.name, self.mu), "omega": (self.name, self.omega)}, {self.name: self.values})
-
-    def plot(self, ax=None):
-        """Draw the lowest critical mu against the parameter; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.structures.pictures import plot_map
 
         return plot_map(self, ax)
-
-    def _repr_html_(self) -> str:
-        return html_table("FlutterMap", self.to_dict())
 
     def __repr__(self) -> str:
         known = np.isfinite(self.mu)
@@ -130,6 +105,6 @@ def flutter_map(
     [1.4643, 1.4643]
     """
     numbers = np.array([finite(v, f"a value of {name}") for v in np.atleast_1d(values)])
-    found = tuple(flutter(make(float(v)), mu, count, near) for v in numbers)
-    first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in found]
-    return FlutterMap(name, numbers, np.array([p.mu for p in first]), np.array([p.omega for p in first]), found)
+    maps = tuple(flutter(make(float(v)), mu, count, near) for v in numbers)
+    first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in maps]
+    return FlutterMap(name, numbers, np.array([p.mu for p in first]), np.array([p.omega for p in first]), maps)

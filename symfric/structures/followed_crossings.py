@@ -5,12 +5,12 @@ root finding on the full matrices, between values of mu at which the modes are k
 """
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
+from symfric.search import ROUNDING, Minimum, minimum_near, zero
 from symfric.structures.complex_modes import eigenpairs
 from symfric.structures.structure import Structure
 from symfric.structures.tracking import Followed, assurance
@@ -63,7 +63,7 @@ class FollowedSearch:
     # With damping: the real part of one eigenvalue
 
     def _damped_changes(self) -> list[tuple[Critical, bool]]:
-        mu, values, found = self.seen.mu, self.seen.values, []
+        mu, values, changes = self.seen.mu, self.seen.values, []
         floors = np.array([self._floors(k) for k in range(mu.size)]).T
         growing = values.real > floors
         for i, row in enumerate(values):
@@ -71,23 +71,22 @@ class FollowedSearch:
             for k in range(mu.size - 1):
                 if growing[i, k] != growing[i, k + 1]:
                     floor = max(floors[i, k], floors[i, k + 1])
-                    found += self._crossing(i, k, mu[k], mu[k + 1], growing[i, k + 1], floor)
+                    changes += self._crossing(i, k, mu[k], mu[k + 1], growing[i, k + 1], floor)
             for k in range(1, mu.size - 1):
                 a, b, c = growth[k - 1 : k + 2]
                 if b < 0 and a < b > c and b > _TURN * min(a, c) and min(a, c) < -floors[i, k]:
-                    found += self._hidden(i, k, floors[i, k])
+                    changes += self._hidden(i, k, floors[i, k])
         for i, j, k in self._near_pairs(growing):
             floor = max(floors[i, k], floors[j, k])
-            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
-            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
-            growth_of = lambda e, i=i, j=j, k=k: float(np.max((1j * np.sqrt(self._pair(i, j, k, e))).real))  # noqa: E731
-            if growth_of(best.x) > floor:
-                for low, high, begins in ((mu[k - 1], best.x, True), (best.x, mu[k + 1], False)):
+            place = self._least(i, j, k).place
+            growth_of = partial(self._growth, i, j, k)
+            if growth_of(place) > floor:
+                for low, high, begins in ((mu[k - 1], place, True), (place, mu[k + 1], False)):
                     root = _passage(growth_of, low, high, floor)
                     if root is not None:
                         omega = float(np.mean(np.sqrt(self._pair(i, j, k, root)).real))
-                        found.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
-        return found
+                        changes.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
+        return changes
 
     def _floors(self, k: int) -> np.ndarray:
         """Return what growth the modes at a grid point may have by rounding alone, shape (count,)."""
@@ -95,7 +94,7 @@ class FollowedSearch:
         assert pencil.C is not None  # only asked for with damping
         values = np.maximum(np.abs(self.seen.values[:, k]), 1e-8 * self.size)
         strain, loss, mass = (np.sum(sizes * (abs(e) @ sizes), axis=0) for e in (pencil.A, pencil.C, pencil.M))
-        return _ROUNDING * ((strain / values + loss) / mass + values)
+        return np.asarray(_ROUNDING * ((strain / values + loss) / mass + values))
 
     def _value(self, i: int, k: int, mu: float) -> complex:
         """Return eigenvalue i near grid point k at another mu: the one of the most similar shape among the nearest."""
@@ -126,16 +125,16 @@ class FollowedSearch:
     def _hidden(self, i: int, k: int, floor: float) -> list[tuple[Critical, bool]]:
         """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
         decay = lambda e: -self._value(i, k, e).real  # noqa: E731
-        low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
-        best = minimize_scalar(decay, bounds=(low, high), method="bounded", options={"maxiter": 20})
-        if best.fun >= -floor:
+        place, least = minimum_near(decay, self.seen.mu, k, most=20)
+        if least >= -floor:
             return []
-        return self._crossing(i, k, low, best.x, True, floor) + self._crossing(i, k, best.x, high, False, floor)
+        low, high = self.seen.mu[k - 1], self.seen.mu[k + 1]
+        return self._crossing(i, k, low, place, True, floor) + self._crossing(i, k, place, high, False, floor)
 
     # Without damping: the discriminant of a pair
 
     def _undamped_changes(self) -> list[tuple[Critical, bool]]:
-        mu, values, found = self.seen.mu, self.seen.values, []
+        mu, values, changes = self.seen.mu, self.seen.values, []
         growing = np.abs(values.real) > _NEUTRAL * self.size
         for k in range(mu.size - 1):
             for i in range(len(values)):
@@ -146,8 +145,8 @@ class FollowedSearch:
                 if abs(values[i, inside].imag) <= _NEUTRAL * self.size:
                     continue
                 j = int(np.argmin(np.abs(values[:, inside] + values[i, inside].conj())))
-                found += self._merging(i, j, k, mu[k], mu[k + 1], k if begins else k + 1, begins)
-        return found + self._short_changes(growing)
+                changes += self._merging(i, j, k, mu[k], mu[k + 1], k if begins else k + 1, begins)
+        return changes + self._short_changes(growing)
 
     def _pair(self, i: int, j: int, k: int, mu: float) -> np.ndarray:
         """Return the squares ``-lambda^2`` of the pair whose space at grid point k the modes i, j span, shape (2,)."""
@@ -162,7 +161,9 @@ class FollowedSearch:
         a, b = self._pair(i, j, k, mu)
         return float(((a - b) ** 2).real)
 
-    def _merging(self, i, j, k, low, high, stable, begins) -> list[tuple[Critical, bool]]:
+    def _merging(
+        self, i: int, j: int, k: int, low: float, high: float, stable: int, begins: bool
+    ) -> list[tuple[Critical, bool]]:
         if i == j:
             return []
         root = _root(lambda e: self._discriminant(i, j, stable, e), low, high)
@@ -173,14 +174,21 @@ class FollowedSearch:
 
     def _short_changes(self, growing: np.ndarray) -> list[tuple[Critical, bool]]:
         """Return flutter that begins and ends between two grid points, where the discriminant of a pair is least."""
-        mu, found, least = self.seen.mu, [], (1e-9 * self.size**2) ** 2
+        mu, changes, least = self.seen.mu, [], (1e-9 * self.size**2) ** 2
         for i, j, k in self._near_pairs(growing):
-            test = lambda e, i=i, j=j, k=k: self._discriminant(i, j, k, e)  # noqa: E731
-            best = minimize_scalar(test, bounds=(mu[k - 1], mu[k + 1]), method="bounded", options={"maxiter": 30})
-            if best.fun < -least:
-                found += self._merging(i, j, k, mu[k - 1], best.x, k, True)
-                found += self._merging(i, j, k, best.x, mu[k + 1], k, False)
-        return found
+            place, value = self._least(i, j, k)
+            if value < -least:
+                changes += self._merging(i, j, k, mu[k - 1], place, k, True)
+                changes += self._merging(i, j, k, place, mu[k + 1], k, False)
+        return changes
+
+    def _growth(self, i: int, j: int, k: int, mu: float) -> float:
+        """Return the largest real part of the eigenvalues of a pair."""
+        return float(np.max((1j * np.sqrt(self._pair(i, j, k, mu))).real))
+
+    def _least(self, i: int, j: int, k: int) -> Minimum:
+        """Return where the discriminant of a pair is least near a grid point."""
+        return minimum_near(lambda mu: self._discriminant(i, j, k, mu), self.seen.mu, k, most=30)
 
     def _near_pairs(self, growing: np.ndarray) -> Iterator[tuple[int, int, int]]:
         """Yield pairs of modes and grid points where they come near to each other and neither grows."""
@@ -211,4 +219,4 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
         return float(high)
     if ends[0] * ends[1] > 0:
         return None
-    return float(brentq(function, low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=4 * np.finfo(float).eps))
+    return zero(function, low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=ROUNDING)

@@ -7,6 +7,7 @@ number of eigenvalues wanted are enough.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ _SHORT = 40  # dimension of the space in which missing ones are looked for
 _MOST = 12  # of the number of eigenvalues wanted: dimension of the space at which the method gives up, beside 120
 
 
-def largest(operator: Callable, n: int, k: int, kind: type) -> tuple[np.ndarray, np.ndarray]:
+def largest(operator: Callable[..., Any], n: int, k: int, kind: type) -> tuple[np.ndarray, np.ndarray]:
     """Return the k eigenpairs of largest magnitude, also those that occur more than once.
 
     What is found is split off, and the method repeated in its complement, until the largest eigenvalue there is smaller
@@ -52,7 +53,7 @@ def largest(operator: Callable, n: int, k: int, kind: type) -> tuple[np.ndarray,
     for _ in range(_TURNS):
         basis, size = np.linalg.qr(vectors)[0], np.sort(np.abs(values))[-k]
 
-        def split(x, basis=basis):
+        def split(x: np.ndarray, basis: np.ndarray = basis) -> Any:
             y = operator(x)
             return y - basis @ (basis.conj().T @ y)
 
@@ -72,7 +73,13 @@ def largest(operator: Callable, n: int, k: int, kind: type) -> tuple[np.ndarray,
 
 
 def arnoldi(
-    operator: Callable, n: int, k: int, draw, kind: type, tolerance: float = _TIGHT, limit: int = 0
+    operator: Callable[..., Any],
+    n: int,
+    k: int,
+    draw: np.random.Generator,
+    kind: type,
+    tolerance: float = _TIGHT,
+    limit: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the k eigenpairs of largest magnitude to which random vectors lead.
 

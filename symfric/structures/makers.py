@@ -1,6 +1,6 @@
 """Small structures for tests and examples: beams, chains, Ziegler's pendulum, a disc with a pad."""
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sps
@@ -79,9 +79,9 @@ def beam(
     if not kept.size:
         raise SceneError("no degree of freedom of the beam is free; give more elements")
     names = [f"{'wr'[k % 2]}{k // 2}" for k in kept]
-    cut = lambda A: None if A is None else sps.csr_array(sps.csr_array(A)[kept][:, kept])  # noqa: E731
-    C = cut(damping * K) if damping else None
-    return Structure(cut(M), cut(K), C, cut(F), names)
+    parts = (M, K, damping * K if damping else None, F)
+    m, k, c, f = (None if A is None else sps.csr_array(sps.csr_array(A)[kept][:, kept]) for A in parts)
+    return Structure(m, k, c, f, names)
 
 
 def _held(end: str, first: int) -> list[int]:
@@ -91,7 +91,7 @@ def _held(end: str, first: int) -> list[int]:
     return held[end]
 
 
-def _hermite(first, second, third, fourth, h: float) -> np.ndarray:
+def _hermite(first: Any, second: Any, third: Any, fourth: Any, h: float) -> np.ndarray:
     """Return a symmetric element matrix from its upper rows, lengths multiplied in where slopes are meant."""
     full = np.zeros((4, 4))
     for i, row in enumerate((first, second, third, fourth)):

@@ -77,14 +77,14 @@ def _numbers(lines: io.BytesIO, count: int, width: int, length: int, name: str) 
     if count * width * _SHORTEST > length + 1:
         raise SceneError(f"{name} is truncated: its line of sizes announces {count} entries; write it anew")
     if not lines.getbuffer()[lines.tell() :].tobytes().strip():
-        found = np.zeros((0, width))
+        numbers = np.zeros((0, width))
     else:
-        found = np.loadtxt(lines, comments="%", ndmin=2, max_rows=count + 1, encoding="latin-1")
-    if found.shape != (count, width):
+        numbers = np.loadtxt(lines, comments="%", ndmin=2, max_rows=count + 1, encoding="latin-1")
+    if numbers.shape != (count, width):
         raise SceneError(
             f"{name} does not hold {count} lines of {width} numbers, as its line of sizes announces; write it anew"
         )
-    return found
+    return numbers
 
 
 def _scattered(table: np.ndarray, shape: tuple[int, int], sign: int, name: str) -> sps.csr_array:
@@ -103,7 +103,7 @@ def _full(lines: io.BytesIO, shape: tuple[int, int], sign: int, length: int, nam
         return _numbers(lines, shape[0] * shape[1], 1, length, name).reshape(shape, order="F")
     begin = 0 if sign > 0 else 1
     column, row = np.triu_indices(shape[0], begin)
-    found = np.zeros(shape)
-    found[row, column] = _numbers(lines, row.size, 1, length, name)[:, 0]
-    found[column, row] = sign * found[row, column]
-    return found
+    A = np.zeros(shape)
+    A[row, column] = _numbers(lines, row.size, 1, length, name)[:, 0]
+    A[column, row] = sign * A[row, column]
+    return A

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
-from scipy.optimize import brentq
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.outputs import Min
@@ -12,7 +11,9 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.orbits.continuation.branch import Branch, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
-from symfric.solve.routes import Program, prepare
+from symfric.search import zero
+from symfric.solve.protocol import Program
+from symfric.solve.routes import prepare
 from symfric.solve.run import finished
 from symfric.theory.hopf import HopfPoint, hopf
 
@@ -126,18 +127,18 @@ def onset(
     >>> found.hopf.kind, round(found.hopf.value, 6), [contact.contact for contact in found.lift_off]
     ('supercritical', 0.222917, ['belt'])
     """
-    found = bracket if isinstance(bracket, HopfPoint) else hopf(scene, parameter, bracket)
-    if found.kind == "degenerate":
+    point = bracket if isinstance(bracket, HopfPoint) else hopf(scene, parameter, bracket)
+    if point.kind == "degenerate":
         raise NotFound(
-            f"the cubic coefficient at {found.parameter} = {found.value:.9g} vanishes: the amplitude is not decided "
+            f"the cubic coefficient at {point.parameter} = {point.value:.9g} vanishes: the amplitude is not decided "
             "near the onset but by lift-off and sticking; simulate the scene until it settles"
         )
     if span is None:
         if isinstance(bracket, HopfPoint):
             raise SceneError("onset starts at a Hopf point: give the span along which limit cycles are followed")
         span = bracket
-    branch = continue_cycle(scene, parameter, span, found, most, _TOLERANCE)
-    return Onset(found, branch, lift_offs(scene, found.parameter, branch))
+    branch = continue_cycle(scene, parameter, span, point, most, _TOLERANCE)
+    return Onset(point, branch, lift_offs(scene, point.parameter, branch))
 
 
 def lift_offs(scene: Scene, name: str, branch: Branch) -> tuple[LiftOff, ...]:
@@ -161,19 +162,26 @@ def lift_offs(scene: Scene, name: str, branch: Branch) -> tuple[LiftOff, ...]:
     program = prepare(scene.until(1.01 * longest, {c: Min(e) for c, e in loads.items()}), _TOLERANCE)
     sizes = [float(np.max(orbit.half_range)) for orbit in branch.orbits]
     order = range(len(sizes)) if sizes[0] <= sizes[-1] else range(len(sizes) - 1, -1, -1)
-    found = []
+    lifts = []
     for contact in loads:
         before = None
         for k in order:
             value, orbit = float(branch.values[k]), branch.orbits[k]
             if _least(program, scene, name, value, orbit, contact) <= 0:
-                found.append(_located(program, scene, name, contact, before, (value, orbit)))
+                lifts.append(_located(program, scene, name, contact, before, (value, orbit)))
                 break
             before = value, orbit
-    return tuple(found)
+    return tuple(lifts)
 
 
-def _located(program: Program, scene: Scene, name: str, contact: str, before, after) -> LiftOff:
+def _located(
+    program: Program,
+    scene: Scene,
+    name: str,
+    contact: str,
+    before: tuple[float, Orbit] | None,
+    after: tuple[float, Orbit],
+) -> LiftOff:
     """Return where between two orbits of a branch the load of a contact touches zero."""
     if before is None or before[0] == after[0]:
         return LiftOff(contact, *after)
@@ -186,7 +194,7 @@ def _located(program: Program, scene: Scene, name: str, contact: str, before, af
         return _least(program, scene, name, value, orbits[value], contact)
 
     try:
-        value = brentq(left, before[0], after[0], rtol=_CLOSE, xtol=_CLOSE * abs(after[0]))
+        value = zero(left, before[0], after[0], rtol=_CLOSE, xtol=_CLOSE * abs(after[0]))
     except NotFound:
         return LiftOff(contact, *after)
     left(value)

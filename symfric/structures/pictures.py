@@ -1,13 +1,22 @@
 """Pictures of modes and of flutter."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
-from symfric.axes import axes_for, in_letters
+from symfric.axes import Axes, axes_for, in_letters
 from symfric.locks import DRAWING, alone
+
+if TYPE_CHECKING:
+    from symfric.structures.flutter import Flutter
+    from symfric.structures.flutter_map import FlutterMap
 
 
 @alone(DRAWING)
-def plot_shapes(shapes: np.ndarray, frequency: np.ndarray, ax=None, modes=(0, 1, 2), at=None):
+def plot_shapes(
+    shapes: np.ndarray, frequency: np.ndarray, ax: Axes | None = None, modes: Sequence[int] = (0, 1, 2), at: Any = None
+) -> Axes:
     """Draw mode shapes over the degrees of freedom, or over places; return the Axes.
 
     Parameters
@@ -35,7 +44,7 @@ def plot_shapes(shapes: np.ndarray, frequency: np.ndarray, ax=None, modes=(0, 1,
 
 
 @alone(DRAWING)
-def plot_flutter(flutter, ax=None):
+def plot_flutter(flutter: "Flutter", ax: Axes | None = None) -> Axes:
     """Draw imaginary parts against mu in the Axes, and real parts in a panel under it; return the Axes."""
     from mpl_toolkits.axes_grid1 import make_axes_locatable
 
@@ -56,10 +65,10 @@ def plot_flutter(flutter, ax=None):
 
 
 @alone(DRAWING)
-def plot_map(found, ax=None):
+def plot_map(result: "FlutterMap", ax: Axes | None = None) -> Axes:
     """Draw the lowest critical mu against the second parameter; return the Axes."""
     ax = axes_for(ax)
-    ax.plot(found.values, found.mu, "o-", markersize=3)
-    ax.set_xlabel(in_letters(found.name))
+    ax.plot(result.values, result.mu, "o-", markersize=3)
+    ax.set_xlabel(in_letters(result.name))
     ax.set_ylabel(f"critical {in_letters('mu')}")
     return ax

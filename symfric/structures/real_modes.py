@@ -6,15 +6,18 @@ the iteration is repeated orthogonally to those found (Parlett, The Symmetric Ei
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sps
 import scipy.sparse.linalg as spla
 
+from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
-from symfric.model.notebook import html_table
+from symfric.model.results import ArrayResult, Labelled
 from symfric.structures.checks import positive_count
 from symfric.structures.factors import factorised, negative_pivots
 
@@ -26,7 +29,7 @@ _SEED = 7
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes:
+class Modes(ArrayResult):
     """Undamped natural modes of a structure.
 
     Attributes
@@ -61,40 +64,23 @@ class Modes:
     residuals: np.ndarray
     complete: bool
     names: tuple[str, ...] = field(repr=False, default=())
+    _told = ("frequency", "rigid", "largest_residual", "complete")
+
+    @property
+    def largest_residual(self) -> float:
+        """Largest of the residuals."""
+        return float(np.max(self.residuals))
+
+    def _labelled(self) -> Labelled:
+        data = {"frequency": ("mode", self.frequency), "shapes": (("dof", "mode"), self.shapes)}
+        return data, {"dof": list(self.names), "mode": np.arange(self.frequency.size)}, {}
 
     @property
     def rigid(self) -> int:
         """Number of modes without stiffness."""
         return int(np.sum(self.frequency == 0))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "frequency": self.frequency.tolist(),
-            "rigid": self.rigid,
-            "largest_residual": float(np.max(self.residuals)),
-            "complete": self.complete,
-        }
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of frequencies and shapes over modes and degrees of freedom.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {"frequency": ("mode", self.frequency), "shapes": (("dof", "mode"), self.shapes)}
-        return xr.Dataset(data, {"dof": list(self.names), "mode": np.arange(self.frequency.size)})
-
-    def plot(self, ax=None, modes=(0, 1, 2), at=None):
+    def plot(self, ax: Axes | None = None, modes: Sequence[int] = (0, 1, 2), at: Any = None) -> Axes:
         """Draw some shapes over the degrees of freedom, or over places `at`, shape (n,); return the Axes.
 
         Parameters
@@ -114,13 +100,10 @@ class Modes:
 
         return plot_shapes(self.shapes, self.frequency, ax, modes, at)
 
-    def _repr_html_(self) -> str:
-        return html_table("Modes", self.to_dict())
-
     def __repr__(self) -> str:
         return (
             f"Modes({self.frequency.size} from omega = {self.frequency[0]:.9g} to {self.frequency[-1]:.9g}, "
-            f"{self.rigid} rigid, largest residual {np.max(self.residuals):.1e})"
+            f"{self.rigid} rigid, largest residual {self.largest_residual:.1e})"
         )
 
 
@@ -158,15 +141,15 @@ def real_modes(K: sps.csr_array, M: sps.csr_array, count: int, near: float, name
 
 def _root(values: np.ndarray) -> np.ndarray:
     """Return frequencies with the sign of their squares."""
-    return np.sign(values) * np.sqrt(np.abs(values))
+    return np.asarray(np.sign(values) * np.sqrt(np.abs(values)))
 
 
-def _typical(K, M) -> float:
+def _typical(K: sps.csr_array, M: sps.csr_array) -> float:
     """Return a lower bound of the size of the largest eigenvalue: a ratio of diagonals."""
     return float(np.max(K.diagonal() / M.diagonal())) or 1.0
 
 
-def _iterated(K, M, count: int, near: float) -> tuple[np.ndarray, np.ndarray, bool]:
+def _iterated(K: sps.csr_array, M: sps.csr_array, count: int, near: float) -> tuple[np.ndarray, np.ndarray, bool]:
     """Return eigenvalues and shapes nearest to a frequency, and whether none is missing."""
     n = M.shape[0]
     shift, solve = _invertible(K, M, near)
@@ -186,7 +169,7 @@ def _iterated(K, M, count: int, near: float) -> tuple[np.ndarray, np.ndarray, bo
     return values[nearest], shapes[:, nearest], complete
 
 
-def _invertible(K, M, near: float):
+def _invertible(K: sps.csr_array, M: sps.csr_array, near: float) -> Any:
     """Return a shift near a squared frequency at which ``K - shift M`` can be factorised, and the factors."""
     size = _typical(K, M)
     shift = near**2
@@ -202,18 +185,20 @@ def _invertible(K, M, near: float):
     raise NotFound(f"K - omega^2 M cannot be factorised near omega = {near}; choose another `near`")
 
 
-def _lanczos(K, M, solve, shift: float, k: int, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _lanczos(
+    K: sps.csr_array, M: sps.csr_array, solve: Any, shift: float, k: int, known: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return k eigenpairs nearest to the shift, orthogonal to those found, increasing."""
     n = M.shape[0]
-    image = M @ found
+    image = M @ known
 
-    def inverse(x):
+    def inverse(x: np.ndarray) -> np.ndarray:
         x = x.ravel()
-        y = solve(x - image @ (found.T @ x))  # x is M times a vector: its parts along the found ones are removed
-        return y - found @ (image.T @ y)
+        y = solve(x - image @ (known.T @ x))  # x is M times a vector: its parts along the known ones are removed
+        return np.asarray(y - known @ (image.T @ y))
 
-    start = np.random.default_rng(_SEED + found.shape[1]).standard_normal(n)
-    start -= found @ (image.T @ start)
+    start = np.random.default_rng(_SEED + known.shape[1]).standard_normal(n)
+    start -= known @ (image.T @ start)
     ncv = min(n, max(2 * k + 1, 24))
     operator = spla.LinearOperator((n, n), matvec=inverse, dtype=float)
     try:
@@ -225,19 +210,21 @@ def _lanczos(K, M, solve, shift: float, k: int, found: np.ndarray) -> tuple[np.n
     return _rotated(K, M, shapes)
 
 
-def _rotated(K, M, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _rotated(K: sps.csr_array, M: sps.csr_array, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the eigenpairs within the space of some shapes, one step of Rayleigh and Ritz."""
     k, m = shapes.T @ (K @ shapes), shapes.T @ (M @ shapes)
     values, inside = sla.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
     return values, shapes @ inside
 
 
-def _missing(K, M, values: np.ndarray, shift: float, near: float, count: int) -> int | None:
-    """Return how many eigenvalues lie between two gaps around the wanted ones and were not found; None if unknown."""
+def _missing(
+    K: sps.csr_array, M: sps.csr_array, values: np.ndarray, shift: float, near: float, count: int
+) -> int | None:
+    """Return how many eigenvalues lie between two gaps around those asked for and were not found; None if unknown."""
     values = np.sort(values)
-    wanted = np.sort(values[np.argsort(np.abs(_root(values) - near), kind="stable")[:count]])
+    asked = np.sort(values[np.argsort(np.abs(_root(values) - near), kind="stable")[:count]])
     size = max(abs(values[0]), abs(values[-1]), abs(shift))
-    low, high = _gap_below(values, wanted[0], size), _gap_above(values, wanted[-1], size)
+    low, high = _gap_below(values, asked[0], size), _gap_above(values, asked[-1], size)
     below, above = negative_pivots(K - low * M), negative_pivots(K - high * M)
     if below is None or above is None:
         return None
@@ -250,15 +237,17 @@ def _gap_above(values: np.ndarray, start: float, size: float) -> float:
     later = values[values >= start]
     for a, b in itertools.pairwise(later):
         if b - a > _GAP * size:
-            return 0.5 * (a + b)
-    return later[-1] + _GAP * size
+            return float(0.5 * (a + b))
+    return float(later[-1] + _GAP * size)
 
 
 def _gap_below(values: np.ndarray, start: float, size: float) -> float:
     return -_gap_above(-values[::-1], -start, size)
 
 
-def _finished(K, M, values: np.ndarray, shapes: np.ndarray, complete: bool, names) -> Modes:
+def _finished(
+    K: sps.csr_array, M: sps.csr_array, values: np.ndarray, shapes: np.ndarray, complete: bool, names: tuple[str, ...]
+) -> Modes:
     """Return modes with the zeros of rigid motions, signs and residuals."""
     shapes = shapes / np.sqrt(np.sum(shapes * (M @ shapes), axis=0))
     largest = np.argmax(np.abs(shapes) > 0.999 * np.max(np.abs(shapes), axis=0), axis=0)

@@ -12,7 +12,7 @@ structure at some frequencies up to half of the lowest one that was left out.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sla
@@ -20,9 +20,12 @@ import scipy.sparse as sps
 import scipy.sparse.linalg as spla
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.structures.checks import positive_count
 from symfric.structures.factors import factorised
+
+if TYPE_CHECKING:
+    from symfric.structures.structure import Structure
 
 _RANK = 1e-10
 _SEED = 5
@@ -45,7 +48,7 @@ class Reduced(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReductionError:
+class ReductionError(Result):
     """How far a reduced structure is from the full one.
 
     Attributes
@@ -83,25 +86,6 @@ class ReductionError:
         """The largest of all estimates, dimensionless."""
         return float(max(np.max(self.frequency_error, initial=0.0), np.max(self.response, initial=0.0)))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "frequency": self.frequency.tolist(),
-            "frequency_error": self.frequency_error.tolist(),
-            "response": self.response.tolist(),
-            "upto": self.upto,
-            "cut": self.cut,
-        }
-
-    def _repr_html_(self) -> str:
-        return html_table("ReductionError", self.to_dict())
-
     def __repr__(self) -> str:
         return (
             f"ReductionError(frequencies {np.max(self.frequency_error, initial=0.0):.2g}, response at rows "
@@ -109,7 +93,7 @@ class ReductionError:
         )
 
 
-def reduce(K, M, rows: np.ndarray, count: int) -> Reduced:
+def reduce(K: sps.csr_array, M: sps.csr_array, rows: np.ndarray, count: int) -> Reduced:
     """Return the basis of Craig and Bampton.
 
     Parameters
@@ -137,7 +121,7 @@ def reduce(K, M, rows: np.ndarray, count: int) -> Reduced:
     return Reduced(np.column_stack([shapes, modes]), cut)
 
 
-def _held(K, M, rows: np.ndarray):
+def _held(K: sps.csr_array, M: sps.csr_array, rows: np.ndarray) -> Any:
     """Return the solver of ``K x + R^T f = b, R x = y``, for several right-hand sides."""
     r = len(rows)
     weight = float(np.max(np.abs(K.diagonal()))) / np.max(np.abs(rows), axis=1) if r else np.zeros(0)
@@ -158,12 +142,14 @@ def _held(K, M, rows: np.ndarray):
         raise NotFound("the stiffness cannot be factorised even with the kept rows held")
 
     def solve(b: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return factors.solve(np.concatenate([b, (y.T * weight).T]))[: len(b)]
+        return np.asarray(factors.solve(np.concatenate([b, (y.T * weight).T]))[: len(b)])
 
     return solve
 
 
-def _modes_held(K, M, rows, solve, count: int) -> tuple[np.ndarray, float]:
+def _modes_held(
+    K: sps.csr_array, M: sps.csr_array, rows: np.ndarray, solve: Any, count: int
+) -> tuple[np.ndarray, float]:
     """Return the lowest modes with the rows held, and the frequency of the next one."""
     n, r = M.shape[0], len(rows)
     if r == n:
@@ -178,29 +164,33 @@ def _modes_held(K, M, rows, solve, count: int) -> tuple[np.ndarray, float]:
     operator = spla.LinearOperator((n, n), matvec=lambda b: solve(b.ravel(), zero), dtype=float)
     k = count + min(6, n - r - count)
     start = solve(np.random.default_rng(_SEED).standard_normal(n), zero)
-    found = np.zeros((n, 0))
+    shapes = np.zeros((n, 0))
     try:
-        _, found = spla.eigsh(K, k, M, sigma=0.0, OPinv=operator, v0=start, ncv=min(n, 2 * k + 20), maxiter=60, tol=0)
+        _, shapes = spla.eigsh(K, k, M, sigma=0.0, OPinv=operator, v0=start, ncv=min(n, 2 * k + 20), maxiter=60, tol=0)
     except spla.ArpackNoConvergence as failure:
         raise NotFound(f"the iteration for the modes did not converge ({failure}); ask for fewer") from None
-    found = _completed(K, M, solve, found, count, zero)
-    kk, mm = found.T @ (K @ found), found.T @ (M @ found)
+    shapes = _completed(K, M, solve, shapes, count, zero)
+    kk, mm = shapes.T @ (K @ shapes), shapes.T @ (M @ shapes)
     values, inside = sla.eigh(0.5 * (kk + kk.T), 0.5 * (mm + mm.T))
-    return (found @ inside)[:, :count], float(np.sqrt(max(values[count], 0.0)))
+    return (shapes @ inside)[:, :count], float(np.sqrt(max(values[count], 0.0)))
 
 
-def _completed(K, M, solve, found: np.ndarray, count: int, zero: np.ndarray) -> np.ndarray:
+def _completed(
+    K: sps.csr_array, M: sps.csr_array, solve: Any, shapes: np.ndarray, count: int, zero: np.ndarray
+) -> np.ndarray:
     """Return the shapes with copies of multiple modes that one start did not lead to, found from another."""
     draw = np.random.default_rng(_SEED + 1)
-    new = solve(M @ draw.standard_normal((len(found), 4)), np.zeros((zero.size, 4)))
+    new = solve(M @ draw.standard_normal((len(shapes), 4)), np.zeros((zero.size, 4)))
     for _ in range(12):
-        new = new - found @ (found.T @ (M @ new))
+        new = new - shapes @ (shapes.T @ (M @ new))
         new = solve(M @ np.linalg.qr(new)[0], np.zeros((zero.size, 4)))
-    new = np.linalg.qr(new - found @ (found.T @ (M @ new)))[0]
-    return np.column_stack([found, new])
+    new = np.linalg.qr(new - shapes @ (shapes.T @ (M @ new)))[0]
+    return np.column_stack([shapes, new])
 
 
-def errors_of(structure, basis: np.ndarray, small, rows: np.ndarray, cut: float) -> ReductionError:
+def errors_of(
+    structure: "Structure", basis: np.ndarray, small: "Structure", rows: np.ndarray, cut: float
+) -> ReductionError:
     """Estimate the errors of a reduced structure against the full one.
 
     Parameters
@@ -231,7 +221,9 @@ def errors_of(structure, basis: np.ndarray, small, rows: np.ndarray, cut: float)
     return ReductionError(omega, error, response, top, cut)
 
 
-def _response(structure, small, rows: np.ndarray, projected: np.ndarray, top: float) -> np.ndarray:
+def _response(
+    structure: "Structure", small: "Structure", rows: np.ndarray, projected: np.ndarray, top: float
+) -> np.ndarray:
     """Return the relative errors of the flexibility of each row, compared with the full structure at some frequencies.
 
     Relative to the largest of a row's: between two resonances a flexibility passes zero.

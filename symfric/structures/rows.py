@@ -1,7 +1,7 @@
 """Rows over the degrees of freedom of a structure, however they are given."""
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sps
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from symfric.structures.structure import Structure
 
 
-def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray:
+def row_in(structure: "Structure", entries: Any, what: str = "the row") -> np.ndarray:
     """Return a row over the degrees of freedom of a structure, shape (n,).
 
     Parameters
@@ -34,16 +34,16 @@ def row_in(structure: "Structure", entries, what: str = "the row") -> np.ndarray
     if isinstance(entries, Mapping):
         own = structure.basis is None or all(k in structure.names for k in entries if isinstance(k, str))
         names = structure.names if own else structure.full_names
-        found = np.zeros(len(names))
+        weights = np.zeros(len(names))
         for key, weight in entries.items():
-            found[index_of(key, names)] += finite(weight, f"the weight of {key} in {what}")
-        return row_of(found, n, what) if own else row_of(found, len(names), what) @ structure.basis
+            weights[index_of(key, names)] += finite(weight, f"the weight of {key} in {what}")
+        return row_of(weights, n, what) if own else row_of(weights, len(names), what) @ structure.basis
     if structure.basis is not None and _length(entries, what) == len(structure.basis):
-        return row_of(entries, len(structure.basis), what) @ structure.basis
+        return np.asarray(row_of(entries, len(structure.basis), what) @ structure.basis)
     return row_of(entries, n, what)
 
 
-def _length(entries, what: str) -> int:
+def _length(entries: Any, what: str) -> int:
     if sps.issparse(entries):
         return int(np.prod(entries.shape))
     try:
@@ -52,7 +52,7 @@ def _length(entries, what: str) -> int:
         raise SceneError(f"{what} is {entries!r}; give numbers, dense or sparse, or names with weights") from None
 
 
-def kept_rows(structure: "Structure", keep) -> tuple[list[str], np.ndarray]:
+def kept_rows(structure: "Structure", keep: Any) -> tuple[list[str], np.ndarray]:
     """Return names and rows of what a reduction keeps; rows that follow from those before them are left out."""
     if keep is None:
         keep = []
@@ -79,7 +79,7 @@ def kept_rows(structure: "Structure", keep) -> tuple[list[str], np.ndarray]:
     return names, np.array(rows).reshape(len(rows), structure.n)
 
 
-def _each_row(keep):
+def _each_row(keep: Any) -> Iterator[Any]:
     """Yield what names or is a row; of a contact its slip and its load."""
     for entry in keep.toarray() if sps.issparse(keep) else keep:
         if hasattr(entry, "kept"):
@@ -88,7 +88,7 @@ def _each_row(keep):
             yield entry
 
 
-def _label(structure: "Structure", entry, number: int) -> str:
+def _label(structure: "Structure", entry: Any, number: int) -> str:
     if isinstance(entry, str):
         return entry
     if isinstance(entry, int | np.integer):

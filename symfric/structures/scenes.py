@@ -1,7 +1,7 @@
 """Scenes from matrices: their entries stay numbers, contacts and loads act along rows."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
@@ -27,12 +27,12 @@ _SAME = 1e-6  # difference of two friction matrices that are the same, relative 
 def scene_of(
     structure: "Structure",
     contacts: Sequence[RowContact],
-    force,
+    force: Any,
     values: Mapping[Key, float | None],
-    initial,
+    initial: Any,
     outputs: Mapping[str, Output] | None,
     horizon: float,
-    mu,
+    mu: Any,
     observe: Mapping[str, object],
     inputs: Mapping[Key, Signal],
 ) -> Scene:
@@ -42,7 +42,7 @@ def scene_of(
     loads: list[tuple[sp.Expr, np.ndarray]] = []
     known: dict[bytes, sp.Symbol] = {}
 
-    def named(name: str, of, weights: np.ndarray) -> sp.Symbol:
+    def named(name: str, of: Any, weights: np.ndarray) -> sp.Symbol:
         """Return the symbol of a row; the same one for the same row, so that parallel contacts are known as such."""
         key = of.encode() + weights.tobytes()
         if key not in known:
@@ -59,7 +59,7 @@ def scene_of(
         weights = row_in(structure, entries, f"the row {name!r}")
         for symbol, of in ((sp.Symbol(name, real=True), "q"), (sp.Symbol(f"d_{name}", real=True), "u")):
             rows[symbol] = Row("q" if of == "q" else "u", weights)
-    found = []
+    made = []
     for c in contacts:
         if not isinstance(c, RowContact):
             raise SceneError(f"{c!r} in contacts is no sf.structures.RowContact")
@@ -73,18 +73,18 @@ def scene_of(
                 along = row_in(structure, c.normal.push, f"push of the load of contact {c.name!r}")
                 loads.append((normal - start, along))
         speed = expression(c.speed, f"the speed of contact {c.name!r}")
-        found.append(Contact(c.name, slip - speed, normal, c.law, c.profile, c.stiffness))
+        made.append(Contact(c.name, slip - speed, normal, c.law, c.profile, c.stiffness))
     loads += _forces(structure, force)
-    if mu is None and structure.friction is not None and not found:
+    if mu is None and structure.friction is not None and not made:
         raise SceneError("the structure has a friction matrix, and the scene no contacts; give mu (0: leave it out)")
     scaled = () if mu is None else ((expression(mu, "mu"), _friction_of(structure)),)
     part = LinearPart(structure.M, structure.K, structure.C, scaled, rows, tuple(loads))
     system = System(q, u, None, (sp.S.Zero,) * len(q), linear=part)
-    own = [s.name for c in found for s in c.states]
-    return Scene(system, found, values, _start(structure, initial, own), horizon, outputs, inputs)
+    own = [s.name for c in made for s in c.states]
+    return Scene(system, made, values, _start(structure, initial, own), horizon, outputs, inputs)
 
 
-def doubt_of_friction(structure: "Structure", contacts: Sequence[RowContact], mu) -> str | None:
+def doubt_of_friction(structure: "Structure", contacts: Sequence[RowContact], mu: Any) -> str | None:
     """Return what may be wrong with the friction of a scene that has contacts and a friction matrix; None if nothing.
 
     The loads of contacts bring the matrix of steady sliding themselves: ``+-row (load row)`` of each. If the friction
@@ -122,13 +122,13 @@ def _is_that_of(structure: "Structure", contacts: Sequence[RowContact]) -> bool:
     return bool(np.linalg.norm(left.data) <= _SAME * size)
 
 
-def _friction_of(structure: "Structure"):
+def _friction_of(structure: "Structure") -> Any:
     if structure.friction is None:
         raise SceneError("mu is given and the structure has no friction matrix; give it as `friction`")
     return structure.friction
 
 
-def _forces(structure: "Structure", force) -> list[tuple[sp.Expr, np.ndarray]]:
+def _forces(structure: "Structure", force: Any) -> list[tuple[sp.Expr, np.ndarray]]:
     """Return forces and the rows along which they act."""
     if force is None:
         return []
@@ -142,15 +142,15 @@ def _forces(structure: "Structure", force) -> list[tuple[sp.Expr, np.ndarray]]:
             raise SceneError(
                 f"force is no mapping of names to expressions, no pairs (row, expression), no {structure.n} expressions"
             )
-    found = []
+    forces = []
     for k, (row, e) in enumerate(pairs):
         load = expression(e, f"force {k + 1}")
         if load != 0:
-            found.append((load, row_in(structure, row, f"the row of force {k + 1}")))
-    return found
+            forces.append((load, row_in(structure, row, f"the row of force {k + 1}")))
+    return forces
 
 
-def _start(structure: "Structure", initial, springs: Sequence[str]) -> dict[str, object]:
+def _start(structure: "Structure", initial: Any, springs: Sequence[str]) -> dict[str, object]:
     """Return the start of every state; zero unless given."""
     names = [*(s.name for group in structure.symbols for s in group), *springs]
     start: dict[str, object] = dict.fromkeys(names, 0.0)

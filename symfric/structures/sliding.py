@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sps
@@ -127,7 +128,7 @@ def _outer(column: np.ndarray, row: np.ndarray) -> sps.csr_array:
     return sps.csr_array(sps.csr_array(column[:, None]) @ sps.csr_array(row[None, :]))
 
 
-def _number(given, numbers: Mapping[str, float | None], what: str) -> float:
+def _number(given: Any, numbers: Mapping[str, float | None], what: str) -> float:
     """Return the number that an expression of parameters is."""
     e = expression(given, what)
     known = {s: numbers[s.name] for s in e.free_symbols if numbers.get(s.name) is not None}

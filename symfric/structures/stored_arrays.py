@@ -33,7 +33,7 @@ def read_arrays(place: Path, names: tuple[str, ...]) -> dict[str, Any]:
     SceneError
         If the file is damaged, or what it says of a matrix disagrees with its data.
     """
-    found: dict[str, Any] = {}
+    matrices: dict[str, Any] = {}
     with opened(place) as file:
         for name in names:
             what = f"{name} in {place.name}"
@@ -43,13 +43,13 @@ def read_arrays(place: Path, names: tuple[str, ...]) -> dict[str, Any]:
             if dense is not None and given:
                 raise SceneError(f"{what} is there as a whole and in parts; keep one of them")
             if dense is not None:
-                found[name] = dense
+                matrices[name] = dense
             elif given:
-                found[name] = assembled(given, what)
+                matrices[name] = assembled(given, what)
         labels = _entry(file, "names", place.name, MAX_NAMES)
         if labels is not None:
-            found["names"] = _labels(labels, place.name)
-    return found
+            matrices["names"] = _labels(labels, place.name)
+    return matrices
 
 
 def _entry(file: zipfile.ZipFile, name: str, archive: str, most: int = 16 * MAX_ENTRIES) -> np.ndarray | None:
@@ -58,16 +58,16 @@ def _entry(file: zipfile.ZipFile, name: str, archive: str, most: int = 16 * MAX_
     return None if entry is None else array_of(content(file, entry, most), f"{name} in {archive}")
 
 
-def _labels(found: np.ndarray, name: str) -> list[str]:
+def _labels(letters_of: np.ndarray, name: str) -> list[str]:
     """Return an array of names as strings."""
-    if found.dtype.kind == "S":
-        return [e.decode("utf-8") for e in found.ravel().tolist()]
-    if found.dtype.kind != "U":
-        raise SceneError(f"the names in {name} are of type {found.dtype}; give an array of strings")
-    letters = np.frombuffer(found.tobytes(), np.dtype(np.uint32).newbyteorder(found.dtype.byteorder))
+    if letters_of.dtype.kind == "S":
+        return [e.decode("utf-8") for e in letters_of.ravel().tolist()]
+    if letters_of.dtype.kind != "U":
+        raise SceneError(f"the names in {name} are of type {letters_of.dtype}; give an array of strings")
+    letters = np.frombuffer(letters_of.tobytes(), np.dtype(np.uint32).newbyteorder(letters_of.dtype.byteorder))
     if letters.max(initial=0) > sys.maxunicode:
         raise SceneError(f"the names in {name} are no text; write them anew")
-    return found.ravel().tolist()
+    return letters_of.ravel().tolist()
 
 
 def assembled(parts: dict[str, np.ndarray], what: str) -> sps.csr_array:
@@ -136,30 +136,30 @@ def _row(parts: dict[str, np.ndarray], name: str, what: str) -> np.ndarray:
 
 def _whole(parts: dict[str, np.ndarray], name: str, what: str) -> np.ndarray:
     """Return a part of whole numbers below 2**63."""
-    found = _row(parts, name, what)
-    if found.dtype.kind not in "iu" or not found.size:
-        raise SceneError(f"the part {name!r} of {what} is of type {found.dtype}; whole numbers are needed")
-    if found.size and int(found.max()) > np.iinfo(np.int64).max:
-        raise SceneError(f"the part {name!r} of {what} holds {int(found.max())}, which is too large")
-    return found.astype(np.int64)
+    row = _row(parts, name, what)
+    if row.dtype.kind not in "iu" or not row.size:
+        raise SceneError(f"the part {name!r} of {what} is of type {row.dtype}; whole numbers are needed")
+    if row.size and int(row.max()) > np.iinfo(np.int64).max:
+        raise SceneError(f"the part {name!r} of {what} holds {int(row.max())}, which is too large")
+    return row.astype(np.int64)
 
 
 def _index(parts: dict[str, np.ndarray], name: str, count: int, entries: int, what: str) -> np.ndarray:
     """Return a part of numbers of rows or columns, one for each entry."""
-    found = _row(parts, name, what)
-    if found.size != entries:
-        raise SceneError(f"{what} has {entries} data and {found.size} {name}; one is needed for each entry")
+    row = _row(parts, name, what)
+    if row.size != entries:
+        raise SceneError(f"{what} has {entries} data and {row.size} {name}; one is needed for each entry")
     if not entries:
         return np.zeros(0, np.int64)
     return index_of_entries(_whole(parts, name, what), count, f"the part {name!r} of {what}")
 
 
-def index_of_entries(found: np.ndarray, count: int, what: str) -> np.ndarray:
+def index_of_entries(index: np.ndarray, count: int, what: str) -> np.ndarray:
     """Return rows or columns of entries, counted from 0, as whole numbers; raise unless all are below `count`."""
-    bad = np.flatnonzero(~((found >= 0) & (found < count) & (found == np.floor(found))))
+    bad = np.flatnonzero(~((index >= 0) & (index < count) & (index == np.floor(index))))
     if bad.size:
         raise SceneError(
-            f"{what}: entry number {bad[0] + 1} is in the row or column {found[bad[0]]:g}, counted from 0; there are "
+            f"{what}: entry number {bad[0] + 1} is in the row or column {index[bad[0]]:g}, counted from 0; there are "
             f"{count}"
         )
-    return found.astype(np.int64)
+    return index.astype(np.int64)

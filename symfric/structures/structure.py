@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
@@ -11,8 +12,8 @@ import scipy.sparse as sps
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.notebook import html_table
 from symfric.model.outputs import Output
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, listed
 from symfric.model.system import Signal
@@ -30,7 +31,7 @@ _FRICTION = "give what friction or a follower load adds as `friction`, which mu 
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Structure:
+class Structure(Result):
     """``M q'' + C q' + (K + mu F) q = f`` with sparse matrices; units are those of the matrices.
 
     Parameters
@@ -80,7 +81,16 @@ class Structure:
     error: ReductionError | None = None
     full_names: tuple[str, ...] = ()
 
-    def __init__(self, M, K, C=None, friction=None, names: Sequence[str] | None = None, *, basis=None):
+    def __init__(
+        self,
+        M: Any,
+        K: Any,
+        C: Any = None,
+        friction: Any = None,
+        names: Sequence[str] | None = None,
+        *,
+        basis: np.ndarray | None = None,
+    ) -> None:
         mass = matrix(M, "M")
         n = mass.shape[0]
         labels = names_of(names, n)
@@ -249,7 +259,7 @@ class Structure:
         """
         return verdict_of(self.pencil(mu))
 
-    def row(self, entries) -> np.ndarray:
+    def row(self, entries: Any) -> np.ndarray:
         """Return a row over the degrees of freedom, shape (n,).
 
         Parameters
@@ -270,7 +280,7 @@ class Structure:
         """
         return row_in(self, entries)
 
-    def reduced(self, keep=(), modes: int = 20) -> "Structure":
+    def reduced(self, keep: Any = (), modes: int = 20) -> "Structure":
         """Return a smaller structure with some rows kept as coordinates, by the method of Craig and Bampton.
 
         Parameters
@@ -329,31 +339,31 @@ class Structure:
         values, shapes = sla.eigh(self.K.toarray(), self.M.toarray())
         terms = np.sum(np.abs(shapes) * (abs(self.K) @ np.abs(shapes)), axis=0)
         values = np.where(np.abs(values) <= 1e-14 * terms, 0.0, values)
-        found = self._projected(shapes, [f"p{i + 1}" for i in range(self.n)])
-        object.__setattr__(found, "M", sps.csr_array(sps.eye_array(self.n)))
-        object.__setattr__(found, "K", sps.csr_array(sps.diags_array(values)))
-        object.__setattr__(found, "error", self.error)
-        return found
+        diagonal = self._projected(shapes, [f"p{i + 1}" for i in range(self.n)])
+        object.__setattr__(diagonal, "M", sps.csr_array(sps.eye_array(self.n)))
+        object.__setattr__(diagonal, "K", sps.csr_array(sps.diags_array(values)))
+        object.__setattr__(diagonal, "error", self.error)
+        return diagonal
 
     def _projected(self, basis: np.ndarray, names: Sequence[str]) -> "Structure":
         """Return the structure with ``q = basis @ y``."""
         M, K, C, F = (
             None if e is None else _clean(basis.T @ (e @ basis)) for e in (self.M, self.K, self.C, self.friction)
         )
-        found = Structure(M, K, C, F, names, basis=basis if self.basis is None else self.basis @ basis)
-        object.__setattr__(found, "full_names", self.full_names)
-        return found
+        projected = Structure(M, K, C, F, names, basis=basis if self.basis is None else self.basis @ basis)
+        object.__setattr__(projected, "full_names", self.full_names)
+        return projected
 
     def scene(
         self,
         contacts: Sequence[RowContact] = (),
-        force=None,
+        force: Any = None,
         values: Mapping[Key, float | None] = MappingProxyType({}),
-        initial=None,
+        initial: Any = None,
         outputs: Mapping[str, Output] | None = None,
         horizon: float = 100.0,
         *,
-        mu=None,
+        mu: Any = None,
         observe: Mapping[str, object] = MappingProxyType({}),
         inputs: Mapping[Key, Signal] = MappingProxyType({}),
     ) -> Scene:
@@ -398,10 +408,10 @@ class Structure:
         'OK'
         """
         contacts = listed(contacts, "contacts")
-        found = scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe, inputs)
+        scene = scene_of(self, contacts, force, values, initial, outputs, horizon, mu, observe, inputs)
         if doubt := doubt_of_friction(self, contacts, mu):
             warnings.warn(doubt, stacklevel=2)
-        return found
+        return scene
 
     def expand(self, q: np.ndarray) -> np.ndarray:
         """Return the motion of all degrees of freedom of which this structure is a reduction.
@@ -434,26 +444,9 @@ class Structure:
             raise SceneError(f"q has shape {q.shape}; its first axis needs {self.n} entries")
         return q if self.basis is None else self.basis @ q
 
-    def to_dict(self) -> dict[str, object]:
-        """Return what it is made of, in numbers.
-
-        Returns
-        -------
-        dict
-
-        Examples
-        --------
-        >>> import symfric as sf
-        >>> chain = sf.structures.chain(20, damping=0.02)
-        >>> sorted(chain.to_dict())[:2]
-        ['degrees_of_freedom', 'entries']
-        """
-        sizes = {name: 0 if e is None else e.nnz for name, e in (("M", self.M), ("K", self.K), ("C", self.C))}
-        friction = 0 if self.friction is None else self.friction.nnz
-        return {"degrees_of_freedom": self.n, "entries": {**sizes, "friction": friction}}
-
-    def _repr_html_(self) -> str:
-        return html_table("Structure", self.to_dict())
+    def to_dict(self) -> dict[str, Any]:
+        parts = {name: getattr(self, name) for name in ("M", "K", "C", "friction")}
+        return {"degrees_of_freedom": self.n, "entries": {k: 0 if e is None else e.nnz for k, e in parts.items()}}
 
     def __repr__(self) -> str:
         parts = [name for name in ("C", "friction") if getattr(self, name) is not None]

@@ -1,11 +1,16 @@
 """Modes followed over a parameter by their shapes."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse as sps
 from scipy.optimize import linear_sum_assignment
 
 from symfric.structures.complex_modes import eigenpairs
+
+if TYPE_CHECKING:
+    from symfric.structures.structure import Structure
 
 _ALIKE = 0.8  # modal assurance below which a step is halved
 _HALVINGS = 4
@@ -30,7 +35,7 @@ class Followed:
     shapes: list[np.ndarray]
 
 
-def assurance(M, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def assurance(M: sps.csr_array, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the modal assurance criterion between the columns of a and b, weighted with the mass.
 
     ``|a^H M b|^2 / (a^H M a  b^H M b)``, 1 for the same shape (Allemang, Sound and Vibration 37, 2003).
@@ -39,10 +44,10 @@ def assurance(M, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     cross = np.abs(a.conj().T @ image) ** 2
     own = np.real(np.sum(a.conj() * (M @ a), axis=0))
     other = np.real(np.sum(b.conj() * image, axis=0))
-    return cross / np.outer(own, other)
+    return np.asarray(cross / np.outer(own, other))
 
 
-def follow(structure, mu: np.ndarray, count: int, near: complex) -> Followed:
+def follow(structure: "Structure", mu: np.ndarray, count: int, near: complex) -> Followed:
     """Follow the modes nearest to a point at the first mu.
 
     A step over which a shape changes too much to be recognised is halved, at most `_HALVINGS` times: where two modes
@@ -51,12 +56,12 @@ def follow(structure, mu: np.ndarray, count: int, near: complex) -> Followed:
     n = structure.n
     extra = min(n, count + max(4, count // 2))
     values, shapes = eigenpairs(structure.pencil(mu[0]), min(count, n), near)
-    found = [(float(mu[0]), values, shapes)]
+    steps = [(float(mu[0]), values, shapes)]
     before: tuple[float, np.ndarray] | None = None
 
     def step(to: float, halvings: int) -> None:
         nonlocal before
-        at, values, shapes = found[-1]
+        at, values, shapes = steps[-1]
         guess = values
         if before is not None and at > before[0]:
             guess = values + (values - before[1]) * (to - at) / (at - before[0])
@@ -70,9 +75,9 @@ def follow(structure, mu: np.ndarray, count: int, near: complex) -> Followed:
             step(to, halvings - 1)
             return
         before = at, values
-        found.append((to, new[columns], others[:, columns]))
+        steps.append((to, new[columns], others[:, columns]))
 
     for to in mu[1:]:
         step(float(to), _HALVINGS)
-    mus, all_values, all_shapes = zip(*found, strict=True)
+    mus, all_values, all_shapes = zip(*steps, strict=True)
     return Followed(np.array(mus), np.array(all_values).T, list(all_shapes))

@@ -1,6 +1,7 @@
 """Van der Pol averaging of one coordinate about steady sliding: amplitude rate and stationary amplitudes."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -190,7 +191,7 @@ def _check_stiffness(stiffness: sp.Expr, scene: Scene) -> None:
         raise NotFound(f"the stiffness at the equilibrium is {value:.6g}; averaging needs a restoring one")
 
 
-def _friction(contact: Contact, u: sp.Symbol, numbers: dict, scene: Scene) -> Friction:
+def _friction(contact: Contact, u: sp.Symbol, numbers: dict[Any, Any], scene: Scene) -> Friction:
     slip = sp.expand(contact.slip).subs(numbers)
     J, w = slip.coeff(u, 1), slip.coeff(u, 0)
     turn = -1 if float(J.subs(scene.values)) < 0 else 1
@@ -233,7 +234,7 @@ def _smooth_mean(o: AveragedOscillator, weight: int) -> sp.Expr:
     """Return the mean of the acceleration -h without friction times sin psi (weight 0) or cos psi (weight 1)."""
     A = AMPLITUDE
 
-    def body(_, sine, cosine):
+    def body(_: Any, sine: sp.Expr, cosine: sp.Expr) -> Any:
         rest = o.rest.subs({o.q: A * sine, o.u: o.omega * A * cosine}, simultaneous=True)
         return sp.expand(rest * (cosine if weight else sine))
 
@@ -241,15 +242,15 @@ def _smooth_mean(o: AveragedOscillator, weight: int) -> sp.Expr:
     return arc_mean(body, whole, sp.Integer(0), sp.Integer(0))
 
 
-def _friction_means(o: AveragedOscillator, friction: Friction):
+def _friction_means(o: AveragedOscillator, friction: Friction) -> Any:
     """Return the amplitudes at which the formula changes, and the two means of the acceleration by friction."""
     A, contact = AMPLITUDE, friction.contact
     V = friction.pull * o.omega * A
     load = contact.normal * contact.profile * friction.pull / o.mass
     load = load.subs(o.q, o.position + o.q)
 
-    def body(weight):
-        def integrand(law, sine, cosine):
+    def body(weight: Any) -> Any:
+        def integrand(law: sp.Expr, sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
             at = {o.q: A * friction.flip * sine, o.u: o.omega * A * friction.flip * cosine}
             product = -load.subs(at, simultaneous=True) * law * (cosine if weight else sine)
             return sp.expand(product) if product.is_polynomial(sine, cosine) else product
@@ -257,7 +258,7 @@ def _friction_means(o: AveragedOscillator, friction: Friction):
         return integrand
 
     kinetic = branches(contact.law.kinetic, (SPEED,))
-    parts: tuple[list, list] = ([], [])
+    parts: tuple[list[Any], list[Any]] = ([], [])
     edges: list[sp.Expr] = []
     for top, arcs in ranges(kinetic, contact.law.breaks, friction.W, V):
         edge = top / (friction.pull * o.omega) if top != sp.oo else sp.oo

@@ -1,23 +1,26 @@
 """Friction of gears and bearings, two straight lines over the speed, from measured points: exact least squares."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from symfric.axes import new_axes
+from symfric.axes import Axes, new_axes
 from symfric.errors import NotFound, SceneError
 from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
-from symfric.model.notebook import html_table
+from symfric.model.results import Drawable, Result
 
 NAMES = ("at_rest", "slope_below", "slope_above", "corner")
 _STRAIGHT = 1e-9  # difference of the slopes, relative to them, below which there is no corner
 
 
 @dataclass(frozen=True, repr=False)
-class TwoLines:
+class TwoLines(Result, Drawable):
     """Two straight lines through points of speed and friction that meet at a corner.
+
+    `plot` draws the points and the two lines.
 
     Attributes
     ----------
@@ -67,32 +70,7 @@ class TwoLines:
         words = (f"{name} = {getattr(self, name):.6g} +- {self.standard_errors[name]:.2g}" for name in NAMES)
         return f"TwoLines({', '.join(words)})"
 
-    def _repr_html_(self) -> str:
-        return html_table("TwoLines", self.to_dict())
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain Python values.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        found = asdict(self)
-        return {**found, "points": [e.tolist() for e in self.points]}
-
-    def plot(self, ax=None):
-        """Draw the points and the two lines; returns the Axes.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            A new one unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         with DRAWING:
             ax = new_axes() if ax is None else ax
             speed, friction = self.points
@@ -107,7 +85,7 @@ class TwoLines:
 
 
 @alone(SYMBOLIC)
-def two_lines(speed, friction, sigma=None) -> TwoLines:
+def two_lines(speed: Any, friction: Any, sigma: Any = None) -> TwoLines:
     """Fit the friction of a gear or a bearing, two straight lines that meet, to points of speed and friction.
 
     Parameters
@@ -162,7 +140,7 @@ def two_lines(speed, friction, sigma=None) -> TwoLines:
     return TwoLines(float(at_rest), float(below), float(below + change), corner, errors, deviation, (v, y))
 
 
-def _read(speed, friction, sigma) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _read(speed: Any, friction: Any, sigma: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return sorted speeds, coefficients and weights."""
     v, y = np.asarray(speed, dtype=float), np.asarray(friction, dtype=float)
     if v.ndim != 1 or v.shape != y.shape or v.size < 4:
@@ -178,12 +156,12 @@ def _read(speed, friction, sigma) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _candidates(v: np.ndarray, y: np.ndarray, weight: np.ndarray, sides: list[int]) -> list[float]:
     """Return the corners that may be the best: inner speeds, and intersections that lie between their sides."""
-    found = [float(e) for e in np.unique(v)[1:-1]]
+    corners = [float(e) for e in np.unique(v)[1:-1]]
     for k in sides:
         (a, b), (c, d) = (_line(v[part], y[part], weight[part]) for part in (slice(None, k), slice(k, None)))
         if b != d and v[k - 1] <= (corner := (a - c) / (d - b)) <= v[k]:
-            found.append(float(corner))
-    return found
+            corners.append(float(corner))
+    return corners
 
 
 def _line(v: np.ndarray, y: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
@@ -198,11 +176,13 @@ def _misfit(v: np.ndarray, y: np.ndarray, weight: np.ndarray, corner: float) -> 
     """Return the weighted sum of squares with a given corner, and value at rest, slope, and change of slope."""
     rows = np.column_stack([np.ones_like(v), v, np.maximum(v - corner, 0.0)]) * weight[:, None]
     size = np.linalg.norm(rows, axis=0)
-    found = np.linalg.lstsq(rows / size, y * weight, rcond=None)[0] / size
-    return float(np.sum((rows @ found - y * weight) ** 2)), found
+    coefficients = np.linalg.lstsq(rows / size, y * weight, rcond=None)[0] / size
+    return float(np.sum((rows @ coefficients - y * weight) ** 2)), coefficients
 
 
-def _errors(v, weight, misfit: float, kink: tuple[float, float], known: bool) -> tuple[dict[str, float], float]:
+def _errors(
+    v: np.ndarray, weight: np.ndarray, misfit: float, kink: tuple[float, float], known: bool
+) -> tuple[dict[str, float], float]:
     """Return the standard errors and the deviation of the points, whose own is known or estimated."""
     change, corner = kink
     above = v > corner

@@ -4,13 +4,14 @@ The work of damper and contact is linear in zeta and mu_m, so that the balance o
 both: a start for `symfric.identify`, which fits the motion itself. Proved in derivations/younes_ashour/record.py.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.offering import offer
-from symfric.model.symbols import finite
+from symfric.theory.closed_form import positive
 from symfric.theory.transient import mean_friction
 
 __all__ = ["DecayFit", "from_motion", "from_turning_points"]
@@ -45,7 +46,15 @@ class DecayFit(NamedTuple):
     misfit: float
 
 
-def from_turning_points(amplitudes, *, f_n=None, t_d=None, r=1.0, g=9.81, v_c=1.0) -> DecayFit:
+def from_turning_points(
+    amplitudes: Any,
+    *,
+    f_n: float | None = None,
+    t_d: float | None = None,
+    r: float = 1.0,
+    g: float = 9.81,
+    v_c: float = 1.0,
+) -> DecayFit:
     r"""Return friction and damping of a contact damper from the sizes of its turning points.
 
     Parameters
@@ -91,17 +100,19 @@ def from_turning_points(amplitudes, *, f_n=None, t_d=None, r=1.0, g=9.81, v_c=1.
         )
     if (f_n is None) == (t_d is None):
         raise SceneError("give either f_n, the natural frequency, or t_d, the time from the first to the last point")
-    frequency = (A.size - 1) / (2 * _positive(t_d, "t_d")) if f_n is None else _positive(f_n, "f_n")
+    frequency = (A.size - 1) / (2 * positive(t_d, "t_d")) if f_n is None else positive(f_n, "f_n")
     omega = 2 * np.pi * frequency
     a = 0.5 * (A[:-1] + A[1:])
-    loads = _positive(r, "r") * _positive(g, "g")
-    rows = np.column_stack([np.pi * a, 2 * loads / omega**2 * mean_friction(a * omega / _positive(v_c, "v_c"))])
+    loads = positive(r, "r") * positive(g, "g")
+    rows = np.column_stack([np.pi * a, 2 * loads / omega**2 * mean_friction(a * omega / positive(v_c, "v_c"))])
     zeta, mu_m = _solved(rows, -np.diff(A))
     misfit = np.max(np.abs(rows @ (zeta, mu_m) + np.diff(A)) * 2 * a) / A[0] ** 2
     return DecayFit(float(mu_m), float(zeta), frequency, float(misfit))
 
 
-def from_motion(t, x, u=None, *, f_n=None, r=1.0, g=9.81, v_c=1.0) -> DecayFit:
+def from_motion(
+    t: Any, x: Any, u: Any = None, *, f_n: float | None = None, r: float = 1.0, g: float = 9.81, v_c: float = 1.0
+) -> DecayFit:
     r"""Return friction and damping, and the natural frequency, of a contact damper from a record of its decay.
 
     Parameters
@@ -151,7 +162,7 @@ def from_motion(t, x, u=None, *, f_n=None, r=1.0, g=9.81, v_c=1.0) -> DecayFit:
     u = np.gradient(x, t, edge_order=2) if u is None else np.asarray(u, dtype=float)
     if u.shape != t.shape or not np.all(np.isfinite(u)):
         raise SceneError("u is a row of as many velocities as there are times")
-    loads, v_c = _positive(r, "r") * _positive(g, "g"), _positive(v_c, "v_c")
+    loads, v_c = positive(r, "r") * positive(g, "g"), positive(v_c, "v_c")
     moving = np.abs(u) > _RESTING * np.max(np.abs(u))
     end = min(int(np.flatnonzero(moving)[-1]) + 2, t.size) if np.any(moving) else t.size
     t, x, u = t[:end], x[:end], u[:end]
@@ -164,7 +175,7 @@ def from_motion(t, x, u=None, *, f_n=None, r=1.0, g=9.81, v_c=1.0) -> DecayFit:
             raise SceneError("the record shows no spring: its displacement does not bring it back")
         omega = float(np.sqrt(square))
     else:
-        omega = 2 * np.pi * _positive(f_n, "f_n")
+        omega = 2 * np.pi * positive(f_n, "f_n")
         left = left + omega**2 * spring
         drag, friction = _solved(np.column_stack([viscous, contact]), left)
         spring = np.zeros_like(spring)
@@ -180,7 +191,7 @@ def _works(t: np.ndarray, x: np.ndarray, u: np.ndarray, v_c: float) -> tuple[np.
     # velocity of the cubic through places and velocities
     middle = 1.5 * np.diff(x) / h - 0.25 * (u[:-1] + u[1:])
 
-    def up_to(function):
+    def up_to(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         parts = h / 6 * (function(u[:-1]) + 4 * function(middle) + function(u[1:]))
         return np.concatenate([[0.0], np.cumsum(parts)])
 
@@ -192,17 +203,10 @@ def _solved(rows: np.ndarray, left: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(rows, axis=0)
     if np.any(size == 0):
         raise SceneError("nothing moves, so that neither friction nor damping shows")
-    found, _, rank, _ = np.linalg.lstsq(rows / size, left, rcond=1e-10)
+    solution, _, rank, _ = np.linalg.lstsq(rows / size, left, rcond=1e-10)
     if rank < size.size:
         raise SceneError("the decay does not tell friction from damping; give more half cycles or another start")
-    return found / size
-
-
-def _positive(value, name: str) -> float:
-    number = finite(value, name)
-    if not number > 0:
-        raise SceneError(f"{name} is {number:g}; it must be positive")
-    return number
+    return np.asarray(solution / size)
 
 
 offer(__name__)

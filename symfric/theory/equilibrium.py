@@ -1,7 +1,7 @@
 """Steady sliding: equilibria at which every contact slips."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
@@ -9,8 +9,8 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
-from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric_function
+from symfric.model.results import BY_NAME, ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
@@ -24,7 +24,7 @@ _LADDER = np.logspace(-40, 40, 161)  # speeds covering any unit, at which a law 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium:
+class Equilibrium(ArrayResult):
     """Steady sliding of a scene.
 
     Attributes
@@ -49,39 +49,19 @@ class Equilibrium:
     ['x', 'sliding']
     """
 
-    x: np.ndarray
+    x: np.ndarray = field(metadata=BY_NAME)
     sliding: dict[str, float]
     names: tuple[str, ...]
+    _told = ("x", "sliding")
+
+    def _labelled(self) -> Labelled:
+        data = {"x": ("state", self.x), "sliding": ("contact", list(self.sliding.values()))}
+        return data, {"state": list(self.names), "contact": list(self.sliding)}, {}
 
     def __repr__(self) -> str:
         states = ", ".join(f"{k}={v:.6g}" for k, v in zip(self.names, self.x, strict=True))
         slips = ", ".join(f"{k} {v:.6g}" for k, v in self.sliding.items()) or "no contacts"
         return f"Equilibrium({states}; sliding: {slips})"
-
-    def _repr_html_(self) -> str:
-        return html_table("Equilibrium", self.to_dict())
-
-    def to_dict(self) -> dict:
-        """Return plain Python numbers.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {"x": dict(zip(self.names, self.x.tolist(), strict=True)), "sliding": dict(self.sliding)}
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` with x over states and the slips over contacts.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        coords = {"state": list(self.names), "contact": list(self.sliding)}
-        return xr.Dataset({"x": ("state", self.x), "sliding": ("contact", list(self.sliding.values()))}, coords)
 
 
 @alone(SYMBOLIC)
@@ -122,14 +102,16 @@ def equilibrium(scene: Scene) -> Equilibrium:
     p = field.vector(scene.parameter_values())
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
-    found = slips(field, p, x)
-    states = dict(zip(field.states, x.tolist(), strict=True)) | _stretched(scene, found, field, p, x)
-    sliding = {c.name: found.get(c.name, 0.0) for c in scene.contacts}
+    speeds = slips(field, p, x)
+    states = dict(zip(field.states, x.tolist(), strict=True)) | _stretched(scene, speeds, field, p, x)
+    sliding = {c.name: speeds.get(c.name, 0.0) for c in scene.contacts}
     names = tuple(s.name for s in scene.system.states)
     return Equilibrium(np.array([states[s] for s in scene.system.states]), sliding, names)
 
 
-def _stretched(scene: Scene, sliding: Mapping[str, float], field: Field, p, x) -> dict[sp.Symbol, float]:
+def _stretched(
+    scene: Scene, sliding: Mapping[str, float], field: Field, p: np.ndarray, x: np.ndarray
+) -> dict[sp.Symbol, float]:
     """Return the elongations of springs whose sliders move: at their limits, in the direction of the slip."""
     values = dict(zip((*field.states, *field.parameters), (*x, *p), strict=True))
     return {
@@ -189,37 +171,37 @@ def _sizes(field: Field, p: np.ndarray, origin: np.ndarray, free: np.ndarray) ->
         slopes, value = np.abs(field.jacobian(origin, p, signs)[:, free]), np.abs(field.value(origin, p, signs))
         steps = value[:, None] / slopes
     steps = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
-    found = np.maximum(np.abs(origin[free]), np.where(np.isfinite(steps), steps, 0.0))
+    sizes = np.maximum(np.abs(origin[free]), np.where(np.isfinite(steps), steps, 0.0))
     for kind in (slice(0, field.n), slice(field.n, None)):
-        found[kind] = np.max(found[kind], initial=0.0) or 1.0
-    return found
+        sizes[kind] = np.max(sizes[kind], initial=0.0) or 1.0
+    return np.asarray(sizes)
 
 
-def _scatter(rng, size, free, n_x):
+def _scatter(rng: np.random.Generator, size: np.ndarray, free: np.ndarray, n_x: int) -> np.ndarray:
     step = np.zeros(n_x)
     step[free] = size * rng.standard_normal(len(free))
     return step
 
 
-def _newton(field: Field, p, guess, free, sizes) -> np.ndarray | None:
+def _newton(field: Field, p: np.ndarray, guess: np.ndarray, free: np.ndarray, sizes: np.ndarray) -> np.ndarray | None:
     """Run SciPy's hybrid method, then plain Newton steps down to rounding; None if the residual stays.
 
     Unknowns are scaled by their sizes, and the equations by the changes that these cause.
     """
     from scipy import optimize
 
-    def place(y):
+    def place(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = np.zeros(len(field.states))
         x[free] = y * sizes
         return x, field.directions(x, p)
 
-    def value(y):
+    def value(y: np.ndarray) -> np.ndarray:
         x, s = place(y)
         return field.value(x, p, s) / rows
 
-    def slope(y):
+    def slope(y: np.ndarray) -> np.ndarray:
         x, s = place(y)
-        return field.jacobian(x, p, s)[:, free] * sizes / rows[:, None]
+        return np.asarray(field.jacobian(x, p, s)[:, free] * sizes / rows[:, None])
 
     y, rows = guess[free] / sizes, np.ones(len(free))
     changed = np.sum(np.abs(slope(y)), axis=1)
@@ -276,5 +258,5 @@ def rests_smoothly(law: Law, values: Mapping[sp.Symbol, float]) -> bool:
     if float(numeric_function(symbols, law.stick)(*numbers)) != 0:
         return False
     with np.errstate(all="ignore"):
-        found = np.abs(numeric_function((SPEED, *symbols), law.kinetic)(_LADDER, *numbers))
-    return bool(found[0] <= 1e-6 * np.max(found[np.isfinite(found)], initial=0.0))
+        friction = np.abs(numeric_function((SPEED, *symbols), law.kinetic)(_LADDER, *numbers))
+    return bool(friction[0] <= 1e-6 * np.max(friction[np.isfinite(friction)], initial=0.0))

@@ -11,6 +11,7 @@ from symfric.model.averaged_law import pieces_between
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric_function
 from symfric.model.symbols import SPEED
+from symfric.search import zero
 
 _DECADES, _PER_DECADE = 9, 200  # of the speeds that are searched, around 1 and around the breaks of the law
 
@@ -55,17 +56,15 @@ def falling_speeds(law: Law) -> tuple[tuple[float, float], ...]:
         names = ", ".join(sorted(s.name for s in law.free_symbols))
         raise SceneError(f"the law has no number for {names}; use law.where({{...}}) first")
     breaks = [float(b) for b in law.breaks]
-    found: list[tuple[float, float]] = []
+    intervals: list[tuple[float, float]] = []
     pieces = pieces_between(law.kinetic, law.breaks)
     for piece, (low, high) in zip(pieces, itertools.pairwise([0.0, *breaks, np.inf]), strict=True):
-        found += _falling(piece.diff(SPEED), low, high)
-    return tuple(_joined(found))
+        intervals += _falling(piece.diff(SPEED), low, high)
+    return tuple(_joined(intervals))
 
 
 def _falling(slope: sp.Expr, low: float, high: float) -> list[tuple[float, float]]:
     """Return where a slope is negative between two speeds."""
-    from scipy.optimize import brentq
-
     at = numeric_function((SPEED,), slope)
     ends = 10.0 ** np.linspace(-_DECADES, _DECADES, 2 * _DECADES * _PER_DECADE + 1)
     width = (high - low) if np.isfinite(high) else 1.0
@@ -77,7 +76,7 @@ def _falling(slope: sp.Expr, low: float, high: float) -> list[tuple[float, float
     last = np.flatnonzero(y)[-1] if np.any(y) else -1
     negative[last + 1 :] = last >= 0 and negative[last]  # a tail that has underflown keeps its sign
     turns = np.flatnonzero(negative[1:] != negative[:-1])
-    roots = [float(brentq(lambda s: float(at(np.float64(s))), v[k], v[k + 1], xtol=1e-300, rtol=1e-14)) for k in turns]
+    roots = [zero(lambda s: float(at(np.float64(s))), v[k], v[k + 1]) for k in turns]
     edges = [low, *roots, high]
     first = 0 if negative[0] else 1
     return [(a, b) for a, b in itertools.islice(itertools.pairwise(edges), first, None, 2)]
@@ -85,9 +84,9 @@ def _falling(slope: sp.Expr, low: float, high: float) -> list[tuple[float, float
 
 def _joined(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Join neighbours that share an end."""
-    found: list[tuple[float, float]] = []
+    joined: list[tuple[float, float]] = []
     for low, high in intervals:
-        if found and found[-1][1] == low:
-            low = found.pop()[0]
-        found.append((low, high))
-    return found
+        if joined and joined[-1][1] == low:
+            low = joined.pop()[0]
+        joined.append((low, high))
+    return joined

@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.offering import offer
 from symfric.model.symbols import finite
+from symfric.search import zero
+from symfric.theory.closed_form import closed_form, needed, positive
 
 __all__ = [
     "SYMBOLS",
@@ -75,8 +76,18 @@ IN_TUNE = 1e-12  # distance of d from 1 that is rounding
 SYMBOLS = Symbols(*sp.symbols("mu kappa gamma", positive=True))
 
 
-@alone(SYMBOLIC)
-def widest_stability(mass_ratio=None, *, least_stiffness=0.0, symbolic: bool = False) -> Mount:
+def _widest(formulas: Mount, mass_ratio: float | None = None, *, least_stiffness: float = 0.0) -> Mount:
+    ratio, least = _ratio(mass_ratio), positive(least_stiffness, "least_stiffness", zero=True)
+    free = Mount(*(float(sp.sympify(e).subs(SYMBOLS.mu, sp.Rational(ratio)).evalf(17)) for e in formulas))
+    return free if least <= free.stiffness else at_stiffness(ratio, least)
+
+
+def _ratio(mass_ratio: float | None) -> float:
+    return positive(needed(mass_ratio, "mass_ratio"), "mass_ratio")
+
+
+@closed_form(_widest)
+def widest_stability(mass_ratio: float | None = None, *, least_stiffness: float = 0.0, symbolic: bool = False) -> Mount:
     r"""Return how much negative damping of the main mass a sprung foundation can stabilise, and with what mount.
 
     Parameters
@@ -121,18 +132,11 @@ def widest_stability(mass_ratio=None, *, least_stiffness=0.0, symbolic: bool = F
     """
     mu = SYMBOLS.mu
     heavy = sp.sqrt((1 - sp.sqrt(1 - 1 / mu)) / 2)
-    formulas = (
+    return Mount(
         sp.Piecewise((mu - 1, mu >= 1), (0, True)),
         sp.Piecewise((mu * heavy, mu >= 1), (sp.sqrt(1 + mu) / 2, True)),
         sp.Piecewise((heavy, mu >= 1), (sp.sqrt(1 + mu) / 2, True)),
     )
-    if symbolic:
-        return Mount(*formulas)
-    ratio, least = _positive(mass_ratio, "mass_ratio"), finite(least_stiffness, "least_stiffness")
-    if least < 0:
-        raise SceneError(f"least_stiffness is {least:g}; it must not be negative")
-    free = Mount(*(float(e.subs(mu, sp.Rational(ratio)).evalf(17)) for e in formulas))
-    return free if least <= free.stiffness else at_stiffness(ratio, least)
 
 
 def at_stiffness(mass_ratio: float, stiffness: float) -> Mount:
@@ -171,9 +175,7 @@ def at_stiffness(mass_ratio: float, stiffness: float) -> Mount:
     >>> f"{mount.damping:.6f} {mount.value:.6f}"
     '0.601405 0.313516'
     """
-    mu, kappa = _positive(mass_ratio, "mass_ratio"), finite(stiffness, "stiffness")
-    if kappa < 0:
-        raise SceneError(f"stiffness is {kappa:g}; it must not be negative")
+    mu, kappa = _ratio(mass_ratio), positive(stiffness, "stiffness", zero=True)
     e, d = 1 / mu, (1 + kappa) / mu
     if abs(d - 1) < IN_TUNE:
         return Mount(kappa, float(np.sqrt(mu) / 2), float(np.sqrt(e) / 2))
@@ -183,9 +185,9 @@ def at_stiffness(mass_ratio: float, stiffness: float) -> Mount:
     p_ = np.polynomial.Polynomial([0.0, 1.0])
     above, below = p_ * (e - p_ * t), t * (1 - p_)
     slope = above.deriv() * below - above * below.deriv()
-    found = [float(r.real) for r in np.atleast_1d(slope.roots()) if abs(r.imag) < 1e-9 * (1 + abs(r))]
-    inside = (lambda p: 0 < p < 1) if d > 1 else (lambda p: p < 0)
-    best = max((above(p) / below(p), p) for p in found if inside(p) and above(p) / below(p) > 0)
+    stationary = [float(r.real) for r in np.atleast_1d(slope.roots()) if abs(r.imag) < 1e-9 * (1 + abs(r))]
+    low, high = (0.0, 1.0) if d > 1 else (-np.inf, 0.0)
+    best = max((above(p) / below(p), p) for p in stationary if low < p < high and above(p) / below(p) > 0)
     b, p = float(np.sqrt(best[0])), best[1]
     return Mount(kappa, mu * b * (d - 1 + p) / (2 * p), b / 2)
 
@@ -210,13 +212,12 @@ def break_even() -> float:
     >>> round(sf.theory.foundation.break_even(), 6)
     1.124677
     """
-    from scipy.optimize import brentq
 
     def gap(mu: float) -> float:
         w = np.sqrt(1 + mu)
-        return w * (w - 1) - 1 + np.sqrt(1 - 1 / mu)
+        return float(w * (w - 1) - 1 + np.sqrt(1 - 1 / mu))
 
-    return float(brentq(gap, 1.0, 10.0, xtol=1e-15, rtol=1e-14))
+    return zero(gap, 1.0, 10.0, xtol=1e-15)
 
 
 def decay_rate(mass_ratio: float, stiffness: float, damping: float, main_damping: float = 0.0) -> float:
@@ -249,7 +250,7 @@ def decay_rate(mass_ratio: float, stiffness: float, damping: float, main_damping
     >>> round(sf.theory.foundation.decay_rate(0.1, 0.2, 0.372, -0.2), 6)
     0.061139
     """
-    mu, kappa, gamma = _positive(mass_ratio, "mass_ratio"), finite(stiffness, "stiffness"), finite(damping, "damping")
+    mu, kappa, gamma = _ratio(mass_ratio), finite(stiffness, "stiffness"), finite(damping, "damping")
     return -float(np.max(np.linalg.eigvals(state_matrix(mu, kappa, gamma, finite(main_damping, "main_damping"))).real))
 
 
@@ -280,15 +281,6 @@ def state_matrix(mass_ratio: float, stiffness: float, damping: float, main_dampi
     spring = np.array([[-1.0, 1.0], [1 / mu, -(1 + stiffness) / mu]])
     damper = np.diag([-2 * main_damping, -2 * damping / mu])
     return np.block([[np.zeros((2, 2)), np.eye(2)], [spring, damper]])
-
-
-def _positive(value, name: str) -> float:
-    if value is None:
-        raise SceneError(f"no {name}; give a number, or ask for the formula with symbolic=True")
-    number = finite(value, name)
-    if not number > 0:
-        raise SceneError(f"{name} is {number:g}; it must be positive")
-    return number
 
 
 offer(__name__)

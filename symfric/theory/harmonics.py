@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -69,7 +69,7 @@ def ranges(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], W: sp.Expr, V: sp.Expr
     return tuple(result)
 
 
-def arc_mean(body: Callable, arc: Arc, W: sp.Expr, V: sp.Expr) -> sp.Expr:
+def arc_mean(body: Callable[..., Any], arc: Arc, W: sp.Expr, V: sp.Expr) -> sp.Expr:
     """Return the part of the mean over a period that the arc and its mirror image -theta contribute.
 
     Parameters

@@ -2,14 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
+import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
+from symfric.search import ROUNDING, zero
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, field_of
 from symfric.theory.stability import linearise
@@ -19,16 +22,14 @@ _BEYOND = 1e-4  # distance beyond, relative to the bracket, at which the equilib
 _SMALL = 0.05  # eigenvalue of the last equilibrium found before a fold, relative to the largest
 DEGENERATE = 1e-9  # cubic coefficient relative to the sum of its terms' magnitudes that counts as zero
 NEUTRAL = 1e-12  # growth rate relative to the largest eigenvalue that counts as zero
-SIDES = (
-    1e-6,
-    1e-4,
-    1e-2,
-)  # distances from a zero of the growth rate, relative to the bracket, at which its sign is read
+# distances from a zero of the growth rate, relative to the bracket, at which its sign is read
+SIDES = (1e-6, 1e-4, 1e-2)
 _SURVEY = 32  # places at which a growth rate of one sign at both ends is looked at between them
+Leading: TypeAlias = Callable[..., tuple[complex, float, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, repr=False)
-class HopfPoint:
+class HopfPoint(Result):
     """A Hopf point: a pair of eigenvalues on the imaginary axis.
 
     Attributes
@@ -59,31 +60,13 @@ class HopfPoint:
     first_lyapunov: float
     kind: str
     parameter: str
+    _told = ("parameter", "value", "omega", "first_lyapunov", "kind")
 
     def __repr__(self) -> str:
         return (
             f"HopfPoint({self.parameter}={self.value:.15g}, omega={self.omega:.6g}, {self.kind}, "
             f"first_lyapunov={self.first_lyapunov:.6g})"
         )
-
-    def _repr_html_(self) -> str:
-        return html_table("HopfPoint", self.to_dict())
-
-    def to_dict(self) -> dict:
-        """Return plain Python values.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "parameter": self.parameter,
-            "value": self.value,
-            "omega": self.omega,
-            "first_lyapunov": self.first_lyapunov,
-            "kind": self.kind,
-        }
 
 
 @alone(SYMBOLIC)
@@ -156,14 +139,14 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     return HopfPoint(value, abs(eigenvalue.imag), a, kind, symbol.name)
 
 
-def _tracker(scene: Scene, symbol, low: float, high: float):
+def _tracker(scene: Scene, symbol: sp.Symbol, low: float, high: float) -> tuple[Field, Leading]:
     """Return the sliding equations and a function from a parameter value to the leading eigenvalue."""
     ends = [scene.where({symbol: v}) for v in (low, high)]
     field = field_of(ends[1 if low == 0 else 0], vary=(symbol,))
     numbers, others = ends[0].numbers(), ends[0].parameter_values()
     last = [np.array([numbers[s] for s in field.states])]
 
-    def leading(value: float, start: np.ndarray | None = None):
+    def leading(value: float, start: np.ndarray | None = None) -> tuple[complex, float, np.ndarray, np.ndarray]:
         p = field.vector({**others, symbol: value})
         x = solve(field, p, last[0] if start is None else start)
         last[0] = x
@@ -174,12 +157,11 @@ def _tracker(scene: Scene, symbol, low: float, high: float):
     return field, leading
 
 
-def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
+def _crossing(leading: Callable[..., Any], name: str, low: float, high: float) -> float:
     """Return the parameter value at which the growth rate changes its sign, to rounding."""
-    from scipy import optimize
 
-    def growth(value):
-        return leading(value)[0].real
+    def growth(value: float) -> float:
+        return float(leading(value)[0].real)
 
     first = leading(low)
     at_low, begins = first[0].real * _sign(first) ** 2, first[2]
@@ -198,16 +180,16 @@ def _crossing(leading: Callable, name: str, low: float, high: float) -> float:
         return low if at_low == 0 else high
     if growth(low) * at_low < 0:  # another equilibrium, found from the one at the other end
         return _followed(leading, name, (low, high), at_low, begins)
-    return float(optimize.brentq(growth, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=300))
+    return zero(growth, low, high, rtol=ROUNDING, most=300)
 
 
-def _sign(found: tuple) -> int:
+def _sign(leading: tuple[Any, ...]) -> int:
     """Return the sign of the growth rate, 0 if it is zero to rounding."""
-    eigenvalue, size, *_ = found
+    eigenvalue, size, *_ = leading
     return 0 if abs(eigenvalue.real) <= NEUTRAL * size else (1 if eigenvalue.real > 0 else -1)
 
 
-def _check_sides(leading: Callable, name: str, value: float, ends: tuple[float, float]) -> None:
+def _check_sides(leading: Callable[..., Any], name: str, value: float, ends: tuple[float, float]) -> None:
     """Raise unless the growth rate changes its sign at a zero; beside an end of the bracket, as far as it exists."""
     low, high = ends
     for share in SIDES:
@@ -229,7 +211,7 @@ def _check_sides(leading: Callable, name: str, value: float, ends: tuple[float, 
     )
 
 
-def _side(leading: Callable, value: float, ends: tuple[float, float]) -> int | None:
+def _side(leading: Callable[..., Any], value: float, ends: tuple[float, float]) -> int | None:
     """Return the sign of the growth rate; None if there is no steady sliding at a value outside the bracket."""
     try:
         return _sign(leading(value))
@@ -239,15 +221,17 @@ def _side(leading: Callable, value: float, ends: tuple[float, float]) -> int | N
         return None
 
 
-def _followed(leading: Callable, name: str, bracket: tuple[float, float], at_low: float, x: np.ndarray) -> float:
+def _followed(
+    leading: Callable[..., Any], name: str, bracket: tuple[float, float], at_low: float, x: np.ndarray
+) -> float:
     """Return where the growth rate of the equilibrium x at the lower end changes its sign; raise if it ends before."""
     low, high = bracket
     eigenvalue, size, *_ = leading(low, x)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        found, scale, there, _ = leading(middle, x)
-        if found.real * at_low > 0:
-            low, x, eigenvalue, size = middle, there, found, scale
+        growth, scale, there, _ = leading(middle, x)
+        if growth.real * at_low > 0:
+            low, x, eigenvalue, size = middle, there, growth, scale
         else:
             high = middle
     beyond = leading(min(high + _BEYOND * (bracket[1] - bracket[0]), bracket[1]), x)[2]
@@ -293,7 +277,9 @@ def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float
     return float(sum(terms)), float(sum(abs(t) for t in terms))
 
 
-def multilinear(field: Field, p: np.ndarray, x: np.ndarray, M: np.ndarray, A: np.ndarray):
+def multilinear(
+    field: Field, p: np.ndarray, x: np.ndarray, M: np.ndarray, A: np.ndarray
+) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
     """Return the second and third derivatives of the state's rate as symmetric multilinear functions.
 
     Notes
@@ -304,18 +290,18 @@ def multilinear(field: Field, p: np.ndarray, x: np.ndarray, M: np.ndarray, A: np
     G2, G3, M1, M2 = field.curvature(x, p, field.directions(x, p))
     rows = slice(n, 2 * n)
 
-    def place(accelerations, rates):
+    def place(accelerations: np.ndarray, rates: np.ndarray) -> np.ndarray:
         result = np.zeros(n_x, dtype=complex)
         result[rows] = np.linalg.solve(M, accelerations)
         result[2 * n :] = rates
         return result
 
-    def B(u, v):
+    def B(u: np.ndarray, v: np.ndarray) -> np.ndarray:
         g = G2 @ v @ u
         bend = (M1 @ u) @ (A[rows] @ v) + (M1 @ v) @ (A[rows] @ u)
         return place(g[:n] - bend, g[n:])
 
-    def C(u, v, w):
+    def C(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         g = G3 @ w @ v @ u
         bend = np.zeros(n, dtype=complex)
         for one, two, three in ((u, v, w), (v, w, u), (w, u, v)):

@@ -1,11 +1,14 @@
 """Hunting of a positioning stage under PID control: the limit cycle of slips and waits about the target."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.symbols import finite
+from symfric.search import changes, zero
+from symfric.theory.closed_form import positive
 
 _SLIPS = 400  # points of a slip at which its end is looked for, in the time of the slowest decay
 _SLOW = 40.0  # times of decay after which a motion has ended
@@ -79,8 +82,7 @@ def hunting(*, k_p: float, k_d: float, k_i: float, F_s: float, F_c: float, m: fl
     """
     given = {"k_p": k_p, "k_d": k_d, "k_i": k_i, "F_s": F_s, "m": m}
     for name, value in given.items():
-        if not finite(value, name) > 0:
-            raise SceneError(f"{name} is {value:g}; it must be positive")
+        positive(value, name)
     if not 0 <= finite(F_c, "F_c") <= F_s:
         raise SceneError(f"F_c is {F_c:g}; it must lie between 0 and F_s = {F_s:g}")
     if F_c == F_s:
@@ -112,23 +114,22 @@ class _Slip:
     def __call__(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         from scipy.linalg import expm
 
-        found = expm(self.matrix * t)
-        return found[:, 0], found[:, 2]
+        flow = expm(self.matrix * t)
+        return flow[:, 0], flow[:, 2]
 
-    def ends(self):
+    def ends(self) -> Iterator[float]:
         """Yield the times at which a slip may end opposite to its start, increasing."""
-        from scipy.optimize import brentq
 
         def gap(t: float) -> float:
             (place_1, speed_1, _), (place_2, speed_2, _) = self(t)
-            return speed_1 * place_2 - speed_2 * (place_1 + 1)
+            return float(speed_1 * place_2 - speed_2 * (place_1 + 1))
 
         fast = np.max(np.abs(self.rates))
         last = _SLOW / np.min(-self.rates.real)
         grid = np.unique(np.concatenate([np.linspace(0, 20 / fast, _SLIPS), np.geomspace(20 / fast, last, _SLIPS)]))[1:]
         values = np.array([gap(t) for t in grid])
-        for k in np.flatnonzero(values[1:] * values[:-1] < 0):
-            yield brentq(gap, grid[k], grid[k + 1], xtol=1e-15, rtol=1e-15)
+        for k in changes(values):
+            yield zero(gap, grid[k], grid[k + 1], xtol=1e-15, rtol=1e-15)
 
     def stops_before(self, t: float, offset: float, pull: float) -> bool:
         """Whether the velocity is zero before the end."""

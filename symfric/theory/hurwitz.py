@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 
@@ -15,7 +17,7 @@ MOST_STATES = 4  # limit of the symbolic criterion, whose determinants grow very
 
 
 @dataclass(frozen=True, repr=False)
-class Hurwitz:
+class Hurwitz(Result):
     """Result of the Routh-Hurwitz criterion for ``c_0 s^n + c_1 s^(n-1) + ... + c_n``.
 
     Attributes
@@ -35,14 +37,6 @@ class Hurwitz:
     def __repr__(self) -> str:
         minors = ", ".join(f"{d:.4g}" for d in self.determinants)
         return f"Hurwitz({'stable' if self.stable else 'not stable'}; determinants {minors})"
-
-    def to_dict(self) -> dict:
-        """Return plain Python numbers."""
-        return {
-            "coefficients": list(self.coefficients),
-            "determinants": list(self.determinants),
-            "stable": self.stable,
-        }
 
 
 @alone(SYMBOLIC)
@@ -83,7 +77,7 @@ def routh_hurwitz(coefficients: Sequence[float]) -> Hurwitz:
 
 
 @alone(SYMBOLIC)
-def characteristic_coefficients(matrix: np.ndarray) -> tuple:
+def characteristic_coefficients(matrix: np.ndarray) -> tuple[Any, ...]:
     """Return the coefficients of ``det(s I - matrix)``, highest power first, as mpmath numbers.
 
     Notes

@@ -8,6 +8,7 @@ import math
 from symfric.errors import SceneError
 from symfric.model.offering import offer
 from symfric.model.symbols import finite
+from symfric.theory.closed_form import positive
 
 __all__ = [
     "dahl_loop",
@@ -20,13 +21,8 @@ __all__ = [
 
 def _numbers(**given: float) -> list[float]:
     """Return numbers; all but those called `x` and `chi` must be positive."""
-    found = []
-    for name, value in given.items():
-        number = finite(value, name)
-        if number <= 0 and name not in ("x", "chi", "low"):
-            raise SceneError(f"{name} is {number:g}; it must be positive")
-        found.append(number)
-    return found
+    any_sign = ("x", "chi", "low")
+    return [finite(value, name) if name in any_sign else positive(value, name) for name, value in given.items()]
 
 
 def dahl_reversal(mu_c: float, sigma: float, x: float) -> float:
@@ -218,7 +214,7 @@ def iwan_dissipation(R: float, chi: float, amplitude: float) -> float:
     R, chi, X = _numbers(R=R, chi=chi, amplitude=amplitude)
     if chi <= -1:
         raise SceneError(f"chi is {chi:g}; it must be above -1")
-    return 4 * R * X ** (chi + 3) / ((chi + 3) * (chi + 2))
+    return float(4 * R * X ** (chi + 3) / ((chi + 3) * (chi + 2)))
 
 
 offer(__name__)

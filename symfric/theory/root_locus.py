@@ -1,15 +1,16 @@
 """Eigenvalues of steady sliding against a parameter, and a damper as the gain of a feedback loop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
-from symfric.locks import DRAWING, SYMBOLIC, alone
-from symfric.model.notebook import html_table
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
@@ -20,8 +21,10 @@ ROUNDING = 1e-10  # rounding error of a change of the state matrix, relative to 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RootLocus:
+class RootLocus(ArrayResult, Drawable):
     """Eigenvalues of steady sliding along a parameter.
+
+    `plot` draws the eigenvalues in the complex plane, a circle at the first value.
 
     Attributes
     ----------
@@ -44,55 +47,21 @@ class RootLocus:
 
     parameter: str
     values: np.ndarray
-    poles: np.ndarray
+    poles: np.ndarray = field(metadata=COMPLEX)
+
+    def _labelled(self) -> Labelled:
+        return {"poles": (("mode", self.parameter), self.poles)}, {self.parameter: self.values}, {}
 
     @property
     def stable(self) -> np.ndarray:
         """Whether every eigenvalue has a negative real part, shape (n,)."""
-        return np.max(self.poles.real, axis=0) < 0
+        return np.asarray(np.max(self.poles.real, axis=0) < 0)
 
     def __repr__(self) -> str:
         ends = f"{self.values[0]:g} to {self.values[-1]:g}"
         return f"RootLocus({self.parameter} {ends}: {len(self.poles)} poles, stable at {np.sum(self.stable)} values)"
 
-    def to_dict(self) -> dict:
-        """Return plain Python numbers.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        poles = [[[v.real, v.imag] for v in row] for row in self.poles.tolist()]
-        return {"parameter": self.parameter, "values": self.values.tolist(), "poles": poles}
-
-    def _repr_html_(self) -> str:
-        return html_table("RootLocus", self.to_dict())
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of the poles over the parameter.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        return xr.Dataset({"poles": (("mode", self.parameter), self.poles)}, {self.parameter: self.values})
-
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane, a circle at the first value; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         for row in self.poles:
@@ -140,17 +109,17 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
         raise SceneError(f"no values of {symbol.name} to follow the eigenvalues along")
     rows: list[np.ndarray] = []
     for matrix in _state_matrices(scene, symbol, grid.tolist()):
-        found = np.linalg.eigvals(matrix).astype(complex)
-        found = found[np.lexsort((-found.imag, -found.real))]
+        poles = np.linalg.eigvals(matrix).astype(complex)
+        poles = poles[np.lexsort((-poles.imag, -poles.real))]
         if rows:
             ahead = rows[-1] if len(rows) < 2 else 2 * rows[-1] - rows[-2]
-            found = found[linear_sum_assignment(np.abs(ahead[:, None] - found[None, :]))[1]]
-        rows.append(found)
+            poles = poles[linear_sum_assignment(np.abs(ahead[:, None] - poles[None, :]))[1]]
+        rows.append(poles)
     return RootLocus(symbol.name, grid, np.array(rows).T)
 
 
 @alone(SYMBOLIC)
-def damper_loop(scene: Scene, parameter: Key):
+def damper_loop(scene: Scene, parameter: Key) -> Any:
     """Return the linearised scene without a damper, as an open loop whose feedback gain is the damping.
 
     Parameters
@@ -207,9 +176,9 @@ def _state_matrices(scene: Scene, symbol: sp.Symbol, values: Sequence[float]) ->
     some = scene.where({symbol: 1.0})
     numbers, others = some.numbers(), some.parameter_values()
     x = np.array([numbers[s] for s in field.states])
-    found = []
+    matrices = []
     for value in values:
         p = field.vector({**others, symbol: value})
         x = solve(field, p, x)
-        found.append(linearise(field, p, x)[3])
-    return found
+        matrices.append(linearise(field, p, x)[3])
+    return matrices

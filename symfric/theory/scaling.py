@@ -1,8 +1,8 @@
 """Similarity of shaking-table models of a rolling isolator: scale factors, and responses converted to full scale."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -11,11 +11,12 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.laws import Law
-from symfric.model.notebook import html_table
 from symfric.model.offering import offer
+from symfric.model.results import Result
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, finite
+from symfric.model.symbols import SPEED
 from symfric.model.system import Signal
+from symfric.theory.closed_form import positive
 
 __all__ = [
     "FACTORS",
@@ -54,7 +55,7 @@ SYMBOLS = ScalingSymbols(*sp.symbols("L D", positive=True))
 
 
 @dataclass(frozen=True, repr=False)
-class Factors:
+class Factors(Result):
     """Model over prototype for each quantity; the rows of tables 1 and 2, floats or formulas in `SYMBOLS`.
 
     Attributes
@@ -120,19 +121,6 @@ class Factors:
     def __repr__(self) -> str:
         return f"Factors(length={self.length}, density={self.density}, acceleration={self.acceleration})"
 
-    def to_dict(self) -> dict:
-        """Return the factors by name.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {f.name: getattr(self, f.name) for f in fields(self)}
-
-    def _repr_html_(self) -> str:
-        return html_table("Factors", self.to_dict())
-
 
 _L, _D = SYMBOLS
 _ONE = sp.Integer(1)
@@ -155,7 +143,9 @@ FACTORS = Factors(
 
 
 @alone(SYMBOLIC)
-def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
+def factors(
+    L: float | None = None, D: float | None = None, *, mass: float | None = None, symbolic: bool = False
+) -> Factors:
     """Return the scale factors of a model 1 : L made of the prototype's material.
 
     Parameters
@@ -196,8 +186,8 @@ def factors(L=None, D=None, *, mass=None, symbolic: bool = False) -> Factors:
         raise SceneError("no L; give the length of the prototype over that of the model")
     if D is not None and mass is not None:
         raise SceneError("D and mass are both given; mass is D/L^3, so give one of them")
-    L = _positive(L, "L")
-    D = _positive(1.0 if D is None else D, "D") if mass is None else _positive(mass, "mass") * L**3
+    L = positive(L, "L")
+    D = positive(1.0 if D is None else D, "D") if mass is None else positive(mass, "mass") * L**3
     values = {name: float(formula.subs({_L: L, _D: D})) for name, formula in FACTORS.to_dict().items()}
     return Factors(**values)
 
@@ -273,8 +263,8 @@ def for_table(mass: float, load: float, L: float | None = None) -> TableModel:
     >>> f"{sf.theory.scaling.for_table(mass=3e5, load=2449, L=7).friction_distortion:.3f}"
     '0.400'
     """
-    mass, load = _positive(mass, "mass"), _positive(load, "load")
-    L = max(1.0, float(np.sqrt(mass / load))) if L is None else _positive(L, "L")
+    mass, load = positive(mass, "mass"), positive(load, "load")
+    L = max(1.0, float(np.sqrt(mass / load))) if L is None else positive(L, "L")
     if L < 1:
         raise SceneError(f"L is {L:g}; a model is not larger than its prototype, so give L >= 1")
     D = min(L, load * L**3 / mass)
@@ -286,14 +276,14 @@ def for_table(mass: float, load: float, L: float | None = None) -> TableModel:
 def isolator_model(
     factors: Factors,
     *,
-    C,
-    m,
-    motion,
-    profile,
-    alpha=1.0,
+    C: float,
+    m: float,
+    motion: Any,
+    profile: Any,
+    alpha: float = 1.0,
     law: Law | None = None,
-    rest_speed=1e-5,
-    g=9.81,
+    rest_speed: float = 1e-5,
+    g: float = 9.81,
     gravity: str = "scaled",
 ) -> Scene:
     """Return the model of a rolling isolator: the ready scene with everything scaled.
@@ -358,7 +348,7 @@ def isolator_model(
     )
 
 
-def _scaled_profile(profile, f: Factors):
+def _scaled_profile(profile: Any, f: Factors) -> Any:
     """Return a profile of friction with its positions scaled."""
     if not isinstance(profile, Sequence | np.ndarray):
         return profile
@@ -368,7 +358,7 @@ def _scaled_profile(profile, f: Factors):
     return np.asarray(first, dtype=float) * f.length, second
 
 
-def returned_ratio(model, prototype, factor):
+def returned_ratio(model: Any, prototype: Any, factor: Any) -> Any:
     """Return the response of a model, converted to full scale, over that of the prototype.
 
     Parameters
@@ -398,13 +388,6 @@ def returned_ratio(model, prototype, factor):
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.asarray(model, dtype=float) / (factor * np.asarray(prototype, dtype=float))
     return ratio if ratio.ndim else float(ratio)
-
-
-def _positive(value, what: str) -> float:
-    number = finite(value, what)
-    if number <= 0:
-        raise SceneError(f"{what} is {number:g}; it must be positive")
-    return number
 
 
 offer(__name__)

@@ -6,6 +6,7 @@ counts the powers of h. The second correction of a stationary amplitude takes f3
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -14,6 +15,10 @@ from symfric.errors import SceneError
 from symfric.model.symbols import SPEED
 from symfric.theory.slow_flow import SlowFlow
 
+if TYPE_CHECKING:
+    from symfric.theory.averaging import AveragedOscillator
+
+Wave: TypeAlias = dict[int, Any]  # harmonic to coefficient
 ORDER = 3  # highest power of e
 _A = sp.Symbol("A", positive=True)
 
@@ -71,21 +76,21 @@ def expansion(monomials: tuple[tuple[int, int], ...]) -> Expansion:
     )
 
 
-def _residual(x, f, g, monomials, c, i, k):
+def _residual(x: list[Wave], f: list[Any], g: list[Any], monomials: Any, c: list[Any], i: Any, k: int) -> Wave:
     """Return the coefficient of e^k in ``x'' + x + e h`` with the terms known so far."""
     speed = _rate_of(x, f, g, i)
     left = _sum(_rate_of(speed, f, g, i)[k], x[k])
     for (m, n), factor in zip(monomials, c, strict=True):
-        product = [{0: factor}] + [{} for _ in range(ORDER)]
+        product: list[Wave] = [{0: factor}, *({} for _ in range(ORDER))]
         for wave in [x] * m + [speed] * n:
             product = _product(product, wave)
         left = _sum(left, product[k - 1])
     return left
 
 
-def _rate_of(series, f, g, i):
+def _rate_of(series: list[Wave], f: list[Any], g: list[Any], i: Any) -> list[Wave]:
     """Return the time derivative ``A' d/dA + psi' d/dpsi`` of a series of waves."""
-    result: list[dict] = [{} for _ in series]
+    result: list[Wave] = [{} for _ in series]
     for a, wave in enumerate(series):
         for n, v in wave.items():
             slope = v.diff(0)
@@ -96,12 +101,12 @@ def _rate_of(series, f, g, i):
     return result
 
 
-def _sum(one, two):
+def _sum(one: Wave, two: Wave) -> Wave:
     return {n: one.get(n, 0) + two.get(n, 0) for n in one.keys() | two.keys()}
 
 
-def _product(one, two):
-    result: list[dict] = [{} for _ in one]
+def _product(one: list[Wave], two: list[Wave]) -> list[Wave]:
+    result: list[Wave] = [{} for _ in one]
     for a, left in enumerate(one):
         for b, right in enumerate(two[: len(one) - a]):
             target = result[a + b]
@@ -111,10 +116,10 @@ def _product(one, two):
     return result
 
 
-def _extreme(series, quarter: int, A, i) -> tuple[sp.Expr, ...]:
+def _extreme(series: list[Wave], quarter: int, A: Any, i: Any) -> tuple[sp.Expr, ...]:
     """Return the series of the extreme near ``psi = quarter pi/2`` to e^2; its shift there is -u1'/u0''."""
 
-    def at(wave, derivative):
+    def at(wave: Wave, derivative: int) -> Any:
         turns = [i**n for n in range(4)]
         return sum((v * ((1, i * n, -n * n)[derivative]) * turns[(n * quarter) % 4] for n, v in wave.items()), 0 * A)
 
@@ -125,25 +130,25 @@ def _extreme(series, quarter: int, A, i) -> tuple[sp.Expr, ...]:
     return base.as_expr(), first.as_expr(), (second - side * (shift**2).exquo(2 * A)).as_expr()
 
 
-def second_order(oscillator) -> SlowFlow:
+def second_order(oscillator: "AveragedOscillator") -> SlowFlow:
     """Return the slow flow to second order of an oscillator of `averaging`; see `average`."""
     h = _small_part(oscillator)
     q, u, omega = oscillator.q, oscillator.u, oscillator.omega
     polynomial = sp.Poly(h, q, u)
     terms = [((m, n), c) for (m, n), c in polynomial.terms() if m + n > 0]
-    found = expansion(tuple(power for power, _ in terms))
+    series = expansion(tuple(power for power, _ in terms))
     # time in units of 1/omega: x'' + x + sum c omega^(n - 2) x^m x'^n
     scaled = [c * omega ** (n - 2) for (_, n), c in terms]
-    put = dict(zip(found.coefficients, scaled, strict=True))
-    rate = omega * sp.Add(*(sp.expand(e.subs(put)) for e in found.rates))
-    frequency = omega * (1 + sp.Add(*(sp.expand(e.subs(put)) for e in found.frequencies[:2])))
+    put = dict(zip(series.coefficients, scaled, strict=True))
+    rate = omega * sp.Add(*(sp.expand(e.subs(put)) for e in series.rates))
+    frequency = omega * (1 + sp.Add(*(sp.expand(e.subs(put)) for e in series.frequencies[:2])))
     numbers = {s: float(sp.sympify(e).subs(oscillator.values)) for s, e in put.items()}
-    amplitudes, stable = _cycles(found, numbers, oscillator)
+    amplitudes, stable = _cycles(series, numbers, oscillator)
     positive = tuple(e for f in oscillator.frictions for e in (f.W, f.pull))
     return SlowFlow(_A, rate, frequency, amplitudes, stable, 2, dict(oscillator.values), positive)
 
 
-def _small_part(oscillator) -> sp.Expr:
+def _small_part(oscillator: "AveragedOscillator") -> sp.Expr:
     """Return h in pure slip as a polynomial in q, measured from the equilibrium, and u."""
     q, u = oscillator.q, oscillator.u
     h = -oscillator.rest
@@ -165,9 +170,11 @@ def _small_part(oscillator) -> sp.Expr:
     return h
 
 
-def _cycles(found: Expansion, numbers: dict, oscillator) -> tuple[np.ndarray, np.ndarray]:
+def _cycles(
+    series: Expansion, numbers: dict[Any, Any], oscillator: "AveragedOscillator"
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the half ranges of the cycles in pure slip, and whether they are stable."""
-    f1, f2, f3 = (sp.Poly(e.subs(numbers), _A) for e in found.rates)
+    f1, f2, f3 = (sp.Poly(e.subs(numbers), _A) for e in series.rates)
     slope, bend, slope_2 = f1.diff(), f1.diff().diff(), f2.diff()
     amplitudes, stable = [], []
     for root in np.roots([complex(v).real for v in f1.all_coeffs()]) if f1.degree() > 0 else []:
@@ -176,8 +183,8 @@ def _cycles(found: Expansion, numbers: dict, oscillator) -> tuple[np.ndarray, np
         A = sp.Float(float(root.real))
         first = -f2(A) / slope(A)
         second = -(f3(A) + slope_2(A) * first + bend(A) * first**2 / 2) / slope(A)
-        high, low = (_value(found.position[k], numbers, A, first, second) for k in (0, 2))
-        speeds = [_value(found.velocity[k], numbers, A, first, second) for k in (1, 3)]
+        high, low = (_value(series.position[k], numbers, A, first, second) for k in (0, 2))
+        speeds = [_value(series.velocity[k], numbers, A, first, second) for k in (1, 3)]
         if _slips_one_way(oscillator, speeds):
             amplitudes.append((high - low) / 2)
             stable.append(float(slope(A)) < 0)
@@ -185,14 +192,14 @@ def _cycles(found: Expansion, numbers: dict, oscillator) -> tuple[np.ndarray, np
     return np.array(amplitudes, dtype=float)[ranking], np.array(stable, dtype=bool)[ranking]
 
 
-def _value(series, numbers, A, first, second) -> float:
+def _value(series: Any, numbers: Any, A: Any, first: Any, second: Any) -> float:
     """Evaluate a series in e at ``A + e first + e^2 second`` to e^2."""
     e0, e1, e2 = (sp.sympify(e).subs(numbers) for e in series)
     total = e0 + e0.diff(_A) * (first + second) + e0.diff(_A, 2) * first**2 / 2 + e1 + e1.diff(_A) * first + e2
     return float(sp.re(total.subs(_A, A)))
 
 
-def _slips_one_way(oscillator, speeds) -> bool:
+def _slips_one_way(oscillator: "AveragedOscillator", speeds: Any) -> bool:
     omega = float(oscillator.omega.subs(oscillator.values))
     for friction in oscillator.frictions:
         W, pull = (float(e.subs(oscillator.values)) for e in (friction.W, friction.pull))

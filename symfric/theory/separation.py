@@ -1,6 +1,7 @@
 """Direct separation of motions: the slow scene under a fast harmonic force, with effective friction laws."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
@@ -130,10 +131,10 @@ def _rate(wave: sp.Expr) -> sp.Expr:
     return -rate if rate.could_extract_minus_sign() else rate
 
 
-def _split(force: sp.Expr, i: int, frequency: sp.Expr, system: System):
+def _split(force: sp.Expr, i: int, frequency: sp.Expr, system: System) -> Any:
     """Return the part of a force without time and its coefficients of sine and cosine."""
 
-    def rewrite(wave):
+    def rewrite(wave: sp.Expr) -> sp.Expr:
         phase = sp.expand(wave.args[0])
         turn = 1 if (phase.diff(TIME) - frequency).is_zero or sp.simplify(phase.diff(TIME) - frequency) == 0 else -1
         shift = phase.subs(TIME, 0)
@@ -194,7 +195,7 @@ def _mean(expr: sp.Expr, what: str, fast: HarmonicForce, system: System) -> sp.E
     return sp.expand(total)
 
 
-def _linear(expr: sp.Expr, velocities: list[sp.Symbol]):
+def _linear(expr: sp.Expr, velocities: list[sp.Symbol]) -> Any:
     """Yield whether the second derivatives with respect to the velocities vanish."""
     for u in velocities:
         slope = expr.diff(u)
@@ -249,13 +250,13 @@ def _averaged(law: Law, q: sp.Expr, scene: Scene) -> Law:
     return law.where(values).averaged(float(q.subs(values)))
 
 
-def _plus(value, change: sp.Expr):
+def _plus(value: Any, change: sp.Expr) -> Any:
     if change.is_zero:
         return value
     return sp.sympify(value) + change if not (isinstance(value, float) and value == 0) else change
 
 
-def _rebuilt(scene: Scene, system: System, contacts: tuple[Contact, ...], start: dict) -> Scene:
+def _rebuilt(scene: Scene, system: System, contacts: tuple[Contact, ...], start: dict[Any, Any]) -> Scene:
     """Return the scene with only the values that its expressions use."""
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
     used = used.union(*(v.free_symbols for v in start.values() if isinstance(v, sp.Expr)))

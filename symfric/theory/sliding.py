@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache, reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -70,19 +70,19 @@ class Field:
 
     def value(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return G and Z, shape (n + n_z,)."""
-        return self._value(x, p, s).toarray().ravel()
+        return np.asarray(self._value(x, p, s).toarray().ravel())
 
     def jacobian(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the derivatives of G and Z by the states, shape (n + n_z, n_x)."""
-        return self._slopes(x, p, s).toarray()
+        return np.asarray(self._slopes(x, p, s).toarray())
 
     def mass(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return M, shape (n, n)."""
-        return self._mass_of(x, p, s).toarray()
+        return np.asarray(self._mass_of(x, p, s).toarray())
 
     def slip(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the slips, shape (n_c,)."""
-        return self._slip(x, p, s).toarray().ravel()
+        return np.asarray(self._slip(x, p, s).toarray().ravel())
 
     def vector(self, values: Values) -> np.ndarray:
         """Return the parameters as a vector in the order of `parameters`."""
@@ -103,13 +103,13 @@ class Field:
             last axes.
         """
         n, n_x = self.n, len(self.states)
-        found = [np.zeros((count, *[n_x] * order)) for count, order, _, _ in self._curved]
-        for array, (_, _, places, function) in zip(found, self._curved, strict=True):
+        arrays = [np.zeros((count, *[n_x] * order)) for count, order, _, _ in self._curved]
+        for array, (_, _, places, function) in zip(arrays, self._curved, strict=True):
             values = function(x, p, s).toarray().ravel()
             for (row, *columns), value in zip(places, values, strict=True):
                 for permuted in itertools.permutations(columns):
                     array[(row, *permuted)] = value
-        second, third, mass_1, mass_2 = found
+        second, third, mass_1, mass_2 = arrays
         return second, third, mass_1.reshape(n, n, n_x), mass_2.reshape(n, n, n_x, n_x)
 
     @cached_property
@@ -129,19 +129,19 @@ class Field:
     def _curved(self) -> list[tuple[int, int, list[tuple[int, ...]], ca.Function]]:
         """Number of equations, order, indices (row, increasing columns) and values of the nonzero derivatives."""
         rows = ((self._sides, (2, 3)), (ca.vec(self._mass.T), (1, 2)))
-        found = []
+        curved = []
         for graph, orders in rows:
             for order, (places, entries) in enumerate(_derivatives(graph, self._model.y, max(orders)), 1):
                 if order in orders:
-                    found.append((graph.numel(), order, places, self._function(entries)))
-        return found
+                    curved.append((graph.numel(), order, places, self._function(entries)))
+        return curved
 
     def _function(self, graph: ca.SX) -> ca.Function:
         model = self._model
         return ca.Function("sliding", [model.y, model.p, model.d], [ca.densify(graph)])
 
 
-def _derivatives(graph: ca.SX, y: ca.SX, order: int):
+def _derivatives(graph: ca.SX, y: ca.SX, order: int) -> Any:
     """Yield indices and entries of the derivatives of order 1, 2, ..., each combination of columns once."""
     places: list[tuple[int, ...]] = [(row,) for row in range(graph.numel())]
     entries = ca.densify(graph)
@@ -222,8 +222,8 @@ def friction_of(contact: Contact, sign: sp.Expr, states: tuple[sp.Symbol, ...]) 
 def branches(expr: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
     """Write kinks in the states as Piecewise, whose derivatives are taken in each branch and contain no impulses."""
 
-    def kink(build):
-        def rewrite(*arguments):
+    def kink(build: Any) -> Any:
+        def rewrite(*arguments: Any) -> Any:
             kept = build.func(*arguments)
             return build.pieces(arguments) if kept.free_symbols & set(states) else kept
 
@@ -236,19 +236,19 @@ def branches(expr: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
 
 class _Kink(NamedTuple):
     func: type
-    pieces: Callable
+    pieces: Callable[..., Any]
 
 
-def _absolute(arguments):
+def _absolute(arguments: Any) -> Any:
     (e,) = arguments
     return sp.Piecewise((-e, e < 0), (e, True))
 
 
-def _largest(arguments):
+def _largest(arguments: Any) -> Any:
     return reduce(lambda a, b: sp.Piecewise((a, a > b), (b, True)), arguments)
 
 
-def _smallest(arguments):
+def _smallest(arguments: Any) -> Any:
     return reduce(lambda a, b: sp.Piecewise((a, a < b), (b, True)), arguments)
 
 

@@ -1,24 +1,28 @@
 """Slow flow: the averaged equation of one amplitude, and its stationary amplitudes."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
-from symfric.locks import DRAWING, alone
 from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
+from symfric.model.results import IN_WORDS, ArrayResult, Drawable, Labelled
 from symfric.model.symbols import Key, name_of, nearest
+from symfric.search import zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SlowFlow:
+class SlowFlow(ArrayResult, Drawable):
     """Slow flow of an amplitude: ``A' = rate(A)``.
 
     Call it with numbers, ``flow(A)`` or ``flow(A, {"v_b": 0.3})``, for the rate.
+
+    `plot` draws the rate against the amplitude with the stationary amplitudes.
 
     Attributes
     ----------
@@ -56,19 +60,24 @@ class SlowFlow:
     """
 
     amplitude: sp.Symbol
-    rate: sp.Expr
-    frequency: sp.Expr
+    rate: sp.Expr = field(metadata=IN_WORDS)
+    frequency: sp.Expr = field(metadata=IN_WORDS)
     amplitudes: np.ndarray
     stable: np.ndarray
     order: int
     values: dict[sp.Symbol, float]
     positive: tuple[sp.Expr, ...] = ()
+    _told = ("order", "rate", "frequency", "amplitudes", "stable")
 
-    def __call__(self, A, values: Mapping[Key, float] | None = None):
+    def _labelled(self) -> Labelled:
+        data = {"amplitudes": ("cycle", self.amplitudes), "stable": ("cycle", self.stable)}
+        return data, {}, {"rate": str(self.rate), "frequency": str(self.frequency), "order": self.order}
+
+    def __call__(self, A: Any, values: Mapping[Key, float] | None = None) -> Any:
         """Return the rate A' at amplitudes A, any shape, for other values of some parameters if given."""
         return self._evaluate(self.rate, A, values)
 
-    def frequency_at(self, A, values: Mapping[Key, float] | None = None):
+    def frequency_at(self, A: Any, values: Mapping[Key, float] | None = None) -> Any:
         """Return the frequency at amplitudes A, any shape.
 
         Parameters
@@ -83,7 +92,7 @@ class SlowFlow:
         """
         return self._evaluate(self.frequency, A, values)
 
-    def _evaluate(self, expr, A, values):
+    def _evaluate(self, expr: sp.Expr, A: Any, values: Mapping[Key, float] | None) -> Any:
         numbers = dict(self.values)
         named = {s.name: s for s in numbers}
         for key, value in (values or {}).items():
@@ -97,19 +106,7 @@ class SlowFlow:
         (result,) = numeric((self.amplitude, *numbers), (expr,))(A, *numbers.values())
         return result.copy() if np.ndim(result) else float(result)
 
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the rate against the amplitude with the stationary amplitudes; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax)
         top = 1.5 * self.amplitudes.max() if self.amplitudes.size else 1.0
         A = np.linspace(top / 400, top, 400)
@@ -123,42 +120,14 @@ class SlowFlow:
 
     def __repr__(self) -> str:
         pairs = zip(self.amplitudes, self.stable, strict=True)
-        found = ", ".join(f"{a:.6g} {'stable' if s else 'unstable'}" for a, s in pairs) or "none but zero"
-        return f"SlowFlow(order {self.order}; stationary amplitudes: {found})"
+        amplitudes = ", ".join(f"{a:.6g} {'stable' if s else 'unstable'}" for a, s in pairs) or "none but zero"
+        return f"SlowFlow(order {self.order}; stationary amplitudes: {amplitudes})"
 
     def _repr_html_(self) -> str:
         return html_table("SlowFlow", {**self.to_dict(), "rate": self.rate, "frequency": self.frequency})
 
-    def to_dict(self) -> dict:
-        """Return plain Python values, expressions as strings.
 
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "order": self.order,
-            "rate": str(self.rate),
-            "frequency": str(self.frequency),
-            "amplitudes": self.amplitudes.tolist(),
-            "stable": self.stable.tolist(),
-        }
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of the stationary amplitudes and their stability.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {"amplitudes": ("cycle", self.amplitudes), "stable": ("cycle", self.stable)}
-        return xr.Dataset(data, attrs={"rate": str(self.rate), "frequency": str(self.frequency), "order": self.order})
-
-
-def _where_it_bends(rate: Callable) -> float:
+def _where_it_bends(rate: Callable[..., Any]) -> float:
     """Return about the least amplitude at which the relative rate deviates from that of small amplitudes; else 1."""
     grid = np.geomspace(1e-40, 1e40, 641)
     with np.errstate(all="ignore"):
@@ -171,7 +140,7 @@ def _where_it_bends(rate: Callable) -> float:
     return float(grid[bent[0]]) if bent.size else 1.0
 
 
-def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+def stationary(rate: Callable[..., Any], edges: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return all stationary amplitudes, at which the rate changes its sign, and whether each is stable.
 
     Parameters
@@ -182,8 +151,6 @@ def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np
         Amplitudes at which the formula changes; the search is dense on both sides of each and goes from
         1e-6 times the first to 1e3 times the last; without any, about the amplitude that changes the relative rate.
     """
-    from scipy import optimize
-
     inner = [e for e in edges if e > 0] or [_where_it_bends(rate)]
     low, high = 1e-6 * min(inner), 1e3 * max(inner)
     grid = np.geomspace(low, high, int(np.log10(high / low) * 120))
@@ -198,5 +165,5 @@ def stationary(rate: Callable, edges: tuple[float, ...]) -> tuple[np.ndarray, np
     kept = relative > 1e-13 * np.median(relative)
     grid, values = grid[kept], values[kept]
     turns = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    roots = [optimize.brentq(lambda a: float(rate(a)), grid[k], grid[k + 1], xtol=1e-300, rtol=1e-15) for k in turns]
+    roots = [zero(lambda a: float(rate(a)), grid[k], grid[k + 1], rtol=1e-15) for k in turns]
     return np.array(roots), values[turns] > 0 if turns.size else np.array([], dtype=bool)

@@ -87,9 +87,9 @@ def replaced(system: System, contacts: Sequence[Contact], values: Mapping[sp.Sym
         kept += [(z, contact.slip) for z in contact.states]
     left = tuple(_sliding(c) for c in contacts if c not in at_rest)
     z, rates = zip(*kept, strict=True) if kept else ((), ())
-    found = with_states(replace(own, force=force, z=z, z_rate=rates), left)
+    smooth = with_states(replace(own, force=force, z=z, z_rate=rates), left)
     moving = tuple(s for c in contacts if c not in at_rest for s in springs_of(c))
-    return Replaced(found, left, moving, tuple(s for c in at_rest for s in springs_of(c)))
+    return Replaced(smooth, left, moving, tuple(s for c in at_rest for s in springs_of(c)))
 
 
 def _sliding(contact: Contact) -> Contact:

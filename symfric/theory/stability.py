@@ -1,14 +1,16 @@
 """Stability of steady sliding: linearised equations, stability theorems and eigenvalues."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from symfric.axes import axes_for
+from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
-from symfric.locks import DRAWING, SYMBOLIC, alone
+from symfric.locks import SYMBOLIC, alone
 from symfric.model.notebook import html_table
+from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.theory.equilibrium import solve
 from symfric.theory.hurwitz import Hurwitz, characteristic_coefficients, routh_hurwitz
@@ -20,8 +22,10 @@ PARTS = ("damping", "gyroscopic", "stiffness", "circulatory")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Stability:
+class Stability(ArrayResult, Drawable):
     """Linearised motion about steady sliding, ``M q'' + B q' + K q = 0``, friction included.
+
+    `plot` draws the eigenvalues in the complex plane.
 
     Attributes
     ----------
@@ -65,29 +69,37 @@ class Stability:
     reason: str
     stable: bool
     margin: float
-    eigenvalues: np.ndarray
+    eigenvalues: np.ndarray = field(metadata=COMPLEX)
     state_matrix: np.ndarray
     names: tuple[str, ...]
+    _told = ("M", "B", "K", *PARTS, "definiteness", "reason", "stable", "margin", "eigenvalues")
+
+    def _labelled(self) -> Labelled:
+        q = list(self.names[: len(self.M)])
+        matrices = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K", *PARTS)}
+        data = {**matrices, "eigenvalues": ("mode", self.eigenvalues)}
+        attributes = {"definiteness": self.definiteness, "reason": self.reason, "margin": self.margin}
+        return data, {"row": q, "column": q}, attributes
 
     @property
     def damping(self) -> np.ndarray:
         """Damping matrix ``(B + B^T)/2``, (n, n): dissipative if it is positive definite."""
-        return (self.B + self.B.T) / 2
+        return np.asarray((self.B + self.B.T) / 2)
 
     @property
     def gyroscopic(self) -> np.ndarray:
         """Gyroscopic matrix ``(B - B^T)/2``, (n, n): does no work."""
-        return (self.B - self.B.T) / 2
+        return np.asarray((self.B - self.B.T) / 2)
 
     @property
     def stiffness(self) -> np.ndarray:
         """Stiffness matrix ``(K + K^T)/2``, (n, n): forces with a potential."""
-        return (self.K + self.K.T) / 2
+        return np.asarray((self.K + self.K.T) / 2)
 
     @property
     def circulatory(self) -> np.ndarray:
         """Circulatory matrix ``(K - K^T)/2``, (n, n): forces without a potential, such as friction."""
-        return (self.K - self.K.T) / 2
+        return np.asarray((self.K - self.K.T) / 2)
 
     @cached_property
     def hurwitz(self) -> Hurwitz:
@@ -95,7 +107,7 @@ class Stability:
         return routh_hurwitz(characteristic_coefficients(self.state_matrix))
 
     @property
-    def statespace(self):
+    def statespace(self) -> Any:
         """A `control.StateSpace` from one generalised force per coordinate to the coordinates."""
         import control
 
@@ -113,19 +125,7 @@ class Stability:
             outputs=q,
         )
 
-    @alone(DRAWING)
-    def plot(self, ax=None):
-        """Draw the eigenvalues in the complex plane and return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax)
         ax.axvline(0.0, color="0.6", linewidth=0.8)
         ax.plot(self.eigenvalues.real, self.eigenvalues.imag, "x")
@@ -139,38 +139,6 @@ class Stability:
 
     def _repr_html_(self) -> str:
         return html_table("Stability", {**self.to_dict(), "eigenvalues": self.eigenvalues.astype(complex).tolist()})
-
-    def to_dict(self) -> dict:
-        """Return plain Python numbers.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            **{name: getattr(self, name).tolist() for name in ("M", "B", "K", *PARTS)},
-            "definiteness": self.definiteness,
-            "reason": self.reason,
-            "stable": self.stable,
-            "margin": self.margin,
-            "eigenvalues": [[v.real, v.imag] for v in self.eigenvalues.tolist()],
-        }
-
-    def to_xarray(self):
-        """Return an `xarray.Dataset` of the matrices over coordinates and the eigenvalues.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        q = list(self.names[: len(self.M)])
-        matrices = {name: (("row", "column"), getattr(self, name)) for name in ("M", "B", "K", *PARTS)}
-        data = {**matrices, "eigenvalues": ("mode", self.eigenvalues)}
-        attributes = {"definiteness": self.definiteness, "reason": self.reason, "margin": self.margin}
-        return xr.Dataset(data, {"row": q, "column": q}, attributes)
 
 
 @alone(SYMBOLIC)
@@ -209,12 +177,12 @@ def stability(scene: Scene) -> Stability:
     numbers = scene.numbers()
     x = solve(field, p, np.array([numbers[s] for s in field.states]))
     M, B, K, matrix = linearise(field, p, x)
-    found = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
-    return _verdict(M, B, K, found, matrix, tuple(s.name for s in field.states))
+    judged = judge(M, B, K) if not field.n_z else ("undecided", _STATES)
+    return _verdict(M, B, K, judged, matrix, tuple(s.name for s in field.states))
 
 
 @alone(SYMBOLIC)
-def stability_of_matrices(M, B, K) -> Stability:
+def stability_of_matrices(M: Any, B: Any, K: Any) -> Stability:
     """Determine the stability of ``M q'' + B q' + K q = 0`` from its matrices and eigenvalues.
 
     Parameters
@@ -250,21 +218,23 @@ def stability_of_matrices(M, B, K) -> Stability:
     return _verdict(M, B, K, judge(M, B, K), matrix, names)
 
 
-def _square(matrix, name: str) -> np.ndarray:
+def _square(matrix: Any, name: str) -> np.ndarray:
     try:
-        found = np.array(matrix, dtype=float)
+        square = np.array(matrix, dtype=float)
     except (TypeError, ValueError):
         raise SceneError(f"{name} is no matrix of numbers") from None
-    if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.size:
-        raise SceneError(f"{name} has shape {found.shape}; give a square matrix")
-    if not np.all(np.isfinite(found)):
+    if square.ndim != 2 or square.shape[0] != square.shape[1] or not square.size:
+        raise SceneError(f"{name} has shape {square.shape}; give a square matrix")
+    if not np.all(np.isfinite(square)):
         raise SceneError(f"{name} has an entry that is not finite")
-    return found
+    return square
 
 
-def _verdict(M, B, K, found: tuple[str, str], matrix: np.ndarray, names: tuple[str, ...]) -> Stability:
+def _verdict(
+    M: np.ndarray, B: np.ndarray, K: np.ndarray, judged: tuple[str, str], matrix: np.ndarray, names: tuple[str, ...]
+) -> Stability:
     """Return the result of the definiteness criteria together with that of the eigenvalues."""
-    definiteness, reason = found
+    definiteness, reason = judged
     eigenvalues = _eigenvalues(matrix)
     growth = float(eigenvalues[0].real)
     beyond = 1e-13 * float(np.max(np.abs(eigenvalues)))
@@ -280,8 +250,8 @@ def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
         import mpmath
 
         with mpmath.workdps(40):
-            found = mpmath.eig(mpmath.matrix(matrix.tolist()), left=False, right=False)
-            values = np.array([complex(v) for v in found])
+            exact = mpmath.eig(mpmath.matrix(matrix.tolist()), left=False, right=False)
+            values = np.array([complex(v) for v in exact])
         values = np.where(np.abs(values) <= _NOTHING * np.max(np.abs(values)), 0.0, values)
     return values[np.lexsort((-values.imag, -values.real))]
 

@@ -11,7 +11,7 @@ gamma2 mu/k``, is little against ``W - h``. On slower belts it sticks on them; a
 valley, it goes with the belt until the spring exceeds F, far out.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -22,11 +22,11 @@ from symfric.model import scenes
 from symfric.model.laws import Law
 from symfric.model.offering import offer
 from symfric.model.scene import Scene
+from symfric.search import zero
 from symfric.theory.belt.scene import cubic_parameters
 
 __all__ = ["SYMBOLS", "WavinessSymbols", "drag", "onset_speed", "sinusoidal_onset_speed", "slip_over_a_wave"]
 _NODES = 256  # of the midpoint rule over a wave, which converges like a power series
-_SHARP = 1e-12  # least distance of the energy from the top of a hill, relative to the hill
 
 
 class WavinessSymbols(NamedTuple):
@@ -89,7 +89,6 @@ def onset_speed(scene: Scene) -> float:
     >>> f"{sf.theory.waviness.onset_speed(flat):.6f} {sf.theory.waviness.onset_speed(flat.where({'F': 10.0})):.6f}"
     '0.440959 0.411653'
     """
-    from scipy.optimize import brentq
     from scipy.special import ellipe, ellipkm1
 
     given = _numbers(scene)
@@ -100,10 +99,10 @@ def onset_speed(scene: Scene) -> float:
         return float(np.sqrt(limit))
 
     def excess(rest: float) -> float:  # rest = 1 - m = (W - h)/(W + h)
-        return 4 * hill / (1 - rest) * ellipe(1 - rest) / ellipkm1(rest) - limit
+        return float(4 * hill / (1 - rest) * ellipe(1 - rest) / ellipkm1(rest) - limit)
 
     least = 1e-300
-    rest = brentq(excess, least, 1 - 1e-15, xtol=1e-300, rtol=1e-14) if excess(least) < 0 else least
+    rest = zero(excess, least, 1 - 1e-15) if excess(least) < 0 else least
     return float(np.pi / 2 * np.sqrt(4 * hill / (1 - rest)) / ellipkm1(rest))
 
 
@@ -225,7 +224,6 @@ def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarra
     >>> f"{1 / (1 / w).mean():.6f} {w.min():.4f} {w.max():.4f}"
     '0.400000 0.2873 0.5315'
     """
-    from scipy.optimize import brentq
     from scipy.special import ellipkm1
 
     phase = (np.arange(number) + 0.5) * 2 * np.pi / number
@@ -234,17 +232,17 @@ def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarra
 
     def gap(log_rest: float) -> float:
         rest = np.exp(log_rest)
-        return np.pi / 2 * np.sqrt(4 * hill / -np.expm1(log_rest)) / ellipkm1(rest) - v_b
+        return float(np.pi / 2 * np.sqrt(4 * hill / -np.expm1(log_rest)) / ellipkm1(rest) - v_b)
 
-    rest = np.exp(brentq(gap, -690.0, -1e-15, xtol=1e-15, rtol=1e-14))
+    rest = np.exp(zero(gap, -690.0, -1e-15, xtol=1e-15))
     top = 2 * hill / (1 - rest)  # W + h
-    return np.sqrt(2 * top * (rest + (1 - rest) * np.sin(phase / 2) ** 2))
+    return np.asarray(np.sqrt(2 * top * (rest + (1 - rest) * np.sin(phase / 2) ** 2)))
 
 
 _CUBIC = ("beta", "gamma2", "mu_s", "mu_m", "v_m")
 
 
-def _onset_square(beta, gamma2, mu_s, mu_m, v_m):
+def _onset_square(beta: Any, gamma2: Any, mu_s: Any, mu_m: Any, v_m: Any) -> Any:
     """Return v_b1 squared, Thomsen (19)."""
     return v_m**2 * (1 - 4 * beta * v_m / (3 * gamma2 * (mu_s - mu_m)))
 

@@ -11,7 +11,7 @@ from derivations.ledger import evaluate
 from tests.longer import longer
 
 SPOILED = {  # what is multiplied, by how much, the ledger that must notice
-    "averaged decay time": ("symfric.theory.transient", "_decay_time", 1.02, "numbers"),
+    "averaged decay time": ("symfric.theory.transient.averaged", "_decay_time", 1.02, "numbers"),
     "mean friction": ("symfric.theory.transient", "mean_friction", 1.001, "numbers"),
     "damping of the least peak": ("symfric.theory.absorber", "least_peak", 1.001, "numbers"),
     "damping of the least variance": ("symfric.theory.absorber", "least_variance", 1.001, "numbers"),

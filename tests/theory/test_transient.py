@@ -13,6 +13,7 @@ from scipy import integrate, special
 
 import symfric as sf
 from symfric.theory import transient
+from symfric.theory.transient.stop import _simplest
 
 POSITIVE = st.fractions(min_value=Fraction(1, 1000), max_value=10, max_denominator=1000)
 G = 9.81
@@ -93,14 +94,14 @@ def test_floats_decide_ties_like_the_fractions_they_came_from(delta, ratio, n):
 @UNHURRIED
 @given(p=st.integers(1, 10**7), q=st.integers(1, 10**7))
 def test_the_simplest_fraction_gives_a_fraction_back(p, q):
-    assert transient._simplest(p / q) == Fraction(p, q)
-    assert transient._simplest(-p / q) == -Fraction(p, q)
+    assert _simplest(p / q) == Fraction(p, q)
+    assert _simplest(-p / q) == -Fraction(p, q)
 
 
 @UNHURRIED
 @given(x=st.floats(allow_nan=False, allow_infinity=False))
 def test_the_simplest_fraction_rounds_to_the_float(x):
-    found = transient._simplest(x)
+    found = _simplest(x)
     assert float(found) == x
     assert found.denominator <= Fraction(x).denominator
 

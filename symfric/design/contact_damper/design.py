@@ -23,7 +23,7 @@ from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare, simulate
 from symfric.solve.run import finished
-from symfric.theory.decay import damper_numbers, decisions
+from symfric.theory.transient.decay import damper_numbers, decisions
 
 VARIED = ("f_n", "mu_m", "zeta", "r", "v_c")
 POINTS = {1: 1001, 2: 45, 3: 13, 4: 7, 5: 5}  # survey points along each parameter, by the number of parameters

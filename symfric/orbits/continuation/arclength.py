@@ -35,7 +35,7 @@ def tangent(system: ShootingSystem, point: Point, size: np.ndarray, along: np.nd
     """Return the direction of the curve, of unit length in the units `size`, on the side of `along`, (n_z,)."""
     normal = along / size**2
     way = step_of(system, point, np.zeros(point.rest.size), normal, float(np.linalg.norm(along / size)))
-    return way / np.linalg.norm(way / size)
+    return np.asarray(way / np.linalg.norm(way / size))
 
 
 def cosine(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> float:

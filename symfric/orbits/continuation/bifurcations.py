@@ -118,16 +118,16 @@ def is_pair(passage: Passage, free: bool) -> bool:
     """Whether the two multipliers with the product nearest to 1 are complex; real ones belong to a neutral saddle."""
     pairs = list(itertools.combinations(_others(passage, free), 2))
     nearest = min(pairs, key=lambda pair: abs(1.0 - pair[0] * pair[1]))
-    return abs(np.imag(nearest[0])) > 0
+    return bool(abs(np.imag(nearest[0])) > 0)
 
 
 def _others(passage: Passage, free: bool) -> np.ndarray:
     """Return the multipliers besides those of a shift of time and of the elongations that nothing determines."""
     multipliers, trivial = multipliers_of(passage, free)
-    found = np.delete(multipliers, trivial) if trivial is not None else multipliers
+    others = np.delete(multipliers, trivial) if trivial is not None else multipliers
     for _ in passage.idle:
-        found = np.delete(found, int(np.argmin(np.abs(found - 1.0))))
-    return found
+        others = np.delete(others, int(np.argmin(np.abs(others - 1.0))))
+    return others
 
 
 def _touch(condition: Condition, size: float) -> TestFunction:

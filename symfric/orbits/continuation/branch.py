@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.lower.mode_layout import contact_of_gap
 from symfric.model.notebook import html_table
+from symfric.model.results import ArrayResult, Drawable, Labelled, plain
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.model.units import attributes_of
@@ -109,8 +111,10 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(ArrayResult, Drawable):
     """A branch of limit cycles, in order along it.
+
+    `plot` draws the half range of the first coordinate against the parameter.
 
     Attributes
     ----------
@@ -149,6 +153,16 @@ class Branch:
     ends: tuple[str, str]
     peak: Peak | None = None
 
+    def _labelled(self) -> Labelled:
+        data = {
+            "half_range": (("point", "state"), np.array([o.half_range for o in self.orbits])),
+            "period": ("point", [o.period for o in self.orbits]),
+            "stick_fraction": ("point", [o.stick_fraction for o in self.orbits]),
+            "stable": ("point", [o.stable for o in self.orbits]),
+        }
+        unit = attributes_of(self.parameter, self.orbits[0].base.units)
+        return data, {"state": list(self.orbits[0].names), self.parameter: ("point", self.values, unit)}, {}
+
     @property
     def reasons(self) -> tuple[str, str]:
         """Why the branch ends on either side, in words and with the value of the parameter there."""
@@ -165,60 +179,21 @@ class Branch:
             )
         return f"{words.format('a corner')} at {self.parameter} = {value:.6g}"
 
-    def plot(self, ax=None):
-        """Draw the half range of the first coordinate against the parameter; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_branch
 
         return plot_branch(self, ax)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
+    def to_dict(self) -> dict[str, Any]:
+        of_orbits = ("half_range", "period", "stick_fraction", "stable")
         return {
             "parameter": self.parameter,
             "values": self.values.tolist(),
-            "half_range": [o.half_range.tolist() for o in self.orbits],
-            "period": [o.period for o in self.orbits],
-            "stick_fraction": [o.stick_fraction for o in self.orbits],
-            "stable": [o.stable for o in self.orbits],
+            **{name: plain([getattr(o, name) for o in self.orbits]) for name in of_orbits},
             "special": [{"kind": s.kind, "value": s.value, "jump": s.jump} for s in self.special],
             "ends": list(self.ends),
             "reasons": list(self.reasons),
         }
-
-    def to_xarray(self):
-        """Return half ranges, periods, stick fractions and stability along the branch as an xarray.Dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {
-            "half_range": (("point", "state"), np.array([o.half_range for o in self.orbits])),
-            "period": ("point", [o.period for o in self.orbits]),
-            "stick_fraction": ("point", [o.stick_fraction for o in self.orbits]),
-            "stable": ("point", [o.stable for o in self.orbits]),
-        }
-        unit = attributes_of(self.parameter, self.orbits[0].base.units)
-        coordinates = {"state": list(self.orbits[0].names), self.parameter: ("point", self.values, unit)}
-        return xr.Dataset(data, coords=coordinates)
 
     def _repr_html_(self) -> str:
         ranges = [o.half_range for o in self.orbits]
@@ -330,7 +305,9 @@ def _parameter_alone(system: ShootingSystem) -> np.ndarray:
     return np.append(np.zeros(len(system.flow.states) + system.free), 1.0)
 
 
-def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, tolerance: float) -> Branch:
+def _from_hopf(
+    scene: Scene, name: str, span: tuple[float, float], start: HopfPoint, most: int, tolerance: float
+) -> Branch:
     if start.parameter != name:
         raise SceneError(f"the Hopf point is one in {start.parameter}; find one in {name} for this branch")
     system = _system(scene, name, span, None, tolerance)
@@ -340,7 +317,7 @@ def _from_hopf(scene: Scene, name: str, span, start: HopfPoint, most: int, toler
     return _joined(scene, system, first, begin, walk.go(first, grows))
 
 
-def _across(scene: Scene, name: str, span, start: Special, most: int, tolerance: float) -> Branch:
+def _across(scene: Scene, name: str, span: tuple[float, float], start: Special, most: int, tolerance: float) -> Branch:
     """Return the branch that crosses at a branch point, or that of twice the period from a flip."""
     if list(start.orbit.values) != [name]:
         known = ", ".join(start.orbit.values)
@@ -351,17 +328,17 @@ def _across(scene: Scene, name: str, span, start: Special, most: int, tolerance:
         system, z, along = doubled(system, z, along)
     here, sides = departures(system, z, along)
     met = Met(start.condition, Placed(system, here), start.value)
-    found = [Found(end=start.kind), Found(end=start.kind)]
+    halves = [Found(end=start.kind), Found(end=start.kind)]
     for k, (new, way) in enumerate(sides):
         if start.kind == "flip" and k:  # the same orbits, half a period later
             break
         inside = span[0] <= new.z[-1] <= span[1]
-        found[k] = Walk(scene, system, span, most).go(new, way) if inside else Found(end="span")
-        found[k].orbits[:0] = [Placed(system, new)] if inside else []
-        if found[k].end == "closed":
+        halves[k] = Walk(scene, system, span, most).go(new, way) if inside else Found(end="span")
+        halves[k].orbits[:0] = [Placed(system, new)] if inside else []
+        if halves[k].end == "closed":
             break
-    found[0].special.insert(0, met)
-    return _joined(scene, system, here, *found)
+    halves[0].special.insert(0, met)
+    return _joined(scene, system, here, *halves)
 
 
 def _joined(scene: Scene, system: ShootingSystem, first: Point, back: Found, there: Found) -> Branch:

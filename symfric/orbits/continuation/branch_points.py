@@ -132,7 +132,7 @@ def departures(
     kernel = _kernel(here, np.maximum(system.sizes(z, here.passage), np.abs(along)))
     known, crossing = _tangents(system, kernel, along / kernel.size, anchor)
     normal = crossing - (crossing @ known) * known
-    way, plane, found = kernel.size * crossing, normal / kernel.size, []
+    way, plane, points = kernel.size * crossing, normal / kernel.size, []
     for side in (-1.0, 1.0):
         for length in _LENGTHS:
             guess = z + side * length * way
@@ -141,11 +141,11 @@ def departures(
             except NotFound:
                 continue
             if np.linalg.norm((new.z - guess) / kernel.size) <= length:
-                found.append((new, side * way))
+                points.append((new, side * way))
                 break
-    if not found:
+    if not points:
         raise NotFound("no orbit of another branch is found near this point")
-    return here, found
+    return here, points
 
 
 def _tangents(
@@ -190,7 +190,7 @@ def _bend(system: ShootingSystem, kernel: Kernel, way: np.ndarray, anchor: np.nd
     point, size = kernel.point, kernel.size
     ends = (system.at(point.z + s * _DIFFERENCE * size * way, point.phase, anchor) for s in (1, -1))
     ahead, behind = (_scaled(p, size) for p in ends)
-    return kernel.left @ (ahead - behind) / (2 * _DIFFERENCE)
+    return np.asarray(kernel.left @ (ahead - behind) / (2 * _DIFFERENCE))
 
 
 def _corrected(system: ShootingSystem, kernel: Kernel, anchor: np.ndarray) -> tuple[np.ndarray, float]:

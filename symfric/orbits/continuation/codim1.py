@@ -4,9 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
 from symfric.lower.relaxed_guards import FAR
-from symfric.model.notebook import html_table
+from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
@@ -23,8 +24,10 @@ _TURN = 0.9  # least cosine of the angle between consecutive steps
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(ArrayResult, Drawable):
     """Special points of one kind in the plane of two parameters, in the order of the curve.
+
+    `plot` draws the second parameter against the first.
 
     Attributes
     ----------
@@ -63,6 +66,11 @@ class Curve:
     _points: tuple[Point, ...] = field(repr=False)
     _system: ShootingSystem = field(repr=False)
     _base: Scene = field(repr=False)
+    _told = ("kind", "parameters", "values", "periods", "ends")
+
+    def _labelled(self) -> Labelled:
+        rows = {name: ("point", row) for name, row in zip(self.parameters, self.values, strict=True)}
+        return {**rows, "period": ("point", self.periods)}, {}, {"kind": self.kind}
 
     def orbit(self, k: int) -> Orbit:
         """Return the periodic orbit at point k of the curve.
@@ -92,7 +100,7 @@ class Curve:
         -------
         ndarray, shape (number of passages,)
         """
-        found = []
+        orbits = []
         for one, other in zip(self._points[:-1], self._points[1:], strict=True):
             before, after = one.z[-2] - value, other.z[-2] - value
             if before * after > 0 or before == after or (after == 0 and other is not self._points[-1]):
@@ -101,55 +109,13 @@ class Curve:
             there = near.z.copy()
             there[-2] = value
             point = solve(self._system, near.z, _unit(self._system, -2), through=there)
-            found.append(_exact(self._system, point, self.condition, _unit(self._system, -2))[-1])
-        return np.array(found)
+            orbits.append(_exact(self._system, point, self.condition, _unit(self._system, -2))[-1])
+        return np.array(orbits)
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "kind": self.kind,
-            "parameters": list(self.parameters),
-            "values": self.values.tolist(),
-            "periods": self.periods.tolist(),
-            "ends": list(self.ends),
-        }
-
-    def to_xarray(self):
-        """Return the curve as an xarray.Dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
-        import xarray as xr
-
-        data = {name: ("point", row) for name, row in zip(self.parameters, self.values, strict=True)}
-        return xr.Dataset({**data, "period": ("point", self.periods)}, attrs={"kind": self.kind})
-
-    def plot(self, ax=None):
-        """Draw the second parameter against the first; return the Axes.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure unless given.
-
-        Returns
-        -------
-        matplotlib Axes
-        """
+    def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_curve
 
         return plot_curve(self, self._base.units, ax)
-
-    def _repr_html_(self) -> str:
-        return html_table("Curve", self.to_dict())
 
     def __repr__(self) -> str:
         low, high = np.min(self.values, axis=1), np.max(self.values, axis=1)
@@ -258,7 +224,7 @@ def _unit(system: ShootingSystem, place: int) -> np.ndarray:
 
 def _exact(system: ShootingSystem, point: Point, condition: Condition, normal: np.ndarray | None = None) -> np.ndarray:
     """Return the unknowns at the grazing itself; see `at_the_edge`."""
-    return point.z + at_the_edge(system, point, condition, normal)
+    return np.asarray(point.z + at_the_edge(system, point, condition, normal))
 
 
 def _grazes(system: ShootingSystem, point: Point) -> bool:

@@ -61,7 +61,7 @@ class Corner(NamedTuple):
     @property
     def edge(self) -> np.ndarray:
         """The unknowns at the grazing, (n_z,)."""
-        return self.point.z + at_the_edge(self.system, self.point, self.condition)
+        return np.asarray(self.point.z + at_the_edge(self.system, self.point, self.condition))
 
     @property
     def value(self) -> float:
@@ -149,12 +149,12 @@ def corner_ahead(
 def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:
     """Return the grazing orbits near a given one, whether or not the contact has other events."""
     n = len(slip_ends(point.passage, contact))
-    found = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
+    edges = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
         for k in _guards(point, contact, system):
             kind = "stick-onset" if is_slip_gap(k) else "grazing"
-            found.append(touch(system, point, Condition(kind, k, side=1)))
-    return [corner for corner in found if corner]
+            edges.append(touch(system, point, Condition(kind, k, side=1)))
+    return [corner for corner in edges if corner]
 
 
 def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind: str) -> Corner | None:
@@ -164,13 +164,13 @@ def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind:
     peaked = system.flow.peaked(contact, values)
     condition = Condition(kind, turn=(contact, which), side=(1 if ends[which] == 0 else -1) if peaked else 0)
     try:
-        found = solve(condition.system(system, 1.0), near.z)
-        holding = holding_at(system, found.z, found.passage, contact, which)
+        turned = solve(condition.system(system, 1.0), near.z)
+        holding = holding_at(system, turned.z, turned.passage, contact, which)
     except NotFound:
         return None
-    if condition.side and signature(found.passage) != signature(near.passage):
+    if condition.side and signature(turned.passage) != signature(near.passage):
         return None
-    return Corner(condition, system, found, jump=peaked and holding.rate > 0)
+    return Corner(condition, system, turned, jump=peaked and holding.rate > 0)
 
 
 def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Corner | None:
@@ -183,12 +183,12 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Cor
         return None
     try:
         size = guard_size(system, untouched.z, untouched.passage, condition.guard)
-        found = solve(condition.system(system, size), untouched.z)
+        touching = solve(condition.system(system, size), untouched.z)
     except NotFound:
         return None
-    same = signature(found.passage) == signature(untouched.passage)
-    jump = bool(condition.side) and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(found.z)[2])
-    return Corner(condition, system, found, jump=jump) if same else None
+    same = signature(touching.passage) == signature(untouched.passage)
+    jump = bool(condition.side) and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(touching.z)[2])
+    return Corner(condition, system, touching, jump=jump) if same else None
 
 
 def _landing(system: ShootingSystem, point: Point) -> Corner | None:
@@ -208,7 +208,7 @@ def _landing(system: ShootingSystem, point: Point) -> Corner | None:
 
 def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
     """Return the nearby orbits on which one of the other events is a grazing, to leading order."""
-    found = []
+    grazes = []
     for k in range(1, len(point.passage.events)):
         condition = Condition("grazing", event=k)
         try:
@@ -218,10 +218,10 @@ def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
             if deep < _GRAZES:
                 condition = replace(condition, deep=deep)
                 there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])
-                found.append(Corner(condition, system, there))
+                grazes.append(Corner(condition, system, there))
         except NotFound:
             continue
-    return found
+    return grazes
 
 
 def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Point | None:
@@ -242,12 +242,12 @@ def _other_side(system: ShootingSystem, point: Point, corner: Point, size: np.nd
     for distance in _BEYOND:
         for way in (1, -1):
             try:
-                found = solve(system, corner.z + way * distance * size[-1] * normal, normal)
+                there = solve(system, corner.z + way * distance * size[-1] * normal, normal)
             except NotFound:
                 continue
-            near = np.max(np.abs(found.z - corner.z) / size) < _CLOSE
-            if near and signature(found.passage) != mark:
-                return found
+            near = np.max(np.abs(there.z - corner.z) / size) < _CLOSE
+            if near and signature(there.passage) != mark:
+                return there
     return None
 
 

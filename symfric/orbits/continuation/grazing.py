@@ -41,22 +41,24 @@ def grazing_ahead(
     span : (float, float)
     """
     mark = signature(point.passage)
-    found = _touched(system, point, point, size, span)
-    if found is not None:
-        return found
+    corner = _touched(system, point, point, size, span)
+    if corner is not None:
+        return corner
     for length in _AHEAD:
         try:
             ahead = system.at(point.z + length * way, point.phase, point.z[: len(system.flow.states)])
         except NotFound:
             continue
         if signature(ahead.passage) != mark:
-            found = _touched(system, ahead, point, size, span)
-            if found is not None:
-                return found
+            corner = _touched(system, ahead, point, size, span)
+            if corner is not None:
+                return corner
     return None
 
 
-def _touched(system: ShootingSystem, untouched: Point, last: Point, size: np.ndarray, span) -> Corner | None:
+def _touched(
+    system: ShootingSystem, untouched: Point, last: Point, size: np.ndarray, span: tuple[float, float]
+) -> Corner | None:
     """Return the touch near a motion that does not touch, with an orbit whose events are not those of the last one."""
     passage, values = untouched.passage, system.unpack(untouched.z)[2]
     for contact in range(len(system.flow.lines)):
@@ -95,9 +97,9 @@ def _beyond(system: ShootingSystem, corner: Corner, size: np.ndarray, touches: b
     way = way * np.copysign(1.0, (row @ way) * (-1.0 if touches else 1.0)) / np.linalg.norm(way / size)
     for length in _LENGTHS:
         try:
-            found = solve(system, corner.edge + length * way, way / size**2, most=12)
+            there = solve(system, corner.edge + length * way, way / size**2, most=12)
         except NotFound:
             continue
-        if signature(found.passage) == signature(near.passage) and (found.z - corner.edge) @ (way / size**2) > 0:
-            return found
+        if signature(there.passage) == signature(near.passage) and (there.z - corner.edge) @ (way / size**2) > 0:
+            return there
     return None

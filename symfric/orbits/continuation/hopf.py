@@ -1,12 +1,12 @@
 """Ends of a branch of limit cycles at Hopf points, and branches that start there."""
 
 import numpy as np
-from scipy.optimize import brentq
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.scene import Scene
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.orbits.sizes import filled
+from symfric.search import zero
 from symfric.theory import equilibrium
 from symfric.theory.hopf import HopfPoint, hopf
 from symfric.theory.stability import stability
@@ -66,10 +66,10 @@ def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.
 
     def growth(value: float) -> float:
         """Return the growth rate of the vibration of steady sliding with the frequency of the cycle."""
-        found = stability(scene.where({parameter: value})).eigenvalues
-        return float(found[np.argmin(np.abs(found.imag - 2 * np.pi / period))].real)
+        eigenvalues = stability(scene.where({parameter: value})).eigenvalues
+        return float(eigenvalues[np.argmin(np.abs(eigenvalues.imag - 2 * np.pi / period))].real)
 
     try:
-        return float(brentq(growth, guess - reach, guess + reach, xtol=1e-14, rtol=1e-14))
+        return zero(growth, guess - reach, guess + reach, xtol=1e-14)
     except (NotFound, SceneError, ValueError):  # the last one: no change of sign
         return None

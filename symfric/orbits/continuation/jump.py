@@ -43,10 +43,10 @@ def settled_beyond(
             period = None if system.free else system.flow.period
             forcing = period({**system.values, name: there}) if period else None
             other = replace(system, multiple=read_guess(orbit, system.flow, forcing).multiple)
-            found = solve(other, other.pack(orbit.start, orbit.period, {**system.values, name: there}), normal)
+            settled = solve(other, other.pack(orbit.start, orbit.period, {**system.values, name: there}), normal)
         except (NotFound, SceneError):
             continue
-        rests = np.all(found.passage.ranges <= REST * end.passage.ranges)
-        if not rests and signature(found.passage) != signature(end.passage):
-            return other, found
+        rests = np.all(settled.passage.ranges <= REST * end.passage.ranges)
+        if not rests and signature(settled.passage) != signature(end.passage):
+            return other, settled
     return None

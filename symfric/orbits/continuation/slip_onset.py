@@ -41,15 +41,15 @@ def widest_ranges(flow: FlowMap) -> dict[int, Widest]:
 
 def slip_onsets(system: ShootingSystem, springs: Mapping[int, Widest], one: Point, other: Point) -> list[SlipOnset]:
     """Return the onsets of slip between two orbits of a branch, in order from one to the other."""
-    found = []
+    onsets = []
     for place, widest in springs.items():
         spring = _Spring(system, place, widest)
         ways = spring.sticks(one), spring.sticks(other)
         if ways[0] != ways[1]:
             stuck, slips = (one, other) if ways[0] else (other, one)
-            found.append(SlipOnset(Condition(KIND, spring=place), spring.onset(stuck, slips)))
+            onsets.append(SlipOnset(Condition(KIND, spring=place), spring.onset(stuck, slips)))
     chord = other.z - one.z
-    return sorted(found, key=lambda onset: float((onset.point.z - one.z) @ chord))
+    return sorted(onsets, key=lambda onset: float((onset.point.z - one.z) @ chord))
 
 
 def passes_the_start(one: Passage, other: Passage) -> bool:
@@ -86,12 +86,12 @@ class _Spring(NamedTuple):
 
         The mean of a slider that sticks is free, and near the onset only this one is possible.
         """
-        found, n = guess.copy(), self.system.flow.springs[self.place].size
+        centred, n = guess.copy(), self.system.flow.springs[self.place].size
         for k in {*near.passage.idle, self.place}:
-            found[k] = near.z[k] + self.system.flow.springs[k] @ (guess[:n] - near.z[:n])
+            centred[k] = near.z[k] + self.system.flow.springs[k] @ (guess[:n] - near.z[:n])
         if self.widest is not None:
-            found[self.place] -= 0.5 * (near.passage.high[self.place] + near.passage.low[self.place])
-        return found
+            centred[self.place] -= 0.5 * (near.passage.high[self.place] + near.passage.low[self.place])
+        return centred
 
     def onset(self, stuck: Point, slips: Point) -> Point:
         """Return the orbit at the onset, by secants on the side that sticks, bracketed by orbits that slip."""
@@ -136,10 +136,10 @@ def _widest(flow: FlowMap, place: int) -> Widest:
     contact = next(c for c in scene.contacts if symbol in c.states)
     if contact.stiffness is None:
         return None
-    found = 2 * contact.normal * contact.profile * contact.law.stick / contact.stiffness
-    if not found.free_symbols <= set(scene.parameters):
+    widest = 2 * contact.normal * contact.profile * contact.law.stick / contact.stiffness
+    if not widest.free_symbols <= set(scene.parameters):
         return None
-    names = sorted(s.name for s in found.free_symbols)
+    names = sorted(s.name for s in widest.free_symbols)
     known = [sp.Symbol(f"x{k}") for k in range(len(names))]  # which Python takes as names
-    value = sp.lambdify(known, found.xreplace({s: known[names.index(s.name)] for s in found.free_symbols}))
+    value = sp.lambdify(known, widest.xreplace({s: known[names.index(s.name)] for s in widest.free_symbols}))
     return lambda values: float(value(*(values[name] for name in names)))

@@ -74,29 +74,29 @@ class Walk:
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
-        found, point, step, hopf = Found(), start, _FIRST, None
+        half, point, step, hopf = Found(), start, _FIRST, None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
-        while len(found.orbits) < self._most and not found.end:
+        while len(half.orbits) < self._most and not half.end:
             self._largest = np.maximum(self._largest, point.passage.ranges)
-            before, known = point, len(found.special)
-            point, way, step = self._advance(found, point, way, step)
-            if found.end in _ENDS:
+            before, known = point, len(half.special)
+            point, way, step = self._advance(half, point, way, step)
+            if half.end in _ENDS:
                 break
             again = self._passed_again(trail, point)
             if again is not None:
-                found.end = "closed" if again == 0 else "folded-back"
-                del found.special[known:]
+                half.end = "closed" if again == 0 else "folded-back"
+                del half.special[known:]
                 break
-            found.orbits.append(Placed(self._system, point))
-            trail.append(found.orbits[-1])
+            half.orbits.append(Placed(self._system, point))
+            trail.append(half.orbits[-1])
             hopf = self._hopf_ahead(before, point) if hopf is None else hopf
             if hopf is not None and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
-                found.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf))
-                found.end = "hopf"
-            if not found.end:
+                half.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf))
+                half.end = "hopf"
+            if not half.end:
                 point, way = self._moved(point, way)
-        found.end = found.end or "budget"
-        return found
+        half.end = half.end or "budget"
+        return half
 
     def tangent(self, point: Point, along: np.ndarray) -> np.ndarray:
         """Return the direction of the branch at an orbit, on the side of `along`."""
@@ -105,33 +105,33 @@ class Walk:
     def _units(self, point: Point) -> np.ndarray:
         return units(self._system, point, self._limits, self._largest)
 
-    def _advance(self, found: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
+    def _advance(self, half: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
         """Return the next orbit, the direction there, and the next step length; record special points in between."""
         size, span = self._units(point), tuple(self._limits[0])
         while True:
             new, ends = step_along(self._system, point, way, step, size, self._limits)
-            found.end = "span" if ends else ""
+            half.end = "span" if ends else ""
             if new is None and step <= _LEAST:
                 corner = corner_ahead(self._system, point, way, size, span)
                 if corner is None or not (corner.beyond or corner.jump):
                     corner = grazing_ahead(self._system, point, way, size, span) or corner
                 if corner is None:
-                    found.end = "lost"
+                    half.end = "lost"
                     return point, way, step
-                return self._beyond(found, corner, point, way)
+                return self._beyond(half, corner, point, way)
             if new is None:
                 step *= 0.3
                 continue
-            onsets = self._note_onsets(found, point, new)
+            onsets = self._note_onsets(half, point, new)
             if signature(new.passage) != signature(point.passage):
                 corner = corner_between(self._system, point, new, size, span)
                 if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
-                    return self._beyond(found, corner._replace(beyond=None), point, way)
+                    return self._beyond(half, corner._replace(beyond=None), point, way)
                 ahead = self.tangent(new, new.z - corner.point.z)
                 if step > _APART and not corner.jump and _hides_a_turn(corner, point, way, new, ahead):
                     step *= 0.4
                     continue
-                self._note_corner(found, corner, point)
+                self._note_corner(half, corner, point)
                 return new, ahead, min(step, _FIRST)
             if onsets:
                 return new, self.tangent(new, new.z - onsets[-1].point.z), min(step, _FIRST)
@@ -147,44 +147,44 @@ class Walk:
             if (step > _LEAST and (hidden or (crosses and there is None))) or (there and turns and step > _APART):
                 step *= 0.4
                 continue
-            if there and self._ends_at_flip(found, there):
+            if there and self._ends_at_flip(half, there):
                 return point, way, step
             if there:
-                found.special.append(self._met(branch_points.KIND, there, point, new))
-            self._note_smooth(found, point, new, turns and not there)
+                half.special.append(self._met(branch_points.KIND, there, point, new))
+            self._note_smooth(half, point, new, turns and not there)
             return new, ahead, min(1.5 * step, _LARGEST)
 
-    def _beyond(self, found: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
+    def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
         """Continue beyond a corner at which the walk stopped, on a nearby orbit or the one the motion settles to."""
         if corner.beyond is not None:
-            self._note_corner(found, corner, point)
+            self._note_corner(half, corner, point)
             return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.edge), _FIRST
         span = tuple(self._limits[0])
         settled = settled_beyond(self._scene, self._system, corner.point, corner.value, way[-1], span)
-        self._note_corner(found, corner._replace(jump=corner.jump or settled is not None), point)
+        self._note_corner(half, corner._replace(jump=corner.jump or settled is not None), point)
         if corner.jump:
-            found.orbits.append(Placed(self._system, corner.point))
+            half.orbits.append(Placed(self._system, corner.point))
         if settled is None:
-            found.end = "jump" if corner.jump else "grazing"
+            half.end = "jump" if corner.jump else "grazing"
             return point, way, _FIRST
         self._system, new = settled
         onward = np.append(np.zeros(way.size - 1), way[-1])
         return new, self.tangent(new, onward), _FIRST
 
-    def _note_corner(self, found: Found, corner: Corner, before: Point) -> None:
+    def _note_corner(self, half: Found, corner: Corner, before: Point) -> None:
         met = Met(corner.condition, Placed(self._system, corner.point), corner.value, corner.jump)
-        found.special.append(met)
+        half.special.append(met)
         if corner.beyond and not corner.jump and (met.value - before.z[-1]) * (corner.beyond.z[-1] - met.value) < 0:
-            found.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
+            half.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
 
-    def _note_onsets(self, found: Found, one: Point, other: Point) -> list[SlipOnset]:
+    def _note_onsets(self, half: Found, one: Point, other: Point) -> list[SlipOnset]:
         """Record where contacts behind springs begin to slip between two orbits, or stick from there on."""
         onsets = slip_onsets(self._system, self._springs, one, other)
         for condition, there in onsets:
-            found.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
+            half.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
         return onsets
 
-    def _ends_at_flip(self, found: Found, there: Point) -> bool:
+    def _ends_at_flip(self, side: Found, there: Point) -> bool:
         """Whether a branch ends on one of half its period, where it is found; it would run back over its own orbits."""
         half = branch_points.halved(self._system, there)
         if half is None:
@@ -196,8 +196,8 @@ class Walk:
         except NotFound:
             return False
         condition = Condition("flip", along=tuple(alone.tolist()))
-        found.special.append(Met(condition, Placed(half, orbit), float(there.z[-1])))
-        found.end = "flip"
+        side.special.append(Met(condition, Placed(half, orbit), float(there.z[-1])))
+        side.end = "flip"
         return True
 
     def _met(self, kind: str, there: Point, one: Point, other: Point) -> Met:
@@ -205,14 +205,14 @@ class Walk:
         along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
         return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
 
-    def _note_smooth(self, found: Found, one: Point, other: Point, turns: bool) -> None:
+    def _note_smooth(self, half: Found, one: Point, other: Point, turns: bool) -> None:
         """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
             met = turns if kind == "fold" else np.prod([test(p.passage, free) for p in (one, other)]) < 0
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
-            found.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
+            half.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""

@@ -4,17 +4,19 @@ Every function returns a float for a scene, or the formula in `SYMBOLS` with ``s
 """
 
 from symfric.model.offering import offer
-from symfric.theory.belt.excited import excited_amplitude, excited_growth
-from symfric.theory.belt.quench import (
+from symfric.theory.belt.effective import (
     effective_cubic,
     effective_damping,
     effective_friction,
     effective_slope,
-    energy_ratio,
     law_coefficients,
     least_damping_intensity,
-    mean_power,
     quasi_equilibrium_position,
+)
+from symfric.theory.belt.excited import excited_amplitude, excited_growth
+from symfric.theory.belt.quench import (
+    energy_ratio,
+    mean_power,
     quench_intensity,
     quench_intensity_at,
     quench_intensity_below,
@@ -22,13 +24,15 @@ from symfric.theory.belt.quench import (
     unstable_speeds,
 )
 from symfric.theory.belt.scene import SYMBOLS
-from symfric.theory.belt.vibration import (
+from symfric.theory.belt.sliding import (
     damping_polynomial,
     damping_slope,
     equilibrium_position,
     friction_difference,
-    largest_pure_slip_amplitude,
     onset_speed,
+)
+from symfric.theory.belt.slip import (
+    largest_pure_slip_amplitude,
     pure_slip_amplitude,
     pure_slip_frequency,
     release_position,

@@ -1,14 +1,17 @@
 """Vibration of the mass on a belt under fast excitation, also where it enters speeds below that of the fast motion."""
 
+from typing import Any
+
 import numpy as np
 import sympy as sp
 
-from symfric.errors import NotFound, SceneError
+from symfric.errors import NotFound
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
-from symfric.theory.belt.quench import Q
-from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, value
-from symfric.theory.belt.vibration import ETA, V_B1
+from symfric.search import zero
+from symfric.theory.belt.effective import Q, shaken
+from symfric.theory.belt.scene import SYMBOLS, Symbols, value
+from symfric.theory.belt.sliding import ETA, V_B1
 
 v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS
 AMPLITUDE = sp.Symbol("A", positive=True)
@@ -17,7 +20,7 @@ _NODES = 400  # of the quadrature over each arc
 
 
 @alone(SYMBOLIC)
-def excited_growth(scene: Scene | None = None, amplitude=None, *, symbolic: bool = False) -> float | sp.Expr:
+def excited_growth(scene: Scene | None = None, amplitude: Any = None, *, symbolic: bool = False) -> float | sp.Expr:
     r"""Return the averaged growth A' of a vibration of amplitude A under fast excitation, dimensionless.
 
     Parameters
@@ -56,7 +59,7 @@ def excited_growth(scene: Scene | None = None, amplitude=None, *, symbolic: bool
         ratio = sp.Min(1, sp.Max(-1, (v_b - AMPLITUDE * sp.cos(_PHASE)) / Q))
         braking = sp.Integral(sp.acos(ratio) * sp.cos(_PHASE), (_PHASE, 0, sp.pi))
         return _outside(AMPLITUDE) - 2 * gamma2 * mu_s / sp.pi**2 * braking
-    given = _shaken(scene)
+    given = shaken(scene)
     return float(_growth(given, np.array([float(amplitude)]))[0])
 
 
@@ -102,31 +105,30 @@ def excited_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> 
     outside = 2 * sp.sqrt(V_B1**2 - v_b**2 - Q**2 / 2)
     if symbolic:
         return outside
-    given = _shaken(scene)
+    given = shaken(scene)
     q = given.a * given.Omega
     if not (value(ETA, given) > 2 * given.beta and q < given.v_b):
         raise NotFound(f"no self-excited vibration at v_b = {given.v_b:g} and a Omega = {q:g}: see unstable_speeds")
     square = value(V_B1**2 - v_b**2 - Q**2 / 2, given)
     if square <= 0:
         raise NotFound(f"no self-excited vibration at v_b = {given.v_b:g}: the belt is faster than unstable_speeds")
-    found = 2 * float(np.sqrt(square))
-    return found if found <= given.v_b - q else _entering(given, found)
+    amplitude = 2 * float(np.sqrt(square))
+    return amplitude if amplitude <= given.v_b - q else _entering(given, amplitude)
 
 
 def _entering(given: Symbols, high: float) -> float:
     """Return half the range of the cycle of the slow motion, of at most about the amplitude `high`."""
     from scipy.integrate import solve_ivp
-    from scipy.optimize import brentq
 
     q, v = given.a * given.Omega, given.v_b
     rest = _effective(given, v)
 
-    def field(_t, y):
+    def field(_t: float, y: np.ndarray) -> tuple[float, float]:
         return y[1], -y[0] - 2 * given.beta * y[1] + given.gamma2 * (_effective(given, v - y[1]) - rest)
 
     def other_side(place: float) -> float:
-        def turn(_t, y):
-            return y[1]
+        def turn(_t: float, y: np.ndarray) -> float:
+            return float(y[1])
 
         vars(turn).update(terminal=True, direction=1.0 if place > 0 else -1.0)  # as `solve_ivp` takes them
         run = solve_ivp(field, (0, 50), [place, 0.0], "DOP853", events=turn, rtol=1e-11, atol=1e-13)
@@ -138,7 +140,7 @@ def _entering(given: Symbols, high: float) -> float:
     top = 2 * high + q
     while growth(top) > 0:
         top *= 2
-    place = brentq(growth, 1e-3 * (v - q), top, xtol=1e-13, rtol=1e-12)
+    place = zero(growth, 1e-3 * (v - q), top, xtol=1e-13, rtol=1e-12)
     return 0.5 * (place - other_side(place))
 
 
@@ -151,7 +153,7 @@ def _effective(given: Symbols, w: float) -> float:
     return float(np.sign(w) * (jump + smooth))
 
 
-def _outside(amplitude):
+def _outside(amplitude: sp.Expr) -> sp.Expr:
     """Return the growth by damper and cubic friction alone."""
     slope = 2 * beta - ETA * (1 - (v_b**2 + Q**2 / 2) / v_m**2)
     return -amplitude / 2 * (slope + ETA * amplitude**2 / (4 * v_m**2))
@@ -172,11 +174,4 @@ def _growth(given: Symbols, amplitude: np.ndarray) -> np.ndarray:
     eta = value(ETA, given)
     slope = 2 * given.beta - eta * (1 - (v**2 + q**2 / 2) / given.v_m**2)
     cubic = -amplitude / 2 * (slope + eta * amplitude**2 / (4 * given.v_m**2))
-    return cubic - 2 * given.gamma2 * given.mu_s / np.pi**2 * (reversed_ - between)
-
-
-def _shaken(scene: Scene | None) -> Symbols:
-    given = numbers(scene)
-    if not given.a * given.Omega != 0:
-        raise SceneError("the scene has no excitation, a Omega = 0; give a and Omega values with where()")
-    return given._replace(a=abs(given.a), Omega=abs(given.Omega))
+    return np.asarray(cubic - 2 * given.gamma2 * given.mu_s / np.pi**2 * (reversed_ - between))

@@ -1,230 +1,67 @@
-"""Mass on a moving belt under fast excitation: effective friction and quenching, Thomsen (44)-(61)."""
+"""Mass on a moving belt under fast excitation: quenching of its vibration and what it takes, Thomsen (54)-(61)."""
 
-from typing import Literal, overload
+from typing import Any, Literal, overload
 
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws import Law, cubic
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, finite
-from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, value
-from symfric.theory.belt.vibration import ETA, V_B0, V_B1
+from symfric.model.symbols import finite
+from symfric.theory.belt.effective import ALPHA1, ALPHA3, DAMPING, Q, least_damping_intensity
+from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, on_belt, value
+from symfric.theory.belt.sliding import ETA, V_B1
+from symfric.theory.belt.slip import V_B0
+from symfric.theory.closed_form import closed_form
 
 v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS
-Q = a * Omega
-ALPHA1 = -sp.Rational(3, 2) * (mu_s - mu_m) / v_m
-ALPHA3 = (mu_s - mu_m) / (2 * v_m**3)
 Q_STAR = sp.sqrt(sp.Rational(2, 3)) * v_m * sp.sqrt(1 - 2 * beta / ETA)
-DAMPING = 2 * mu_s / (sp.pi * Q) + ALPHA1 + sp.Rational(3, 2) * ALPHA3 * Q**2
 _V_HAT = sp.Symbol("v_hat", positive=True)
 
 
-@alone(SYMBOLIC)
-def law_coefficients(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
-    """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    tuple
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> alpha0, alpha1, alpha3 = sf.theory.belt.law_coefficients(belt)
-    >>> round(alpha0, 6)
-    0.4
-    """
-    return _several((mu_s, ALPHA1, ALPHA3), scene, symbolic)
+def _check_slow_belts(given: Symbols, q: float) -> None:
+    """Raise if belts slower than q vibrate too; the effective slope there is least at rest."""
+    slope = value(DAMPING, given._replace(a=q, Omega=1.0)) + 2 * given.beta / given.gamma2
+    if slope < 0:
+        raise SceneError(
+            f"the closed forms do not hold: at intensity {q:.6g} the effective friction falls at rest (slope "
+            f"with damping {slope:.4g}), because mu_m/mu_s = {given.mu_m / given.mu_s:.3g} is too small; "
+            "see sf.design.quench"
+        )
 
 
-@alone(SYMBOLIC)
-def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) -> Law:
-    """Return the effective law under the scene's intensity a Omega > 0; Thomsen (47).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    Law
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
-    >>> round(sf.theory.belt.effective_friction(shaken)(0.1), 6)
-    0.066017
-    """
-    if symbolic:
-        return cubic(mu_s, mu_m, v_m).averaged(Q)
-    given = _shaken(scene)
-    return cubic(given.mu_s, given.mu_m, given.v_m).averaged(abs(given.a * given.Omega))
+def _vibrates(given: Symbols) -> bool:
+    return bool(value(ETA, given) > 2 * given.beta)
 
 
-@alone(SYMBOLIC)
-def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the slope of the effective friction at rest, alpha1-hat, 1/speed; Thomsen (48)-(50).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Notes
-    -----
-    ``2 mu_s/(pi q) + alpha1 + 3 alpha3 q^2/2``, q = a Omega; least at `least_damping_intensity`.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
-    >>> round(sf.theory.belt.effective_damping(shaken), 6)
-    0.624842
-    """
-    return DAMPING if symbolic else value(DAMPING, _shaken(scene))
-
-
-@alone(SYMBOLIC)
-def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
-    >>> round(sf.theory.belt.effective_cubic(shaken), 6)
-    3.316244
-    """
-    formula = mu_s / (3 * sp.pi * Q**3) + ALPHA3
-    return formula if symbolic else value(formula, _shaken(scene))
-
-
-@alone(SYMBOLIC)
-def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the intensity at which `effective_damping` is least, dimensionless.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Raises
-    ------
-    SceneError
-        If friction does not fall, so that there is none.
-
-    Notes
-    -----
-    ``q^3 = 4 v_m^3/(3 pi (1 - mu_m/mu_s))``; the sentence after Thomsen (50) lacks v_m^3.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> round(sf.theory.belt.least_damping_intensity(belt), 6)
-    0.521062
-    """
-    formula = v_m * sp.cbrt(4 / (3 * sp.pi * (1 - mu_m / mu_s)))
-    if symbolic:
-        return formula
+def _unstable(formulas: tuple[sp.Expr, sp.Expr], scene: Scene | None = None) -> tuple[float, float] | None:
     given = numbers(scene)
-    if not given.mu_s > given.mu_m:
-        raise SceneError("mu_m is not below mu_s: the effective damping falls with the intensity for ever")
-    return value(formula, given)
+    if not _vibrates(given):
+        return None
+    q = abs(given.a * given.Omega)
+    if q > 0:
+        _check_slow_belts(given, q)
+    return (q, value(formulas[1], given)) if q < value(Q_STAR, given) else None
 
 
-@alone(SYMBOLIC)
-def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
-    >>> round(sf.theory.belt.quasi_equilibrium_position(shaken), 6)
-    0.162184
-    """
-    formula = gamma2 * cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.subs(SPEED, v_b)
-    return formula if symbolic else value(formula, _shaken(scene))
+def _everywhere(formula: sp.Expr, scene: Scene | None = None) -> float:
+    """Return the intensity (56), or raise if vibration of any intensity above would not suffice."""
+    given = numbers(scene)
+    if not _vibrates(given):
+        return 0.0
+    q = value(formula, given)
+    # the damping at rest is convex in the intensity, least at q_0
+    _check_slow_belts(given, max(q, least_damping_intensity(scene)))
+    return q
 
 
-@alone(SYMBOLIC)
-def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the slope ``mubar'(v_b)`` of the effective friction, 1/speed; Thomsen (47), (53).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Notes
-    -----
-    The quasi-equilibrium is unstable where it is below ``-2 beta/gamma2``, Thomsen (52). It tends to +infinity as v_b
-    rises to a Omega, and starts from (53) there: the formula holds from a Omega on.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> shaken = sf.scenes.mass_on_belt(v_b=0.2, a=0.005, Omega=50.0)
-    >>> round(sf.theory.belt.effective_slope(shaken), 6)
-    1.375903
-    """
-    formula = cubic(mu_s, mu_m, v_m).averaged(Q).kinetic.diff(SPEED).subs(SPEED, v_b)
-    return formula if symbolic else value(formula, _shaken(scene))
+def _quenching(formula: sp.Expr, scene: Scene | None = None, *_: Any, **__: Any) -> float:
+    given = numbers(scene)
+    if not _vibrates(given):
+        return 0.0
+    result = value(formula, given)
+    if result > 0:
+        _check_slow_belts(given, result)
+    return result
 
 
 @overload
@@ -232,11 +69,11 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: Literal[True]) -> t
 
 
 @overload
-def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None: ...
+def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...] | None: ...
 
 
-@alone(SYMBOLIC)
-def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple | None:
+@closed_form(_unstable)
+def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...] | None:
     """Return the belt speeds (low, high) between which the mass vibrates by itself at the scene's a Omega.
 
     Parameters
@@ -270,19 +107,10 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
     >>> round(high, 6)
     0.440959
     """
-    high = v_m * sp.sqrt(1 - (Q / v_m) ** 2 / 2 - 2 * beta / ETA)
-    if symbolic:
-        return Q, high
-    given = numbers(scene)
-    if not value(ETA, given) > 2 * given.beta:
-        return None
-    q = abs(given.a * given.Omega)
-    if q > 0:
-        _check_slow_belts(given, q)
-    return (q, value(high, given)) if q < value(Q_STAR, given) else None
+    return Q, v_m * sp.sqrt(1 - (Q / v_m) ** 2 / 2 - 2 * beta / ETA)
 
 
-@alone(SYMBOLIC)
+@closed_form(_everywhere)
 def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed gives vibration, dimensionless; Thomsen (56).
 
@@ -314,19 +142,26 @@ def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> f
     >>> round(sf.theory.belt.quench_intensity(belt), 6)
     0.360041
     """
-    if symbolic:
-        return Q_STAR
-    given = numbers(scene)
-    if not value(ETA, given) > 2 * given.beta:
-        return 0.0
-    q = value(Q_STAR, given)
-    # the damping at rest is convex in the intensity, least at q_0
-    _check_slow_belts(given, max(q, least_damping_intensity(scene)))
-    return q
+    return Q_STAR
 
 
-@alone(SYMBOLIC)
-def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
+def _speed(v: Any, symbolic: bool) -> sp.Expr:
+    if v is None:
+        if not symbolic:
+            raise SceneError("no belt speed; give the speed at which vibration shall be quenched as v")
+        return _V_HAT
+    if isinstance(v, sp.Expr) and not v.is_number and symbolic:
+        return v
+    speed = finite(v, "the belt speed v")
+    if not speed > 0:
+        raise SceneError(f"the belt speed v is {speed:g}; it must be positive")
+    return sp.Float(speed)
+
+
+@closed_form(_quenching)
+def quench_intensity_at(
+    scene: Scene | None = None, v: float | None = None, *, symbolic: bool = False
+) -> float | sp.Expr:
     """Return the intensity a Omega above which a belt of speed v gives no vibration, dimensionless; Thomsen (57).
 
     Parameters
@@ -355,14 +190,15 @@ def quench_intensity_at(scene: Scene | None = None, v=None, *, symbolic: bool = 
     0.2
     """
     speed = _speed(v, symbolic)
-    formula = sp.Piecewise(
+    return sp.Piecewise(
         (speed, speed <= Q_STAR), (sp.sqrt(3 * Q_STAR**2 - 2 * speed**2), speed < V_B1), (0, True), evaluate=False
     )
-    return formula if symbolic else _quenching(scene, formula)
 
 
-@alone(SYMBOLIC)
-def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool = False) -> float | sp.Expr:
+@closed_form(_quenching)
+def quench_intensity_below(
+    scene: Scene | None = None, v: float | None = None, *, symbolic: bool = False
+) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed up to v gives vibration; Thomsen (58).
 
     Parameters
@@ -389,12 +225,29 @@ def quench_intensity_below(scene: Scene | None = None, v=None, *, symbolic: bool
     >>> round(sf.theory.belt.quench_intensity_below(belt, 0.2), 6)
     0.2
     """
-    formula = sp.Min(_speed(v, symbolic), Q_STAR)
-    return formula if symbolic else _quenching(scene, formula)
+    return sp.Min(_speed(v, symbolic), Q_STAR)
 
 
-@alone(SYMBOLIC)
-def quench_intensity_for(scene: Scene | None = None, speeds=None, *, symbolic: bool = False) -> float | sp.Expr:
+def _range(speeds: Any, symbolic: bool) -> tuple[sp.Expr, sp.Expr]:
+    """Return both ends of a range of belt speeds as expressions."""
+    if speeds is None and symbolic:
+        return sp.Symbol("v_low", positive=True), sp.Symbol("v_high", positive=True)
+    try:
+        low, high = speeds
+    except (TypeError, ValueError):
+        raise SceneError(f"speeds is {speeds!r}; give the lowest and the highest belt speed") from None
+    low, high = finite(low, "the lowest belt speed"), float(high)
+    if not 0 <= low <= high:
+        raise SceneError(f"speeds is ({low:g}, {high:g}); the lower one comes first and is not negative")
+    if high == 0:
+        raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")
+    return sp.Float(low), sp.oo if high == float("inf") else sp.Float(high)
+
+
+@closed_form(_quenching)
+def quench_intensity_for(
+    scene: Scene | None = None, speeds: tuple[float, float] | None = None, *, symbolic: bool = False
+) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed of a range gives vibration, dimensionless.
 
     Parameters
@@ -432,33 +285,16 @@ def quench_intensity_for(scene: Scene | None = None, speeds=None, *, symbolic: b
     0.3163683
     """
     low, high = _range(speeds, symbolic)
-    formula = sp.Piecewise(
+    return sp.Piecewise(
         (high, high <= Q_STAR),
         (Q_STAR, low <= Q_STAR),
         (sp.sqrt(3 * Q_STAR**2 - 2 * low**2), low < V_B1),
         (0, True),
         evaluate=False,
     )
-    return formula if symbolic else _quenching(scene, formula)
 
 
-def _range(speeds, symbolic: bool) -> tuple[sp.Expr, sp.Expr]:
-    """Return both ends of a range of belt speeds as expressions."""
-    if speeds is None and symbolic:
-        return sp.symbols("v_low v_high", positive=True)
-    try:
-        low, high = speeds
-    except (TypeError, ValueError):
-        raise SceneError(f"speeds is {speeds!r}; give the lowest and the highest belt speed") from None
-    low, high = finite(low, "the lowest belt speed"), float(high)
-    if not 0 <= low <= high:
-        raise SceneError(f"speeds is ({low:g}, {high:g}); the lower one comes first and is not negative")
-    if high == 0:
-        raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")
-    return sp.Float(low), sp.oo if high == float("inf") else sp.Float(high)
-
-
-@alone(SYMBOLIC)
+@on_belt()
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean power of the excitation at quasi-equilibrium, dimensionless.
 
@@ -488,10 +324,10 @@ def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float |
     """
     smooth = beta * Q**2 + gamma2 * (ALPHA1 * Q**2 / 2 + ALPHA3 * (3 * v_b**2 * Q**2 / 2 + 3 * Q**4 / 8))
     jump = sp.Piecewise((2 * gamma2 * mu_s / sp.pi * sp.sqrt(Q**2 - v_b**2), v_b**2 < Q**2), (0, True))
-    return smooth + jump if symbolic else value(smooth + jump, numbers(scene))
+    return smooth + jump
 
 
-@alone(SYMBOLIC)
+@closed_form(float)
 def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
     """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61).
 
@@ -510,54 +346,4 @@ def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
     >>> sf.theory.belt.energy_ratio(symbolic=True)
     5/6
     """
-    ratio = sp.simplify((Q_STAR / V_B0) ** 2)
-    return ratio if symbolic else float(ratio)
-
-
-def _several(formulas: tuple, scene: Scene | None, symbolic: bool) -> tuple:
-    if symbolic:
-        return formulas
-    given = numbers(scene)
-    return tuple(value(f, given) for f in formulas)
-
-
-def _speed(v, symbolic: bool) -> sp.Expr:
-    if v is None:
-        if not symbolic:
-            raise SceneError("no belt speed; give the speed at which vibration shall be quenched as v")
-        return _V_HAT
-    if isinstance(v, sp.Expr) and not v.is_number and symbolic:
-        return v
-    speed = finite(v, "the belt speed v")
-    if not speed > 0:
-        raise SceneError(f"the belt speed v is {speed:g}; it must be positive")
-    return sp.Float(speed)
-
-
-def _quenching(scene: Scene | None, formula: sp.Expr) -> float:
-    given = numbers(scene)
-    if not value(ETA, given) > 2 * given.beta:
-        return 0.0
-    result = value(formula, given)
-    if result > 0:
-        _check_slow_belts(given, result)
-    return result
-
-
-def _shaken(scene: Scene | None) -> Symbols:
-    """Return the scene's numbers with |a Omega| > 0."""
-    given = numbers(scene)
-    if not given.a * given.Omega != 0:
-        raise SceneError("the scene has no excitation, a Omega = 0; give a and Omega values with where()")
-    return given._replace(a=abs(given.a), Omega=abs(given.Omega))
-
-
-def _check_slow_belts(given: Symbols, q: float) -> None:
-    """Raise if belts slower than q vibrate too; the effective slope there is least at rest."""
-    slope = value(DAMPING, given._replace(a=q, Omega=1.0)) + 2 * given.beta / given.gamma2
-    if slope < 0:
-        raise SceneError(
-            f"the closed forms do not hold: at intensity {q:.6g} the effective friction falls at rest (slope "
-            f"with damping {slope:.4g}), because mu_m/mu_s = {given.mu_m / given.mu_s:.3g} is too small; "
-            "see sf.design.quench"
-        )
+    return sp.simplify((Q_STAR / V_B0) ** 2)

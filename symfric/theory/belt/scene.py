@@ -1,6 +1,7 @@
 """Symbols of the belt's closed forms, and their values in a ready scene."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -12,6 +13,7 @@ from symfric.model.laws import Law
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
+from symfric.theory.closed_form import P, R, closed_form
 
 
 class Symbols(NamedTuple):
@@ -32,7 +34,7 @@ SYMBOLS = Symbols(*sp.symbols("v_b beta gamma2 a Omega", real=True), *sp.symbols
 
 
 @alone(SYMBOLIC)
-def numbers(scene: Scene | None) -> Symbols:
+def numbers(scene: Scene | None = None) -> Symbols:
     """Read the numbers of a mass-on-belt scene with the cubic law.
 
     Parameters
@@ -110,3 +112,20 @@ def value(formula: sp.Expr, given: Symbols, extra: tuple[tuple[sp.Symbol, float]
     letters = (*SYMBOLS, *(s for s, _ in extra))
     (result,) = numeric(letters, (formula,))(*given, *(v for _, v in extra))
     return float(result)
+
+
+def on_belt(read: Callable[..., Symbols] = numbers) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorate a function that returns a formula in `SYMBOLS`, or several, so that a scene gives their numbers.
+
+    Parameters
+    ----------
+    read : callable
+        Takes the arguments of the function but `symbolic`; returns the scene's numbers, or raises where the formulas
+        do not hold.
+    """
+
+    def evaluate(formula: Any, *arguments: Any, **named: Any) -> Any:
+        given = read(*arguments, **named)
+        return tuple(value(f, given) for f in formula) if isinstance(formula, tuple) else value(formula, given)
+
+    return closed_form(evaluate)

@@ -2,7 +2,6 @@
 
 from symfric.model.offering import offer
 from symfric.theory.drive.grazing import (
-    SlidesCycle,
     two_slides_cycle,
     two_slides_onset,
     two_slides_threshold,
@@ -16,6 +15,7 @@ from symfric.theory.drive.slides import (
     hurwitz_conditions,
     slope_limits,
 )
+from symfric.theory.drive.slides_cycle import SlidesCycle
 from symfric.theory.drive.stick_slip import threshold
 from symfric.theory.drive.stop import (
     PositioningError,

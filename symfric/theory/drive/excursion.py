@@ -6,15 +6,16 @@ removes the constant forces, and w' does not jump at the corner, because the fri
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from symfric.errors import SceneError
 from symfric.model.symbols import finite
+from symfric.search import ROUNDING, zero
 
 STEEPEST = 1e12  # largest slope mu for which the closed forms were verified
-ROUNDING = 8.881784197001252e-16  # least relative tolerance of SciPy's brentq
 
 
-def slope(value, name: str) -> float:
+def slope(value: Any, name: str) -> float:
     """Return a slope mu as a float; raise if it is out of range."""
     mu = finite(value, name)
     if abs(mu) > STEEPEST:
@@ -45,7 +46,7 @@ class FreeResponse:
     slow: float = field(init=False)
     fast: float = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         # the square roots of both factors avoid the cancellation of 1 - mu^2 at |mu| = 1, and overflow
         side = 1 - abs(self.mu)
         omega, q = (math.sqrt(max(e, 0.0)) * math.sqrt(1 + abs(self.mu)) for e in (side, -side))
@@ -162,9 +163,7 @@ def fall(flow: FreeResponse, w: float, v: float) -> float | None:
 
 
 def _crossing(flow: FreeResponse, w: float, v: float, level: float, start: float, end: float) -> float:
-    from scipy import optimize
-
-    return optimize.brentq(lambda s: flow.gap(w, v, s, level), start, end, xtol=1e-300, rtol=ROUNDING, maxiter=5000)
+    return zero(lambda s: flow.gap(w, v, s, level), start, end, rtol=ROUNDING, most=5000)
 
 
 def excursion(floor: float, v: float, corner: float, inner: float, outer: float) -> tuple[float, bool]:

@@ -4,14 +4,12 @@ With a smaller static friction the slip phase starts with a smaller excess force
 cycle ends where it only touches w = 0, a condition on a periodic orbit that is solved as such.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.notebook import html_table
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite
+from symfric.search import ROUNDING, zero
 from symfric.theory.drive.pair import (
     Pair,
     SlidesOrbit,
@@ -27,6 +25,7 @@ from symfric.theory.drive.pair import (
     turns,
 )
 from symfric.theory.drive.slides import ratios
+from symfric.theory.drive.slides_cycle import SlidesCycle
 
 DIPS = 6  # number of minima of w, in the slip after a long stick, tried as the grazing one
 LOOK = 2**15  # number of samples of that slip
@@ -34,91 +33,9 @@ LARGEST = 1e6  # largest delta sought
 REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # homotopy: weights of the dependence of the stick on the previous slip
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SlidesCycle:
-    """Limit cycle of two slides with one stick in each period.
-
-    Attributes
-    ----------
-    fs1 : float
-        Static friction over ``m1 omega1 v``.
-    slip_time, stick_time : float
-        Durations in units of 1/omega1.
-    ranges : tuple of two floats
-        Largest less smallest eta1, and eta2.
-    landing, release : ndarray, shape (4,)
-        (eta1, eta2, eta1', eta2') where the stick begins and ends.
-    multipliers : ndarray of complex, shape (2,)
-        Floquet multipliers, largest first; the others are zero.
-    end : {"", "grazing", "longer slip", "fold", "inner grazing"}
-        At the smallest fs1, why this cycle does not exist below. "grazing": the end of the slip only touches w = 0, and
-        a slip that misses it dies out; "longer slip": it comes back later, and cycles of several slips go on below;
-        "fold": the cycle meets an unstable one; "inner grazing": an earlier part of the slip touches w = 0.
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> pair = dict(r=0.5, zeta=2, s1=0.2, s2=0.3)
-    >>> cycle = sf.theory.drive.two_slides_cycle(**pair, fs1=7.8)
-    >>> round(cycle.period, 6)
-    30.525932
-    >>> "period" in cycle.to_dict()
-    True
-    """
-
-    fs1: float
-    slip_time: float
-    stick_time: float
-    ranges: tuple[float, float]
-    landing: np.ndarray
-    release: np.ndarray
-    multipliers: np.ndarray
-    end: str = ""
-
-    @property
-    def period(self) -> float:
-        """Duration of one slip and one stick."""
-        return self.slip_time + self.stick_time
-
-    @property
-    def stick_fraction(self) -> float:
-        """Fraction of the period in which the slides stick."""
-        return self.stick_time / self.period
-
-    @property
-    def stable(self) -> bool:
-        """Whether both multipliers are below 1 in size."""
-        return bool(np.all(np.abs(self.multipliers) < 1))
-
-    def __repr__(self) -> str:
-        end = f", {self.end}" if self.end else ""
-        return f"SlidesCycle(fs1 {self.fs1:.10g}, period {self.period:.10g}, sticking {self.stick_fraction:.6g}{end})"
-
-    def _repr_html_(self) -> str:
-        return html_table("SlidesCycle", self.to_dict())
-
-    def to_dict(self) -> dict:
-        """Return plain Python values.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "fs1": self.fs1,
-            "period": self.period,
-            "stick_fraction": self.stick_fraction,
-            "ranges": list(self.ranges),
-            "landing": self.landing.tolist(),
-            "release": self.release.tolist(),
-            "multipliers": [[v.real, v.imag] for v in self.multipliers.astype(complex).tolist()],
-            "stable": self.stable,
-            "end": self.end,
-        }
-
-
-def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> float:
+def two_slides_threshold(
+    *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, damping: str = "omega1"
+) -> float:
     """Return the smallest static friction fs1 at which two slides have a limit cycle of one slip and one stick.
 
     Parameters
@@ -156,7 +73,9 @@ def two_slides_threshold(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -
     return fc1 + difference(pair, _onset(pair, fc1)[0]) if _dips(pair) else float("inf")
 
 
-def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> SlidesCycle:
+def two_slides_onset(
+    *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, damping: str = "omega1"
+) -> SlidesCycle:
     """Return the limit cycle of two slides with the smallest static friction.
 
     Parameters
@@ -193,7 +112,9 @@ def two_slides_onset(*, r, zeta, s1, s2, fc1=1.0, damping: str = "omega1") -> Sl
     return _cycle(pair, fc1, *_onset(pair, fc1))
 
 
-def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") -> SlidesCycle:
+def two_slides_cycle(
+    *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, fs1: float, damping: str = "omega1"
+) -> SlidesCycle:
     """Return the limit cycle of two slides from closed-form linear flows, matched by Newton's method.
 
     Parameters
@@ -234,7 +155,15 @@ def two_slides_cycle(*, r, zeta, s1, s2, fc1=1.0, fs1, damping: str = "omega1") 
 
 
 def two_slides_thresholds(
-    parameter: str, values: Floats, *, r=None, zeta=None, s1=None, s2=None, fc1=1.0, damping: str = "omega1"
+    parameter: str,
+    values: Floats,
+    *,
+    r: float | None = None,
+    zeta: float | None = None,
+    s1: float | None = None,
+    s2: float | None = None,
+    fc1: float = 1.0,
+    damping: str = "omega1",
 ) -> np.ndarray:
     """Return the smallest fs1 with a limit cycle for many values of one parameter, by continuation.
 
@@ -271,20 +200,20 @@ def two_slides_thresholds(
         raise SceneError(f"no parameter {parameter!r} to vary; there are {', '.join(given)}")
     if given[parameter] is not None:
         raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
-    fc1, orbit, found = _kinetic(fc1), None, []
+    fc1, orbit, thresholds = _kinetic(fc1), None, []
     for value in values:
         pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))
         orbit, end = _again(pair, fc1, orbit) or (_onset(pair, fc1) if _dips(pair) else (None, ""))
-        found.append(np.inf if orbit is None else fc1 + difference(pair, orbit))
+        thresholds.append(np.inf if orbit is None else fc1 + difference(pair, orbit))
         orbit = orbit if end in ("grazing", "longer slip") else None
-    return np.array(found)
+    return np.array(thresholds)
 
 
-def _kinetic(fc1) -> float:
+def _kinetic(fc1: float) -> float:
     fc1 = finite(fc1, "fc1")
     if fc1 < 0:
         raise SceneError(f"fc1 is {fc1:g}; friction is not negative")
-    return fc1
+    return float(fc1)
 
 
 def _onset(pair: Pair, fc1: float) -> tuple[SlidesOrbit, str]:
@@ -292,13 +221,13 @@ def _onset(pair: Pair, fc1: float) -> tuple[SlidesOrbit, str]:
     dips = _dips(pair)
     if not dips:
         raise NotFound("two slides of these values do not cycle: the slip after a long stick does not come back")
-    found = []
+    orbits = []
     for t, delta, y in dips[:DIPS]:
         orbit = _remembering(pair, _stuck(pair, y, t, delta), landing=0.0)
         if orbit is not None and passes(pair, orbit, fc1) and W @ pair.slip @ pair.slip @ orbit.y > 0:
-            found.append(orbit)
-    found.sort(key=lambda orbit: difference(pair, orbit))
-    onset = (_least(pair, fc1, found[0]) if found else None) or _from_above(pair, fc1, dips[0][1])
+            orbits.append(orbit)
+    orbits.sort(key=lambda orbit: difference(pair, orbit))
+    onset = (_least(pair, fc1, orbits[0]) if orbits else None) or _from_above(pair, fc1, dips[0][1])
     if onset is None:
         raise NotFound("no cycle of one slip and one stick found for two slides of these values")
     return onset
@@ -338,7 +267,7 @@ def _stuck(pair: Pair, y: np.ndarray, slip: float, delta: float) -> SlidesOrbit:
     return SlidesOrbit(y, float(slip), float(t[max(1, int(np.argmax(pair.load @ states >= delta)))]))
 
 
-def _remembering(pair: Pair, guess: SlidesOrbit, **load) -> SlidesOrbit | None:
+def _remembering(pair: Pair, guess: SlidesOrbit, **load: float) -> SlidesOrbit | None:
     """Close an orbit directly, or by a homotopy in the dependence of the stick on the previous slip."""
     orbit = closed(pair, guess, **load)
     if orbit is not None:
@@ -367,10 +296,8 @@ def _least(pair: Pair, fc1: float, graze: SlidesOrbit) -> tuple[SlidesOrbit, str
 
 def _fold(pair: Pair, fc1: float, first: SlidesOrbit, second: SlidesOrbit) -> tuple[SlidesOrbit, str] | None:
     """Return the orbit of least delta between two orbits (a fold)."""
-    from scipy.optimize import brentq
-
     loads = [float(pair.load @ orbit.y) for orbit in (first, second)]
-    load = brentq(lambda e: slope(pair, landed(pair, second, e)), *loads, xtol=1e-14 * abs(loads[1]))
+    load = zero(lambda e: slope(pair, landed(pair, second, e)), *loads, xtol=1e-14 * abs(loads[1]), rtol=ROUNDING)
     fold = landed(pair, second, load)
     return (fold, "fold") if passes(pair, fold, fc1) else None
 
@@ -405,8 +332,6 @@ def _touch(pair: Pair, orbit: SlidesOrbit) -> str:
 
 def _followed(pair: Pair, fc1: float, least: SlidesOrbit, delta: float) -> SlidesOrbit | None:
     """Return the orbit of a delta by continuation from the least one; None if the family does not reach it."""
-    from scipy.optimize import brentq
-
     start = pair.load @ least.y
     smallest = difference(pair, least)
     if delta <= smallest:
@@ -422,7 +347,7 @@ def _followed(pair: Pair, fc1: float, least: SlidesOrbit, delta: float) -> Slide
         orbit, low, size = ahead, high, 1.5 * size
     else:
         return None
-    load = brentq(lambda e: difference(pair, landed(pair, ahead, e)) - delta, high, low, xtol=1e-300, rtol=1e-14)
+    load = zero(lambda e: difference(pair, landed(pair, ahead, e)) - delta, high, low)
     orbit = landed(pair, ahead, load)
     return orbit if passes(pair, orbit, fc1) else None
 

@@ -7,10 +7,12 @@ where ``f.y = fs1 - fc1 = delta``: only that difference enters. Slip starts and 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from symfric.errors import NotFound
+from symfric.search import ROUNDING, zero
 
 W = np.array([0.0, 0.0, 1.0, -1.0])  # h
 SAMPLES = 2048  # samples of one phase of an orbit
@@ -37,7 +39,7 @@ class Pair:
     stick: np.ndarray = field(init=False)
     load: np.ndarray = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         held = np.array([[1.0, 0.0, 2 * self.s1, 0.0], [0.0, 1 / self.zeta**2, 0.0, 2 * self.d2]])
         common = -(self.r * held[0] + held[1]) / (1 + self.r)  # from r (24)_1 + (24)_2, in which the friction cancels
         rates = np.eye(2, 4, 2)
@@ -49,7 +51,7 @@ class Pair:
         """Return ``exp(A t)``."""
         from scipy.linalg import expm
 
-        return expm(self.slip * t)
+        return np.asarray(expm(self.slip * t))
 
     def sticking(self, t: float) -> np.ndarray:
         """Return ``exp(M t)``, t >= 0, accurate after sticks of any length.
@@ -105,7 +107,7 @@ class SlidesOrbit:
     stick: float
 
 
-def path(flow: Callable, y: np.ndarray, end: float, number: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
+def path(flow: Callable[..., Any], y: np.ndarray, end: float, number: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n,) and states (4, n) of a flow from y, in n - 1 equal steps."""
     states = y[:, None]
     while (k := states.shape[1]) < number:
@@ -113,7 +115,9 @@ def path(flow: Callable, y: np.ndarray, end: float, number: int = SAMPLES) -> tu
     return np.linspace(0.0, end, number), states
 
 
-def closed(pair: Pair, guess: SlidesOrbit, *, landing=None, release=None, share: float = 1.0) -> SlidesOrbit | None:
+def closed(
+    pair: Pair, guess: SlidesOrbit, *, landing: float | None = None, release: float | None = None, share: float = 1.0
+) -> SlidesOrbit | None:
     """Close an orbit by Newton's method; None if that fails.
 
     Parameters
@@ -167,7 +171,7 @@ def landed(pair: Pair, guess: SlidesOrbit, landing: float) -> SlidesOrbit:
 
 def released(pair: Pair, orbit: SlidesOrbit) -> np.ndarray:
     """Return the state in which the stick of an orbit ends, shape (4,)."""
-    return pair.sticking(orbit.stick) @ orbit.y
+    return np.asarray(pair.sticking(orbit.stick) @ orbit.y)
 
 
 def difference(pair: Pair, orbit: SlidesOrbit) -> float:
@@ -220,12 +224,14 @@ def multipliers(pair: Pair, orbit: SlidesOrbit) -> np.ndarray:
     return values[np.argsort(-np.abs(values))][:2]
 
 
-def turns(flow: Callable, y: np.ndarray, end: float, row: int) -> np.ndarray:
+def turns(flow: Callable[..., Any], y: np.ndarray, end: float, row: int) -> np.ndarray:
     """Return the values of a coordinate at both ends of a phase and at zeros of its velocity in between."""
-    from scipy.optimize import brentq
-
     t, states = path(flow, y, end)
-    speed = lambda s: (flow(s) @ y)[2 + row]  # noqa: E731
+
+    def speed(s: float) -> float:
+        return float((flow(s) @ y)[2 + row])
+
     near = np.flatnonzero(np.diff(np.sign(states[2 + row])) != 0)
-    times = [brentq(speed, t[k], t[k + 1], xtol=1e-14 * end) for k in near if speed(t[k]) * speed(t[k + 1]) < 0]
+    ends = ((t[k], t[k + 1]) for k in near if speed(t[k]) * speed(t[k + 1]) < 0)
+    times = [zero(speed, *pair, xtol=1e-14 * end, rtol=ROUNDING) for pair in ends]
     return np.array([y[row], (flow(end) @ y)[row], *((flow(s) @ y)[row] for s in times)])

@@ -1,15 +1,15 @@
 """Linear stability of steady sliding of two slides in contact, Guida (23)-(27)."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.model.scenes.slides import READINGS
-from symfric.model.symbols import finite
+from symfric.theory.closed_form import positive
 
 
 class SlidesSymbols(NamedTuple):
@@ -32,7 +32,7 @@ HURWITZ = (FIRST + SECOND) * STIFF * DEFINITE + (1 - 1 / zeta**2) ** 2 * FIRST *
 
 
 @dataclass(frozen=True, repr=False)
-class SlopeLimits:
+class SlopeLimits(Result):
     """Limits of the slope of the friction law for stable steady sliding of two slides.
 
     Attributes
@@ -55,19 +55,6 @@ class SlopeLimits:
 
     def __repr__(self) -> str:
         return f"SlopeLimits(definite {self.definite:.6g}, exact {self.exact:.6g})"
-
-    def to_dict(self) -> dict:
-        """Return plain Python numbers.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {"definite": self.definite, "exact": self.exact}
-
-    def _repr_html_(self) -> str:
-        return html_table("SlopeLimits", self.to_dict())
 
 
 @alone(SYMBOLIC)
@@ -177,13 +164,9 @@ def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = 
     return SlopeLimits(definite, max(zeros))
 
 
-def ratios(r, zeta, s1, s2, damping: str) -> tuple[float, float, float, float]:
+def ratios(r: Any, zeta: Any, s1: Any, s2: Any, damping: str) -> tuple[float, float, float, float]:
     """Check r, zeta, s1 and s2; return r, zeta, s1 and d2 for one interpretation of s2."""
-    given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
-    for name, value in given.items():
-        given[name] = finite(value, name)
-        if not given[name] > 0:
-            raise SceneError(f"{name} is {given[name]:g}; it must be positive")
+    given = {name: positive(value, name) for name, value in {"r": r, "zeta": zeta, "s1": s1, "s2": s2}.items()}
     if damping not in READINGS:
         raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     d2 = given["s2"] / (given["zeta"] if damping == "omega2" else 1.0)

@@ -6,15 +6,16 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.notebook import html_table
+from symfric.model.results import Result
 from symfric.model.symbols import finite
+from symfric.theory.closed_form import closed_form
 from symfric.theory.drive.excursion import FreeResponse, descent, excursion, slope
 
 MU1, LAM = sp.Symbol("mu1", real=True), sp.Symbol("lambda", positive=True)
 
 
 @dataclass(frozen=True, repr=False)
-class PositioningError:
+class PositioningError(Result):
     """Positioning error of a slide after its drive has stopped.
 
     Attributes
@@ -40,19 +41,6 @@ class PositioningError:
 
     def __repr__(self) -> str:
         return f"PositioningError({self.value:.6g}, type {self.type})"
-
-    def _repr_html_(self) -> str:
-        return html_table("PositioningError", self.to_dict())
-
-    def to_dict(self) -> dict:
-        """Return plain Python values.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {"value": self.value, "type": self.type}
 
 
 @alone(SYMBOLIC)
@@ -163,7 +151,14 @@ def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigm
     return 2 * (mu1 - shift) * min(speed, 1.0) + 2 * (mu2 - shift) * max(speed - 1.0, 0.0)
 
 
-@alone(SYMBOLIC)
+def _limit(formula: sp.Expr, mu1: float | None = None) -> float:
+    mu1 = finite(mu1, "mu1")
+    if mu1 <= -1:
+        return 0.0
+    return float(sp.E if mu1 == 1 else sp.re(formula.subs(MU1, sp.Float(mu1, 17)).evalf(17)))
+
+
+@closed_form(_limit)
 def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the largest lambda of type "a"; 0 for mu1 <= -1.
 
@@ -189,17 +184,20 @@ def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | s
     >>> round(sf.theory.drive.type_limit(-0.5), 6)
     0.298436
     """
-    formula = sp.exp(MU1 * sp.acos(MU1) / sp.sqrt(1 - MU1**2))
-    if symbolic:
-        return formula
-    mu1 = finite(mu1, "mu1")
-    if mu1 <= -1:
-        return 0.0
-    return float(sp.E if mu1 == 1 else sp.re(formula.subs(MU1, sp.Float(mu1, 17)).evalf(17)))
+    return sp.exp(MU1 * sp.acos(MU1) / sp.sqrt(1 - MU1**2))
 
 
-@alone(SYMBOLIC)
-def single_section_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
+def _underdamped(formula: sp.Expr, mu1: float | None = None, lam: float | None = None) -> float:
+    mu1, lam = finite(mu1, "mu1"), finite(lam, "lam")
+    if not (-1 < mu1 < 1 and lam > 0):
+        raise SceneError(f"mu1 is {mu1:g} and lam {lam:g}; the formula holds for |mu1| < 1 and lam > 0")
+    return float(formula.subs({MU1: sp.Float(mu1, 17), LAM: sp.Float(lam, 17)}).evalf(17))
+
+
+@closed_form(_underdamped)
+def single_section_error(
+    mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False
+) -> float | sp.Expr:
     """Return Delta S of type "a", ``|mu1| < 1``; Guida (19) line 1, which prints Delta S_lambda for it.
 
     Parameters
@@ -225,12 +223,11 @@ def single_section_error(mu1: float | None = None, lam: float | None = None, *, 
     >>> round(sf.theory.drive.single_section_error(-0.5, 1.0), 6)
     7.133707
     """
-    formula = LAM * (1 + sp.exp(-MU1 * sp.pi / sp.sqrt(1 - MU1**2)))
-    return formula if symbolic else _underdamped(formula, mu1, lam)
+    return LAM * (1 + sp.exp(-MU1 * sp.pi / sp.sqrt(1 - MU1**2)))
 
 
-@alone(SYMBOLIC)
-def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False):
+@closed_form(_underdamped)
+def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the limit of Delta S for mu2 -> infinity, ``|mu1| < 1``; Guida (19) line 2, where a factor is missing.
 
     Parameters
@@ -258,15 +255,7 @@ def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic:
     >>> round(sf.theory.drive.steep_error(-0.5, 4.0), 6)
     5.830519
     """
-    formula = LAM + sp.exp(-MU1 * sp.acos(-MU1) / sp.sqrt(1 - MU1**2))
-    return formula if symbolic else _underdamped(formula, mu1, lam)
-
-
-def _underdamped(formula: sp.Expr, mu1, lam) -> float:
-    mu1, lam = finite(mu1, "mu1"), finite(lam, "lam")
-    if not (-1 < mu1 < 1 and lam > 0):
-        raise SceneError(f"mu1 is {mu1:g} and lam {lam:g}; the formula holds for |mu1| < 1 and lam > 0")
-    return float(formula.subs({MU1: sp.Float(mu1, 17), LAM: sp.Float(lam, 17)}).evalf(17))
+    return LAM + sp.exp(-MU1 * sp.acos(-MU1) / sp.sqrt(1 - MU1**2))
 
 
 def _type(mu2: float) -> str:

@@ -152,7 +152,8 @@ def scale_table(number: int) -> tuple[str, list[dict[str, object]], float]:
     """Return table 1 or 2 as text and as rows, and by how many units of its last digit the print is off at most."""
     found = [factors(float(L), mass=None if number == 1 else MASS_OF_TABLE_2) for L in SCALES]
     head = f"{'quantity':20}" + "".join(f"{f'1:{L}':>11}" for L in SCALES)
-    lines, rows, off = [head], [], 0.0
+    rows: list[dict[str, object]] = []
+    lines, off = [head], 0.0
     for name in found[0].to_dict():
         values = [getattr(f, name) for f in found]
         lines.append(f"{name:20}" + "".join(f"{v:11.4g}" for v in values))

@@ -1,167 +1,28 @@
-"""Mass on a moving belt without excitation: onset, pure slip and stick-slip, Thomsen (7)-(30)."""
+"""Mass on a moving belt without excitation: vibration in pure slip and with stick-slip, Thomsen (20)-(30)."""
+
+from typing import Any
 
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
-from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws import cubic
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED
-from symfric.theory.belt.scene import SYMBOLS, numbers, value
+from symfric.theory.belt.scene import SYMBOLS, Symbols, on_belt, value
+from symfric.theory.belt.sliding import ETA, V_B1, vibrating
 
 v_b, beta, gamma2, a, Omega, mu_s, mu_m, v_m = SYMBOLS
-ETA = sp.Rational(3, 2) * gamma2 * (mu_s - mu_m) / v_m
-V_B1 = v_m * sp.sqrt(1 - 2 * beta / ETA)
 V_B0 = 2 / sp.sqrt(5) * V_B1
 A0 = 2 * v_m * sp.sqrt(1 - (v_b / v_m) ** 2 - 2 * beta / ETA)
 KAPPA = ETA * (1 - (v_b / v_m) ** 2 / 3) - 2 * beta  # (release position - equilibrium)/v_b
 EXCESS = 5 * sp.pi / 4 * ETA / v_m**2 * (V_B0**2 - v_b**2)  # growth of the arc's radius over one period
 
 
-@alone(SYMBOLIC)
-def friction_difference(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the friction difference eta, dimensionless; Thomsen (10).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> round(sf.theory.belt.friction_difference(belt), 6)
-    0.45
-    """
-    return ETA if symbolic else value(ETA, numbers(scene))
+def _order(order: int) -> int:
+    if order not in (1, 2):
+        raise SceneError(f"order is {order!r}; the amplitudes are given to order 1 or 2")
+    return order
 
 
-@alone(SYMBOLIC)
-def equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the position of steady sliding, ``gamma2 mu(v_b)``, dimensionless; Thomsen (7).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> round(sf.theory.belt.equilibrium_position(belt), 6)
-    0.3148
-    """
-    formula = gamma2 * cubic(mu_s, mu_m, v_m).kinetic.subs(SPEED, v_b)
-    return formula if symbolic else value(formula, numbers(scene))
-
-
-@alone(SYMBOLIC)
-def damping_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return ``mu'(v_b) + 2 beta/gamma2``; steady sliding is unstable where it is negative, Thomsen (17).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> round(sf.theory.belt.damping_slope(belt), 6)
-    -0.278
-    """
-    formula = cubic(mu_s, mu_m, v_m).kinetic.diff(SPEED).subs(SPEED, v_b) + 2 * beta / gamma2
-    return formula if symbolic else value(formula, numbers(scene))
-
-
-@alone(SYMBOLIC)
-def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
-    """Return h1, h2, h3 of the damping force ``h1 u + h2 u^2 + h3 u^3`` in pure slip, dimensionless; Thomsen (18).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    tuple
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> h1, h2, h3 = sf.theory.belt.damping_polynomial(belt)
-    >>> round(h1, 6)
-    -0.278
-    """
-    formulas = 2 * beta - ETA * (1 - (v_b / v_m) ** 2), -ETA * v_b / v_m**2, ETA / (3 * v_m**2)
-    if symbolic:
-        return formulas
-    given = numbers(scene)
-    return tuple(value(f, given) for f in formulas)
-
-
-@alone(SYMBOLIC)
-def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
-    """Return the belt speed v_b1 below which steady sliding is unstable, dimensionless.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
-    Raises
-    ------
-    NotFound
-        If steady sliding is stable at every speed, ``2 beta >= eta``.
-
-    Notes
-    -----
-    ``v_b1 = v_m sqrt(1 - 2 beta/eta)``, Thomsen (19).
-
-    Examples
-    --------
-    >>> import symfric as sf
-    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
-    >>> round(sf.theory.belt.onset_speed(belt), 6)
-    0.440959
-    >>> sf.theory.belt.onset_speed(symbolic=True)
-    v_m*sqrt(-4*beta*v_m/(3*gamma2*(-mu_m + mu_s)) + 1)
-    """
-    return V_B1 if symbolic else value(V_B1, _vibrating(scene))
-
-
-@alone(SYMBOLIC)
+@on_belt(vibrating)
 def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b0 below which the vibration sticks, dimensionless.
 
@@ -193,11 +54,31 @@ def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = 
     0.394405
     """
     factor = 1 + sp.Rational(3461, 120000) * ETA**2 * V_B1**4 / v_m**4
-    formula = V_B0 * (1 if _order(order) == 1 else factor)
-    return formula if symbolic else value(formula, _vibrating(scene))
+    return V_B0 * (1 if _order(order) == 1 else factor)
 
 
-@alone(SYMBOLIC)
+def slipping(scene: Scene | None = None, order: int = 1) -> Symbols:
+    """Return the scene's numbers, or raise if it does not vibrate in pure slip."""
+    given = vibrating(scene)
+    low, high = value(stick_speed(order=order, symbolic=True), given), value(V_B1, given)
+    if not low <= given.v_b <= high:
+        there = "stick-slip" if given.v_b < low else "steady sliding, stable"
+        raise NotFound(
+            f"no vibration in pure slip at v_b = {given.v_b:g}: it exists from {low:.6g} to {high:.6g} ({there})"
+        )
+    return given
+
+
+def sticking(scene: Scene | None = None, order: int = 1) -> Symbols:
+    """Return the scene's numbers, or raise if its vibration does not stick."""
+    given = vibrating(scene)
+    top = value(stick_speed(order=order, symbolic=True), given)
+    if not given.v_b < top:
+        raise NotFound(f"no stick-slip vibration at v_b = {given.v_b:g}: the mass sticks below v_b0 = {top:.6g} only")
+    return given
+
+
+@on_belt(slipping)
 def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude A0 of vibration in pure slip, dimensionless; for order 2 the half range of x.
 
@@ -232,15 +113,10 @@ def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
     0.268659
     """
     wide = (V_B1**2 - v_b**2) * (207 * v_b**2 + 17 * V_B1**2)
-    formula = A0 * (1 if _order(order) == 1 else 1 + ETA**2 * wide / (192 * v_m**4))
-    if symbolic:
-        return formula
-    given = _vibrating(scene)
-    _check_pure_slip(given, order)
-    return value(formula, given)
+    return A0 * (1 if _order(order) == 1 else 1 + ETA**2 * wide / (192 * v_m**4))
 
 
-@alone(SYMBOLIC)
+@on_belt(slipping)
 def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of vibration in pure slip over the natural one.
 
@@ -274,15 +150,10 @@ def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic:
     1.0
     """
     wide = (V_B1**2 - v_b**2) * (29 * v_b**2 + 3 * V_B1**2)
-    formula = sp.Integer(1) - (0 if _order(order) == 1 else ETA**2 * wide / (48 * v_m**4))
-    if symbolic:
-        return formula
-    given = _vibrating(scene)
-    _check_pure_slip(given, order)
-    return value(formula, given)
+    return sp.Integer(1) - (0 if _order(order) == 1 else ETA**2 * wide / (48 * v_m**4))
 
 
-@alone(SYMBOLIC)
+@on_belt(vibrating)
 def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of pure slip where sticking starts, A0 at v_b0, dimensionless.
 
@@ -309,10 +180,10 @@ def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = 
     >>> round(sf.theory.belt.largest_pure_slip_amplitude(belt), 6)
     0.394405
     """
-    return V_B0 if symbolic else value(V_B0, _vibrating(scene))
+    return V_B0
 
 
-@alone(SYMBOLIC)
+@on_belt()
 def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the position ``gamma2 mu_s - 2 beta v_b`` at which sticking ends, dimensionless; Thomsen (25).
 
@@ -334,12 +205,11 @@ def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> f
     >>> round(sf.theory.belt.release_position(belt), 6)
     0.38
     """
-    formula = gamma2 * mu_s - 2 * beta * v_b
-    return formula if symbolic else value(formula, numbers(scene))
+    return gamma2 * mu_s - 2 * beta * v_b
 
 
-@alone(SYMBOLIC)
-def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
+@on_belt(sticking)
+def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...]:
     """Return A1 and theta1 of the slip ``x = A1 sin(tau + theta1) + xbar`` after release at tau = 0; Thomsen (26).
 
     Parameters
@@ -366,14 +236,10 @@ def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple:
     >>> round(A1, 6)
     0.210359
     """
-    formulas = v_b * sp.sqrt(1 + KAPPA**2), sp.atan(KAPPA)
-    if symbolic:
-        return formulas
-    given = _sticking(scene, 1)
-    return tuple(value(f, given) for f in formulas)
+    return v_b * sp.sqrt(1 + KAPPA**2), sp.atan(KAPPA)
 
 
-@alone(SYMBOLIC)
+@on_belt(sticking)
 def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration, dimensionless; for order 2 the half range of x.
 
@@ -409,11 +275,10 @@ def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic
     >>> round(sf.theory.belt.stick_slip_amplitude(belt), 6)
     0.210359
     """
-    formula = v_b * sp.sqrt(1 + KAPPA**2) if _order(order) == 1 else v_b * (1 + EXCESS / 2)
-    return formula if symbolic else value(formula, _sticking(scene, order))
+    return v_b * sp.sqrt(1 + KAPPA**2) if _order(order) == 1 else v_b * (1 + EXCESS / 2)
 
 
-@alone(SYMBOLIC)
+@on_belt(sticking)
 def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration on a slow belt, dimensionless.
 
@@ -442,11 +307,10 @@ def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
     >>> round(sf.theory.belt.slow_belt_amplitude(belt), 6)
     0.2
     """
-    formula = v_b if _order(order) == 1 else v_b * (1 + sp.pi / 2 * (ETA - 2 * beta))
-    return formula if symbolic else value(formula, _sticking(scene, order))
+    return v_b if _order(order) == 1 else v_b * (1 + sp.pi / 2 * (ETA - 2 * beta))
 
 
-@alone(SYMBOLIC)
+@on_belt(sticking)
 def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of stick-slip vibration over the natural one.
 
@@ -487,40 +351,4 @@ def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic
     if _order(order) == 2:
         grown = sp.Max(EXCESS, 0)
         early, before = sp.acos(1 / (1 + grown)), sp.sqrt(grown**2 + 2 * grown)
-    formula = 2 * sp.pi / (2 * sp.pi - sp.atan(KAPPA) - early + KAPPA + before)
-    return formula if symbolic else value(formula, _sticking(scene, order))
-
-
-def _order(order: int) -> int:
-    if order not in (1, 2):
-        raise SceneError(f"order is {order!r}; the amplitudes are given to order 1 or 2")
-    return order
-
-
-def _vibrating(scene: Scene | None):
-    """Return the scene's numbers, or raise if steady sliding is stable at every speed."""
-    given = numbers(scene)
-    eta = value(ETA, given)
-    if not eta > 2 * given.beta:
-        raise NotFound(
-            f"steady sliding is stable at every belt speed: the friction difference eta = {eta:.6g} does not exceed "
-            f"2 beta = {2 * given.beta:.6g}"
-        )
-    return given
-
-
-def _check_pure_slip(given, order: int) -> None:
-    low, high = value(stick_speed(order=order, symbolic=True), given), value(V_B1, given)
-    if not low <= given.v_b <= high:
-        found = "stick-slip" if given.v_b < low else "steady sliding, stable"
-        raise NotFound(
-            f"no vibration in pure slip at v_b = {given.v_b:g}: it exists from {low:.6g} to {high:.6g} ({found})"
-        )
-
-
-def _sticking(scene: Scene | None, order: int):
-    given = _vibrating(scene)
-    top = value(stick_speed(order=order, symbolic=True), given)
-    if not given.v_b < top:
-        raise NotFound(f"no stick-slip vibration at v_b = {given.v_b:g}: the mass sticks below v_b0 = {top:.6g} only")
-    return given
+    return 2 * sp.pi / (2 * sp.pi - sp.atan(KAPPA) - early + KAPPA + before)

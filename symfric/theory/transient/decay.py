@@ -1,14 +1,15 @@
 """Analysis of a computed decay: energy balance, and distance of each turning point from the stick limit."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model import scenes
-from symfric.model.notebook import html_table
 from symfric.model.numeric import numeric
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 
@@ -16,7 +17,7 @@ ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene used in the 
 
 
 @dataclass(frozen=True)
-class EnergyBalance:
+class EnergyBalance(Result):
     """Energy balance of a contact damper, J.
 
     Attributes
@@ -44,6 +45,7 @@ class EnergyBalance:
     contact: float
     elastic: float
     kinetic: float
+    _told = ("input", "viscous", "contact", "elastic", "kinetic", "ratio", "gap", "printed_gap")
 
     @property
     def ratio(self) -> float:
@@ -60,25 +62,12 @@ class EnergyBalance:
         """Relative error of the balance (5) as printed, which omits the energy that remains in the spring."""
         return self._lacking(self.viscous + self.contact)
 
-    def _lacking(self, found: float) -> float:
-        return (self.input - found) / self.input if self.input else 0.0
-
-    def _repr_html_(self) -> str:
-        return html_table("EnergyBalance", self.to_dict())
-
-    def to_dict(self) -> dict[str, float]:
-        """Return plain numbers.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {**asdict(self), "ratio": self.ratio, "gap": self.gap, "printed_gap": self.printed_gap}
+    def _lacking(self, told: float) -> float:
+        return (self.input - told) / self.input if self.input else 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Decisions:
+class Decisions(Result):
     """Times at which the slip of a contact reached zero, and the distance from sticking at each.
 
     Attributes
@@ -102,6 +91,7 @@ class Decisions:
     t: np.ndarray
     x: np.ndarray
     margin: np.ndarray
+    _told = ("t", "x", "margin", "closest", "last")
 
     @property
     def closest(self) -> float:
@@ -112,25 +102,6 @@ class Decisions:
     def last(self) -> float:
         """The margin at the last of these times."""
         return float(self.margin[-1]) if self.margin.size else math.nan
-
-    def _repr_html_(self) -> str:
-        return html_table("Decisions", self.to_dict())
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain numbers and lists.
-
-        Returns
-        -------
-        dict
-            Plain numbers, strings and lists.
-        """
-        return {
-            "t": self.t.tolist(),
-            "x": self.x.tolist(),
-            "margin": self.margin.tolist(),
-            "closest": self.closest,
-            "last": self.last,
-        }
 
     def __repr__(self) -> str:
         return f"Decisions({self.t.size} times at rest, closest {self.closest:+.3g}, last {self.last:+.3g})"
@@ -174,7 +145,7 @@ def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     )
 
 
-def energy_balance(run) -> EnergyBalance:
+def energy_balance(run: Any) -> EnergyBalance:
     r"""Return the energy balance of a contact damper.
 
     Parameters
@@ -215,7 +186,7 @@ def energy_balance(run) -> EnergyBalance:
     return EnergyBalance(given, viscous, contact, 0.5 * stiffness * x**2, 0.5 * m * u**2)
 
 
-def decisions(run) -> Decisions:
+def decisions(run: Any) -> Decisions:
     """Return the distance of a mass from the stick limit whenever its contact stopped sliding.
 
     The time of a decay jumps with the parameters where a turning point just reaches the limit; `Decisions.closest` says
