@@ -8,28 +8,20 @@ from symfric.interrupts import leave_at_interrupt
 
 leave_at_interrupt()  # of the command, before anything else is loaded
 
+from typing import Any  # noqa: E402
+
 import lazy_loader  # noqa: E402
 
-from symfric.model.offering import guarded, offer  # noqa: E402
-from symfric.model.services import provide  # noqa: E402
+from symfric.model.public_names import unknown_name  # noqa: E402
 
 __version__ = "0.1.0"
 
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     """Import a public name at its first use and keep it."""
-    globals()[name] = found = guarded(_load(name), __name__)
+    if name not in __all__:
+        raise unknown_name(__name__, name, __all__)
+    globals()[name] = found = _load(name)
     return found
-
-
-def _study(scene, progress=None):
-    """Return the study of a scene; see `Scene.study`."""
-    from symfric.report.study.study import study_of
-
-    return study_of(scene, progress)
-
-
-provide("study", _study)
-offer(__name__)

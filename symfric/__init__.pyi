@@ -1,159 +1,74 @@
-"""What `symfric` offers: the one list of its names, for Python and for type checkers; see ``__init__.py``."""
+"""What `symfric` offers: the one list of its names, for Python and for type checkers; see ``__init__.py``.
 
-from . import design, export, motions, structures, theory
-from .ensemble.attractors import Attractor
-from .ensemble.basins import Basins, basins
-from .ensemble.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from .ensemble.sampling import CaseTable, draw
-from .ensemble.statistics import probability, spread
-from .ensemble.sweep import sweep
-from .errors import NoRoute, NotFound, RunFailed, SceneError
-from .identification.comparison import Comparison, compare_laws
-from .identification.curves import fit_curve
-from .identification.decay import fit_decay
-from .identification.experiments import TestDesign, test_design
-from .identification.fit import Fit
-from .identification.identify import identify
-from .identification.loops import fit_loop
-from .identification.profile import Profile
-from .model import laws, mechanics, scenes
-from .model.laws import Law
-from .model.outputs import (
-    At,
-    End,
-    Events,
-    HalfRange,
-    Integral,
-    Max,
-    Min,
-    Samples,
-    StopTime,
-    Trajectory,
-    dissipated_power,
-    friction_force,
-    slip,
-    stored_energy,
+In stubs only names imported ``as`` themselves are public.
+"""
+
+from . import design as design, export as export, motions as motions, structures as structures, theory as theory
+from .ensemble.attractors import Attractor as Attractor
+from .ensemble.basins import Basins as Basins, basins as basins
+from .ensemble.bifurcation_diagram import (
+    BifurcationDiagram as BifurcationDiagram,
+    bifurcation_diagram as bifurcation_diagram,
 )
-from .model.scene import Scene
-from .model.scenes.isolator import patched_floor
-from .model.symbols import SPEED, TIME
-from .model.system import Contact, Signal, System
-from .orbits.continuation.branch import Branch, Special, continue_cycle
-from .orbits.continuation.codim1 import Curve, continue_special
-from .orbits.cycle import Orbit, limit_cycle
-from .orbits.frequency_response import frequency_response
-from .orbits.lyapunov import Lyapunov, lyapunov
-from .orbits.poincare import PoincareSection, poincare
-from .scenefile.read import read
-from .solve.batch import Batch
-from .solve.casadi_function import as_function
-from .solve.exact.route import Exact
-from .solve.integrators.route import Integrators
-from .solve.routes import Explanation, explain, prepare, simulate
-from .solve.run import Event, Run
-from .solve.status import Status
-from .solve.taylor.route import Taylor
+from .ensemble.sampling import CaseTable as CaseTable, draw as draw
+from .ensemble.statistics import probability as probability, spread as spread
+from .ensemble.sweep import sweep as sweep
+from .errors import NoRoute as NoRoute, NotFound as NotFound, RunFailed as RunFailed, SceneError as SceneError
+from .identification.comparison import Comparison as Comparison, compare_laws as compare_laws
+from .identification.curves import fit_curve as fit_curve
+from .identification.decay import fit_decay as fit_decay
+from .identification.experiments import TestDesign as TestDesign, test_design as test_design
+from .identification.fit import Fit as Fit
+from .identification.identify import identify as identify
+from .identification.loops import fit_loop as fit_loop
+from .identification.profile import Profile as Profile
+from .model import laws as laws, mechanics as mechanics, scenes as scenes
+from .model.laws import Law as Law
+from .model.outputs import (
+    At as At,
+    End as End,
+    Events as Events,
+    HalfRange as HalfRange,
+    Integral as Integral,
+    Max as Max,
+    Min as Min,
+    Samples as Samples,
+    StopTime as StopTime,
+    Trajectory as Trajectory,
+    dissipated_power as dissipated_power,
+    friction_force as friction_force,
+    slip as slip,
+    stored_energy as stored_energy,
+)
+from .model.scene import Scene as Scene
+from .model.scenes.isolator import patched_floor as patched_floor
+from .model.symbols import SPEED as SPEED, TIME as TIME
+from .model.system import Contact as Contact, Signal as Signal, System as System
+from .orbits.continuation.branch import Branch as Branch, Special as Special, continue_cycle as continue_cycle
+from .orbits.continuation.codim1 import Curve as Curve, continue_special as continue_special
+from .orbits.cycle import Orbit as Orbit, limit_cycle as limit_cycle
+from .orbits.frequency_response import frequency_response as frequency_response
+from .orbits.lyapunov import Lyapunov as Lyapunov, lyapunov as lyapunov
+from .orbits.poincare import PoincareSection as PoincareSection, poincare as poincare
+from .scenefile.read import read as read
+from .solve.batch import Batch as Batch
+from .solve.casadi_function import as_function as as_function
+from .solve.exact.route import Exact as Exact
+from .solve.integrators.route import Integrators as Integrators
+from .solve.routes import Explanation as Explanation, explain as explain, prepare as prepare, simulate as simulate
+from .solve.run import Event as Event, Run as Run
+from .solve.status import Status as Status
+from .solve.taylor.route import Taylor as Taylor
 from .theory import (
-    Equilibrium,
-    HopfPoint,
-    SlowFlow,
-    Stability,
-    average,
-    equilibrium,
-    hopf,
-    separate,
-    stability,
+    Equilibrium as Equilibrium,
+    HopfPoint as HopfPoint,
+    SlowFlow as SlowFlow,
+    Stability as Stability,
+    average as average,
+    equilibrium as equilibrium,
+    hopf as hopf,
+    separate as separate,
+    stability as stability,
 )
 
 __version__: str
-
-__all__ = [
-    "SPEED",
-    "TIME",
-    "At",
-    "Attractor",
-    "Basins",
-    "Batch",
-    "BifurcationDiagram",
-    "Branch",
-    "CaseTable",
-    "Comparison",
-    "Contact",
-    "Curve",
-    "End",
-    "Equilibrium",
-    "Event",
-    "Events",
-    "Exact",
-    "Explanation",
-    "Fit",
-    "HalfRange",
-    "HopfPoint",
-    "Integral",
-    "Integrators",
-    "Law",
-    "Lyapunov",
-    "Max",
-    "Min",
-    "NoRoute",
-    "NotFound",
-    "Orbit",
-    "PoincareSection",
-    "Profile",
-    "Run",
-    "RunFailed",
-    "Samples",
-    "Scene",
-    "SceneError",
-    "Signal",
-    "SlowFlow",
-    "Special",
-    "Stability",
-    "Status",
-    "StopTime",
-    "System",
-    "Taylor",
-    "TestDesign",
-    "Trajectory",
-    "as_function",
-    "average",
-    "basins",
-    "bifurcation_diagram",
-    "compare_laws",
-    "continue_cycle",
-    "continue_special",
-    "design",
-    "dissipated_power",
-    "draw",
-    "equilibrium",
-    "explain",
-    "export",
-    "fit_curve",
-    "fit_decay",
-    "fit_loop",
-    "frequency_response",
-    "friction_force",
-    "hopf",
-    "identify",
-    "laws",
-    "limit_cycle",
-    "lyapunov",
-    "mechanics",
-    "motions",
-    "patched_floor",
-    "poincare",
-    "prepare",
-    "probability",
-    "read",
-    "scenes",
-    "separate",
-    "simulate",
-    "slip",
-    "spread",
-    "stability",
-    "stored_energy",
-    "structures",
-    "sweep",
-    "test_design",
-    "theory",
-]

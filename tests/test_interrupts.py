@@ -43,7 +43,12 @@ MODULES = [
 @pytest.mark.skipif(os.name != "posix", reason="interrupts of POSIX")
 @pytest.mark.parametrize(
     "place",
-    ["symfric.model.offering", "sympy", "the end", *(pytest.param(m, marks=pytest.mark.long) for m in EARLY + MODULES)],
+    [
+        "symfric.model.public_names",
+        "sympy",
+        "the end",
+        *(pytest.param(m, marks=pytest.mark.long) for m in EARLY + MODULES),
+    ],
 )
 def test_an_interrupt_ends_with_130_wherever_it_comes(place, tmp_path):
     (tmp_path / "sitecustomize.py").write_text(SITE)

@@ -6,6 +6,7 @@ import os
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import IO, Any
 
 import click
 
@@ -36,7 +37,7 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 class _OneLine(click.ClickException):
     """An error shown as one line on stderr."""
 
-    def show(self, file=None) -> None:
+    def show(self, file: IO[Any] | None = None) -> None:
         """Print the error."""
         say(f"Error: {self.format_message()}", err=True)
 
@@ -71,7 +72,7 @@ def _is_here(name: str) -> bool:
 class Commands(click.Group):
     """The group of commands: imports a command when it is used, and shows errors as one line with an exit status."""
 
-    def main(self, *args, **kwargs):
+    def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run with safe output streams; lost output gives exit status 1, except after a closed pipe."""
         hold_closed()
         with safe_streams() as output:
@@ -104,16 +105,17 @@ class Commands(click.Group):
         for name in _THREADS:  # before NumPy is loaded: its threads cost more than they bring on matrices of this size
             os.environ.setdefault(name, "1")
         module, attribute = COMMANDS[cmd_name].split(":")
-        return getattr(importlib.import_module(module), attribute)
+        command: click.Command = getattr(importlib.import_module(module), attribute)
+        return command
 
-    def make_context(self, *args, **kwargs) -> click.Context:
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Parse the options before the command; errors are one line."""
         try:
             return super().make_context(*args, **kwargs)
         except click.UsageError as error:
             raise _in_one_line(error) from None
 
-    def invoke(self, ctx: click.Context):
+    def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         try:
             return super().invoke(ctx)
@@ -133,7 +135,7 @@ class Commands(click.Group):
             raise NoAnswer("not enough memory; take a smaller problem, or fewer values") from None
 
 
-def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool):
+def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
     if wanted:
         from symfric.report.html.versions import package_version
 
@@ -153,7 +155,7 @@ def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     help="Show the version and exit.",
 )
 @click.pass_context
-def main(ctx: click.Context):
+def main(ctx: click.Context) -> None:
     """Vibration caused and damped by dry friction.
 
     \b

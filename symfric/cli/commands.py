@@ -1,8 +1,9 @@
 """The commands ``study``, ``explain`` and ``scenes``."""
 
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -28,7 +29,7 @@ LIMIT = "Longest time for the runs of one part, ten times as long for designs an
     help=LIMIT,
 )
 @common_options
-def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool):
+def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool) -> None:
     """Study a scene file (motion, stability, sweep, designs) and write one HTML page.
 
     Writes study.html, study.json, motion.csv and, if the file sweeps a value, amplitude.csv; of a structure also
@@ -78,7 +79,7 @@ def _print_summary(result: "StudyResult", folder: Path) -> None:
 @click.command()
 @click.argument("file", type=FILE)
 @common_options
-def explain(file: Path, as_json: bool, quiet: bool):
+def explain(file: Path, as_json: bool, quiet: bool) -> None:
     """Show which solver takes a scene file, why the others decline, and what is not computed.
 
     \b
@@ -98,7 +99,7 @@ def explain(file: Path, as_json: bool, quiet: bool):
 
 @click.command()
 @common_options
-def scenes(as_json: bool, quiet: bool):
+def scenes(as_json: bool, quiet: bool) -> None:
     """List the ready scenes with their arguments.
 
     \b
@@ -120,7 +121,7 @@ def scenes(as_json: bool, quiet: bool):
             say(f"  {entry['name']}({shown})\n      {entry['summary']}")
 
 
-def _described(functions: dict) -> list[dict]:
+def _described(functions: Mapping[str, Callable[..., Any]]) -> list[dict[str, Any]]:
     """Return name, arguments and a one-line description of each function."""
     import inspect
 
@@ -134,7 +135,7 @@ def _described(functions: dict) -> list[dict]:
     return result
 
 
-def _one_line(function) -> str:
+def _one_line(function: Callable[..., Any]) -> str:
     """Return the formula of a law, or the words before the formula in the first line of a docstring."""
     import inspect
 

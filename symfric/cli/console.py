@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import click
 
@@ -16,11 +17,12 @@ from symfric.errors import SceneError
 from symfric.files import write_together, write_whole
 from symfric.interrupts import raise_at_interrupt
 
+F = TypeVar("F", bound=Callable[..., object])
 Progress = Callable[[str, float], None]
 PATIENCE = 1.0  # time before progress is shown, s
 
 
-def common_options(command):
+def common_options(command: F) -> F:
     """Decorate a command with the options ``--json`` and ``--quiet``."""
     command = click.option("--quiet", "-q", is_flag=True, help="No progress and no summary.")(command)
     return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(command)
@@ -31,7 +33,7 @@ def say(text: str = "", *, err: bool = False, nl: bool = True) -> None:
     click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl)
 
 
-def print_json(data) -> None:
+def print_json(data: object) -> None:
     """Print data as JSON; NaN and infinity must have been replaced by None."""
     say(json.dumps(data, indent=2, allow_nan=False))
 
@@ -81,7 +83,7 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
     """
     heard = threading.Event()
 
-    def note(_signal, _frame) -> None:
+    def note(_signal: int, _frame: object) -> None:
         heard.set()
         raise KeyboardInterrupt
 
@@ -107,7 +109,7 @@ def no_interrupt_lost() -> Iterator[Callable[[], None]]:
 class _Messages(logging.Handler):
     """Log handler that passes every message as one line to a function."""
 
-    def __init__(self, write: Callable[[str], None]):
+    def __init__(self, write: Callable[[str], None]) -> None:
         super().__init__()
         self._write = write
 
@@ -155,7 +157,7 @@ def _bar() -> Iterator[tuple[Progress, Callable[[str], None]]]:
 class _Lines:
     """Plain progress: one line for each stage, at most one per second."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.last, self.stage = time.monotonic(), ""
 
     def __call__(self, stage: str, fraction: float) -> None:

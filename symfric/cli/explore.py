@@ -15,7 +15,7 @@ from symfric.errors import SceneError
 @click.option("--port", default=0, type=click.IntRange(0, 65535), help="Port of the page; any free one unless given.")
 @click.option("--open", "opening", is_flag=True, help="Open the page in the browser.")
 @common_options
-def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool):
+def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool) -> None:
     """Serve a local web page with a slider for each value of a scene file and live figures.
 
     Ctrl-C ends it.

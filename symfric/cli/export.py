@@ -17,7 +17,7 @@ _LARGE = 1e-3  # difference from the event-driven solution above which a shorter
 @click.option("--step", type=float, required=True, help="Length of a step, in the scene's unit of time.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="File to write; FILE's name unless given.")
 @common_options
-def export(file: Path, kind: str, step: float, out: Path | None, as_json: bool, quiet: bool):
+def export(file: Path, kind: str, step: float, out: Path | None, as_json: bool, quiet: bool) -> None:
     """Write a scene as C code or as a unit for co-simulation, in steps of fixed length.
 
     The steps are compared with the event-driven solution over the horizon of the scene, 50000 steps at most.

@@ -14,7 +14,7 @@ FILE = click.Path(path_type=Path)
 @click.argument("file", type=FILE)
 @click.option("-o", "--out", type=FILE, help="Folder for the results; FILE's name with -identify unless given.")
 @common_options
-def identify(file: Path, out: Path | None, as_json: bool, quiet: bool):
+def identify(file: Path, out: Path | None, as_json: bool, quiet: bool) -> None:
     """Fit values of a scene file to the record in [identify] and write one HTML page.
 
     [identify] names a CSV file (the first column is time) and, in [identify.unknowns], the unknowns with their bounds:

@@ -12,7 +12,7 @@ from symfric.errors import SceneError
 @click.argument("words", nargs=-1, metavar="[MODEL] FILE")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 @common_options
-def new(words: tuple[str, ...], force: bool, as_json: bool, quiet: bool):
+def new(words: tuple[str, ...], force: bool, as_json: bool, quiet: bool) -> None:
     """Write a scene file to start from: of a ready MODEL, or with own equations if none is named.
 
     `symfric scenes` lists the models; `structure` has its equations from matrices, which are written beside it. The

@@ -99,7 +99,7 @@ class Sink(io.BufferedIOBase):
     def fileno(self) -> int:
         if self._raw is None:
             raise io.UnsupportedOperation("fileno")
-        return self._raw.fileno()
+        return int(self._raw.fileno())
 
     def isatty(self) -> bool:
         return self._raw is not None and self._raw.isatty()

@@ -2,12 +2,27 @@
 
 import sys
 import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from symfric.cli.console import common_options, print_json, progress_on_stderr, say, writable_folder, write_results
+from symfric.cli.console import (
+    Progress,
+    common_options,
+    print_json,
+    progress_on_stderr,
+    say,
+    writable_folder,
+    write_results,
+)
 from symfric.interrupts import STATUS
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from symfric.scenefile import SceneFile
 
 FILE = click.Path(path_type=Path)
 STORE = "store"  # folder of the finished cases, inside the folder of the results
@@ -20,7 +35,7 @@ TABLE = "sweep.csv"
 @click.option("--jobs", "-j", type=int, default=-1, help="Threads; as many as there are processors unless given.")
 @click.option("--resume", is_flag=True, help="Continue an interrupted sweep, or show a finished one.")
 @common_options
-def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, quiet: bool):
+def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, quiet: bool) -> None:
     """Run a scene file for every combination of values in [sweep].
 
     [sweep.grid] gives a list of values or {start, stop, count} for each parameter; without it from, to and number of
@@ -57,7 +72,7 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
     _report(result, file, folder, time.monotonic() - begin, as_json, quiet)
 
 
-def _check(found, file: Path) -> None:
+def _check(found: "SceneFile", file: Path) -> None:
     """Raise unless the file has an axis and a scalar output."""
     from symfric.errors import SceneError
 
@@ -82,11 +97,11 @@ def _make_room(place: Path) -> None:
     store.clear(place)
 
 
-def _staged(progress):
+def _staged(progress: Progress) -> Callable[[Any], None]:
     """Return a function that reports the sweep's progress, without a terminal at growing intervals."""
     steady, begin, last = sys.stderr.isatty(), time.monotonic(), 0.0
 
-    def report(at) -> None:
+    def report(at: Any) -> None:
         nonlocal last
         spent = time.monotonic() - begin
         if steady or spent - last > max(1.0, 0.1 * spent):
@@ -96,7 +111,7 @@ def _staged(progress):
     return report
 
 
-def _rows(result):
+def _rows(result: "Dataset") -> Iterator[Sequence[Any]]:
     """Yield the header of a table and a row for each case: values of the axes, outputs, name of the status."""
     import numpy as np
 
@@ -106,11 +121,11 @@ def _rows(result):
             result["status"].attrs["flag_values"].tolist(), result["status"].attrs["flag_meanings"].split(), strict=True
         )
     )
-    columns: dict[str, list] = {}
+    columns: dict[str, list[Any]] = {}
     for name, data in result.data_vars.items():
         if name != "status":
             parts = (
-                {name: data}
+                {str(name): data}
                 if "state" not in data.dims
                 else {f"{name}_{s}": data.sel(state=s) for s in data.state.values}
             )
@@ -122,7 +137,7 @@ def _rows(result):
     yield from zip(*values, status, strict=True)
 
 
-def _write(place: Path, result) -> None:
+def _write(place: Path, result: "Dataset") -> None:
     import csv
     import io
 
@@ -131,7 +146,7 @@ def _write(place: Path, result) -> None:
     write_results({place: text.getvalue()})
 
 
-def _report(result, file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
+def _report(result: "Dataset", file: Path, folder: Path, seconds: float, as_json: bool, quiet: bool) -> None:
     """Print a summary; exit with status 1 if no case was successful."""
     from collections import Counter
 

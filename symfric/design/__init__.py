@@ -1,5 +1,7 @@
 """Optimal design of excitations, dampers, isolators and controls, each verified on the event-driven model."""
 
+from typing import TYPE_CHECKING
+
 from symfric.design.absorber.classic import absorber
 from symfric.design.absorber.foundation import sprung_foundation
 from symfric.design.contact_damper.design import contact_damper
@@ -9,7 +11,7 @@ from symfric.design.optimal_control.collocation import Profile, collocation
 from symfric.design.positioning.design import positioning
 from symfric.design.quench.design import quench
 from symfric.design.result import Curve, Design
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 
 __all__ = [
     "Curve",
@@ -25,4 +27,5 @@ __all__ = [
     "sprung_foundation",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -16,10 +16,11 @@ from symfric.ensemble.sampling import row_of
 from symfric.ensemble.sweep import sweep
 from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model.excitation import forcing_period
 from symfric.model.outputs import End, StopTime
 from symfric.model.results import ArrayResult, Drawable, Labelled, as_plain
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.model.units import attributes_of
 from symfric.orbits.sizes import over_time
@@ -92,6 +93,7 @@ class Basins(ArrayResult, Drawable):
         return f"Basins({' x '.join(map(str, self.label.shape))} starts: {parts}{f', {lost:.1%} none' if lost else ''})"
 
 
+@logged
 def basins(
     scene: Scene,
     starts: Mapping[Key, np.ndarray],
@@ -144,8 +146,7 @@ def basins(
     >>> [a.kind for a in found.attractors]
     ['equilibrium', 'cycle']
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene")
+    check_scene(scene)
     near = finite(near, "near")
     if not 0 < near < 1:
         raise SceneError(f"near is {near:g}; give a fraction of the range of the states, between 0 and 1")

@@ -13,10 +13,11 @@ from symfric.ensemble.cases import Listed
 from symfric.ensemble.sampling import row_of
 from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
+from symfric.long_calls import logged
 from symfric.model.excitation import periodic
 from symfric.model.outputs import Samples, Trajectory
 from symfric.model.results import ArrayResult, Drawable, Labelled
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite
 from symfric.model.units import attributes_of
 from symfric.orbits.poincare import Cut, cut_of
@@ -128,6 +129,7 @@ class BifurcationDiagram(ArrayResult, Drawable):
         )
 
 
+@logged
 def bifurcation_diagram(
     scene: Scene,
     parameter: Key,
@@ -188,8 +190,7 @@ def bifurcation_diagram(
     >>> diagram.values.round(6)
     array([0.2, 0.3])
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene")
+    check_scene(scene)
     name = scene.parameter(parameter).name
     row = row_of(values, name)
     scene = scene.where({name: row[0]}) if scene.values[scene.parameter(name)] is None else scene

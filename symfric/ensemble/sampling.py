@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -97,7 +97,7 @@ def draw(
     number: int,
     *,
     seed: int = 0,
-    method: str = "sobol",
+    method: Literal["sobol", "latin", "random"] = "sobol",
     repeats: int = 1,
     correlation: Any = None,
 ) -> CaseTable:

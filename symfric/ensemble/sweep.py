@@ -15,17 +15,20 @@ from symfric.ensemble.scheduler import Results, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, Task, make_program
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
+from symfric.solve.protocol import RouteName
 from symfric.solve.routes import Settings
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@logged
 def sweep(
     scene: Scene | Mapping[str, Scene],
     grid: Mapping[Key, Any] | CaseTable,
@@ -35,7 +38,7 @@ def sweep(
     progress: bool | Callable[[Progress], None] = False,
     store: str | Path | None = None,
     tolerance: float = 1e-9,
-    route: str | Settings | None = None,
+    route: RouteName | Settings | None = None,
 ) -> "xr.Dataset":
     """Run a scene for every combination of values, and return its scalar outputs on a labelled grid.
 
@@ -110,7 +113,7 @@ def _run(
     cases: Grid,
     results: Results,
     tolerance: float,
-    route: str | Settings | None,
+    route: RouteName | Settings | None,
     workers: int,
     executor: Executor | None,
     progress: bool | Callable[[Progress], None],
@@ -140,7 +143,9 @@ def _checked(jobs: int, executor: object, progress: object) -> int:
     return workers
 
 
-def _open_store(store: str | Path, cases: Grid, tolerance: float, route: str | Settings | None, width: int) -> Store:
+def _open_store(
+    store: str | Path, cases: Grid, tolerance: float, route: RouteName | Settings | None, width: int
+) -> Store:
     from xarray.backends.netcdf3 import is_valid_nc3_name
 
     for name in (*cases.width, *cases.axes, *cases.names):

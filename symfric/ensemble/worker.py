@@ -16,7 +16,7 @@ from symfric.ensemble.grid import fingerprint
 from symfric.errors import NoRoute, RunFailed, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
-from symfric.solve.protocol import Program
+from symfric.solve.protocol import Program, RouteName
 from symfric.solve.routes import Settings, prepare
 from symfric.solve.status import Status
 from symfric.solve.widened import widened
@@ -51,7 +51,7 @@ class Task:
 
     scene: Scene
     tolerance: float
-    route: str | Settings | None
+    route: RouteName | Settings | None
     names: tuple[str, ...]
     width: tuple[int, ...]
     starts: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ from symfric.errors import SceneError
 from symfric.export.stepper import Stepper, stepper
 from symfric.files import write_together
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.results import Result
 from symfric.model.scene import Scene
 
@@ -64,6 +65,7 @@ class Exported(Result):
         return f"Exported({'; '.join(parts)})"
 
 
+@logged
 def write_c(
     scene: Scene, path: Path | str, step: float, outputs: Mapping[str, sp.Expr] | None = None, events: int = 4
 ) -> Exported:

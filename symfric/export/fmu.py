@@ -20,6 +20,7 @@ from symfric.errors import SceneError
 from symfric.export.c_code import Exported, c_sources, exported, identifier, source_text, with_name
 from symfric.export.stepper import MEANING, Stepper, stepper
 from symfric.files import write_whole
+from symfric.long_calls import logged
 from symfric.model.scene import Scene
 
 _COMPILERS = "cc", "gcc", "clang"
@@ -32,6 +33,7 @@ _PARAMETER = {"causality": "parameter", "variability": "tunable", "initial": "ex
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of the files inside, so that the same scene gives the same bytes
 
 
+@logged
 def write_fmu(
     scene: Scene, path: Path | str, step: float, outputs: Mapping[str, sp.Expr] | None = None, events: int = 4
 ) -> Exported:

@@ -13,7 +13,7 @@ from symfric.errors import SceneError
 from symfric.export.step_function import LOST_CONTACT, MANY_EVENTS, NOT_FINITE, OK, StepFunctions, step_functions
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
 from symfric.model.units import attributes_of
 from symfric.solve.routes import simulate
@@ -265,6 +265,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
         raise SceneError(f"step is {length:g}; it must be positive")
     if not isinstance(events, int) or isinstance(events, bool) or events < 1:
         raise SceneError(f"events is {events!r}; give a whole number of 1 or more")
+    check_scene(scene)
     scene.numbers()
     shown = _read_outputs(scene, outputs)
     f: StepFunctions = step_functions(scene, list(shown.values()), events)

@@ -12,6 +12,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.identify import identify
 from symfric.identification.local_fit import Problem, minimise
+from symfric.long_calls import logged
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
@@ -142,6 +143,7 @@ class Comparison(ArrayResult):
         return f"Comparison({', '.join(s.name for s in self.scores)}; best: {self.best.name})"
 
 
+@logged
 def compare_laws(
     scenes: Mapping[str, Scene],
     records: Any,

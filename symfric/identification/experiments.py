@@ -10,6 +10,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.prediction import Predictor
+from symfric.long_calls import logged
 from symfric.model.results import Result
 from symfric.model.symbols import Key, finite, name_of
 
@@ -57,6 +58,7 @@ class TestDesign(Result):
         return f"TestDesign({shown}; of {len(self.candidates)} candidates)"
 
 
+@logged
 def test_design(
     fit: Fit,
     settings: Mapping[Key, Sequence[float]],

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from symfric.identification.prediction import PredictionModel, Predictor
 from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
+from symfric.long_calls import logged
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.case_values import workers_of
@@ -26,6 +27,7 @@ TRIALS = 64  # cases that such a comparison takes
 REWEIGHTED, SAME = 10, 1e-3  # rounds of estimating the noise of several records, and the change that ends them
 
 
+@logged
 def identify(
     scene: Scene | Mapping[str, Scene],
     records: Any,
@@ -38,7 +40,7 @@ def identify(
     seed: int = 0,
     tolerance: float = 1e-10,
     threads: int = 1,
-    loss: str = "linear",
+    loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
 ) -> Fit:
     """Fit values of a scene to measured records by least squares.
 

@@ -1,16 +1,18 @@
 """The effective coefficient of friction under fast vibration: ``mubar(v) = <mu(v - q cos theta)>``, Thomsen (41)."""
 
 import itertools
+from typing import TypeAlias
 
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.symbols import SPEED
 
+Averaged: TypeAlias = tuple[sp.Expr, tuple[sp.Expr, ...]]  # kinetic coefficient and breaks
 _S = sp.Symbol("s", positive=True)  # quadrature variable on [0, 1]
 
 
-def effective_coefficient(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
+def effective_coefficient(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr) -> Averaged:
     """Return the kinetic coefficient of the averaged law and its breaks.
 
     Below v = q the relative velocity changes its sign at ``theta = acos(v/q)``, Thomsen (45), (46); above it does not.
@@ -64,7 +66,7 @@ def _mean(kinetic: sp.Expr, q: sp.Expr, splits: list[sp.Expr], signs: list[int])
     return sp.Add(*(_mean_piece(kinetic, q, low, high, sign) for (low, high), sign in pieces))
 
 
-def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr):
+def _branched(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...], q: sp.Expr) -> Averaged:
     """Average a law with branches; needs numbers, because the order of the integration limits depends on them."""
     if not q.is_number or not all(b.is_number for b in breaks):
         raise SceneError("the average of a law with breaks needs numbers for its breaks and for q; use law.where(...)")
@@ -101,8 +103,8 @@ def pieces_between(kinetic: sp.Expr, breaks: tuple[sp.Expr, ...]) -> tuple[sp.Ex
         return (kinetic,)
     speeds = [(low + high) / 2 for low, high in itertools.pairwise([sp.Integer(0), *breaks])]
 
-    def at(speed):
-        def held(piecewise):
+    def at(speed: sp.Expr) -> sp.Expr:
+        def held(piecewise: sp.Piecewise) -> sp.Expr:
             for e, condition in piecewise.args:
                 decided = condition.subs(SPEED, speed)
                 if decided == True:  # noqa: E712

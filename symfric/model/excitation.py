@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -94,16 +95,17 @@ class Excitation:
         return tuple(sorted(set().union(*(rate.free_symbols for rate in self.rates)), key=str))
 
     @cached_property
-    def _numbers(self) -> Callable:
+    def _numbers(self) -> Callable[..., Any]:
         with SYMBOLIC:
-            return sp.lambdify(self._symbols, self.rates)
+            made: Callable[..., Any] = sp.lambdify(self._symbols, self.rates)
+            return made
 
     @cached_property
-    def _kept(self) -> dict[tuple[str, ...], Callable]:
+    def _kept(self) -> dict[tuple[str, ...], Callable[..., Any]]:
         return {}
 
     @alone(SYMBOLIC)
-    def _slopes(self, parameters: tuple[str, ...]) -> Callable:
+    def _slopes(self, parameters: tuple[str, ...]) -> Callable[..., Any]:
         """Return a function of the parameters that gives the derivatives of the frequencies by them."""
         if parameters not in self._kept:
             of = {s.name: s for s in self._symbols}
@@ -238,7 +240,7 @@ def _period_by(excitation: Excitation, numbers: tuple[float, ...], parameters: t
             f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
             f"{', '.join(map(str, excitation.rates))}: they keep no common period; let it change all or none"
         )
-    return -period * relative[0]
+    return np.asarray(-period * relative[0])
 
 
 def common_rate(rates: Iterable[float]) -> float | None:

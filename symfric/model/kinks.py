@@ -4,6 +4,8 @@ SymPy's derivative of ``Abs(x)**3`` is ``3 x**2 sign(x)``, continuous although o
 ``3 x Abs(x)``. Where the force itself jumps it is refused.
 """
 
+from collections.abc import Callable
+
 import sympy as sp
 
 from symfric.errors import SceneError
@@ -41,15 +43,15 @@ def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
     return slope
 
 
-def with_magnitudes(energy: sp.Expr) -> tuple[sp.Expr, dict]:
+def with_magnitudes(energy: sp.Expr) -> tuple[sp.Expr, dict[sp.Expr, sp.Expr]]:
     """Rewrite Max and Min with Abs (two arguments) or Piecewise (more); return also the inverse substitution."""
     extremes = {}
 
-    def rewritten(func, way: int):
-        def replace(*arguments):
+    def rewritten(func: Callable[..., sp.Expr], way: int) -> Callable[..., sp.Expr]:
+        def replace(*arguments: sp.Expr) -> sp.Expr:
             if len(arguments) > 2:
-                first = lambda a, others: sp.And(*(way * (a - b) >= 0 for b in others))  # noqa: E731
-                pieces = [(a, first(a, arguments[i + 1 :])) for i, a in enumerate(arguments[:-1])]
+                beyond = [[way * (a - b) >= 0 for b in arguments[i + 1 :]] for i, a in enumerate(arguments)]
+                pieces = [(a, sp.And(*c)) for a, c in zip(arguments[:-1], beyond, strict=False)]
                 return sp.Piecewise(*pieces, (arguments[-1], True))
             a, b = arguments
             magnitude = sp.Abs(a - b)

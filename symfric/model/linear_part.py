@@ -69,7 +69,7 @@ class LinearPart:
         return {s: float(r.weights @ np.asarray(q if r.of == "q" else u, float)) for s, r in self.rows.items()}
 
 
-def slopes_of(slip: sp.Expr, u: Sequence[sp.Symbol], part: LinearPart | None) -> list | np.ndarray:
+def slopes_of(slip: sp.Expr, u: Sequence[sp.Symbol], part: LinearPart | None) -> list[sp.Expr] | np.ndarray:
     """Return the derivatives of a slip by the velocities: numbers if all are, an array; otherwise expressions.
 
     Raises

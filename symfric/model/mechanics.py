@@ -1,6 +1,7 @@
 """Equations of motion from energies by Lagrange's method of SymPy."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 from sympy.physics.mechanics import LagrangesMethod
@@ -8,8 +9,8 @@ from sympy.physics.mechanics import LagrangesMethod
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
-from symfric.model.offering import offer
-from symfric.model.symbols import TIME, listed, scalar
+from symfric.model.public_names import names_of
+from symfric.model.symbols import TIME, listed, mapped, scalar
 from symfric.model.system import System, refuse_jumps
 
 __all__ = ["lagrange"]
@@ -17,7 +18,13 @@ __all__ = ["lagrange"]
 
 @alone(SYMBOLIC)
 def lagrange(
-    *, kinetic, potential=0, dissipation=0, loads: Mapping | None = None, q: Sequence, u: Sequence | None = None
+    *,
+    kinetic: sp.Expr,
+    potential: sp.Expr | float = 0,
+    dissipation: sp.Expr | float = 0,
+    loads: Mapping[Any, sp.Expr | float] | None = None,
+    q: Sequence[sp.Expr],
+    u: Sequence[sp.Symbol] | None = None,
 ) -> System:
     """Derive a `System` from its energies by Lagrange's equations.
 
@@ -57,7 +64,7 @@ def lagrange(
     >>> system.mass, system.force
     (Matrix([[m]]), (-k*x,))
     """
-    q, loads = listed(q, "q"), loads or {}
+    q, loads = listed(q, "q"), mapped({} if loads is None else loads, "loads", "loads={x: force}")
     u = None if u is None else listed(u, "u")
     unknown = [c for c in loads if c not in list(q)]
     if unknown:
@@ -79,7 +86,9 @@ def lagrange(
     return System(q=still, u=u, mass=mass, force=force)
 
 
-def _states(q: list, u: Sequence | None) -> tuple[list[sp.Symbol], list[sp.Symbol], Callable]:
+def _states(
+    q: list[sp.Expr], u: Sequence[sp.Symbol] | None
+) -> tuple[list[sp.Symbol], list[sp.Symbol], Callable[[sp.Expr, str], sp.Expr]]:
     """Return coordinates and velocities as symbols, and a function that rewrites an expression in these."""
     if u is None:
         if any(not c.args for c in q):
@@ -109,9 +118,13 @@ def _inertia(kinetic: sp.Expr, q: list[sp.Symbol], u: list[sp.Symbol]) -> tuple[
     rates = [c.diff(TIME) for c in moving]
     method = LagrangesMethod(plain.subs(dict(zip((*u, *q), (*rates, *moving), strict=True))), moving)
     method.form_lagranges_equations()
-    back = lambda e: e.doit().subs(dict(zip(rates, u, strict=True))).subs(dict(zip(moving, q, strict=True)))  # noqa: E731
+
+    def back(e: Any) -> Any:
+        return e.doit().subs(dict(zip(rates, u, strict=True))).subs(dict(zip(moving, q, strict=True)))
+
     forces = [without_signs(back(e), "the force from the kinetic energy", CURES["kinetic"]) for e in method.forcing]
     return back(method.mass_matrix).xreplace(extremes), [e.xreplace(extremes) for e in forces]
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -2,7 +2,8 @@
 
 import html
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import sympy as sp
 from sympy.printing.mathml import mathml
@@ -34,13 +35,13 @@ def columns(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> list[dict
     return [dict(zip(heads, row, strict=True)) for row in rows]
 
 
-def changes_of_mode(events: Iterable) -> list[dict[str, object]]:
+def changes_of_mode(events: Iterable[Any]) -> list[dict[str, object]]:
     """Return the events of a run for `html_table`, modes in words."""
     heads = ("t", "contact", "before", "after")
     return columns(heads, ((e.t, e.contact, MODES[e.before], MODES[e.after]) for e in events))
 
 
-def _rows(values: Mapping[str, object], above: str = ""):
+def _rows(values: Mapping[str, object], above: str = "") -> Iterator[tuple[str, object]]:
     """Yield the name and the text, or the table, of each value."""
     for name, value in values.items():
         if isinstance(value, Mapping) and value:
@@ -49,7 +50,7 @@ def _rows(values: Mapping[str, object], above: str = ""):
             yield f"{above}{name}", _table(value) or _shown(value)
 
 
-def _table(value) -> dict[str, list] | None:
+def _table(value: Any) -> dict[str, list[Any]] | None:
     """Return the heads and the rows of a matrix or of a list of mappings; None for anything else."""
     if not isinstance(value, list | tuple) or not value or len(value) > MOST:
         return None
@@ -63,7 +64,7 @@ def _table(value) -> dict[str, list] | None:
     return None
 
 
-def _shown(value) -> str:
+def _shown(value: Any) -> str:
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "none"}[value]
     if isinstance(value, float):
@@ -91,7 +92,7 @@ def _formula(expr: sp.Expr) -> str:
     return Markup(f"<math>{text}</math>")
 
 
-def _listed(value: Sequence) -> str:
+def _listed(value: Sequence[Any]) -> str:
     """Return a list on one line, of a long one the number of entries and their range."""
     if len(value) <= MOST and not any(isinstance(v, Mapping) for v in value):
         nested = any(isinstance(v, list | tuple) for v in value)

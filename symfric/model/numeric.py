@@ -7,12 +7,16 @@ from typing import TypeAlias
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from symfric.locks import SYMBOLIC, alone
 
 NODES = 48  # quadrature nodes; exact to rounding for the integrands of an averaged law
 LARGEST = 1 << 20  # most array entries at once in nested quadrature
 Rule = tuple[np.ndarray, np.ndarray]
+ArrayFunction: TypeAlias = Callable[..., np.ndarray]
+ArrayFunctions: TypeAlias = Callable[..., list[np.ndarray]]
+_Elementwise = Callable[[np.ndarray], np.ndarray]
 Floats: TypeAlias = Sequence[float] | np.ndarray  # one-dimensional numbers as a user may give them
 _IN_NUMPY = (
     *(sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.Abs),
@@ -28,7 +32,7 @@ def gauss_legendre(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
 
 
 @alone(SYMBOLIC)
-def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], rule: Rule | int = NODES) -> Callable:
+def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], rule: Rule | int = NODES) -> ArrayFunctions:
     """Return ``f(*arrays) -> list of arrays`` that evaluates several expressions elementwise.
 
     Parameters
@@ -48,14 +52,14 @@ def numeric(symbols: Sequence[sp.Symbol], entries: Sequence[sp.Expr], rule: Rule
     return partial(_compiled(tuple(symbols), tuple(entries)), rule)
 
 
-def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, rule: Rule | int = NODES) -> Callable:
+def numeric_function(symbols: Sequence[sp.Symbol], expr: sp.Expr, rule: Rule | int = NODES) -> ArrayFunction:
     """Return ``f(*arrays) -> array`` that evaluates one expression; see `numeric`."""
     evaluate = numeric(symbols, (expr,), rule)
     return lambda *arguments: evaluate(*arguments)[0]
 
 
 @lru_cache(maxsize=256)
-def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable:
+def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> Callable[..., list[np.ndarray]]:
     """Return ``f(rule, *arrays)``; one compiled function serves all quadrature rules."""
     integrals: dict[sp.Integral, sp.Symbol] = {}
     for e in entries:
@@ -68,7 +72,7 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> C
     sums = [_quadrature(symbols, integral) for integral in integrals]
     depth = max((_depth(e) for e in entries), default=0)
 
-    def evaluate(rule, *arguments):
+    def evaluate(rule: Rule, *arguments: ArrayLike) -> list[np.ndarray]:
         given = [np.asarray(a, dtype=float) for a in arguments]
         shape = _shape(given)
         size, nodes = math.prod(shape), rule[0].size
@@ -91,10 +95,10 @@ def _shape(arguments: Sequence[np.ndarray]) -> tuple[int, ...]:
     return shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
-def _at_the_edge(inverse: Callable) -> Callable:
+def _at_the_edge(inverse: _Elementwise) -> _Elementwise:
     """Return asin or acos with its argument clipped to [-1, 1], which rounding may exceed."""
 
-    def evaluate(x):
+    def evaluate(x: np.ndarray) -> np.ndarray:
         return inverse(np.where(np.abs(x) < 1 + 1e-12, np.clip(x, -1.0, 1.0), x))
 
     return evaluate
@@ -103,7 +107,7 @@ def _at_the_edge(inverse: Callable) -> Callable:
 _EDGES = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
 
 
-def _collect(expr: sp.Expr, found: dict) -> None:
+def _collect(expr: sp.Expr, found: dict[sp.Integral, sp.Symbol]) -> None:
     """Replace the outermost integrals of an expression by symbols, and collect them."""
     if isinstance(expr, sp.Integral):
         found.setdefault(expr, sp.Dummy(f"integral_{len(found)}"))
@@ -123,17 +127,18 @@ def _node(depth: int) -> sp.Symbol:
     return sp.Dummy(f"node_{depth}")
 
 
-def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral) -> Callable:
+def _quadrature(symbols: tuple[sp.Symbol, ...], integral: sp.Integral) -> ArrayFunction:
     ((variable, low, high),) = integral.limits
     inner = _node(len(symbols))
     limits = _compiled(symbols, (low, high))
     body = _compiled((*symbols, inner), (integral.function.xreplace({variable: inner}),))
 
-    def evaluate(rule, *arguments):
+    def evaluate(rule: Rule, *arguments: np.ndarray) -> np.ndarray:
         places, weights = rule
         start, stop = limits(rule, *arguments)
         start, width = start[..., None], (stop - start)[..., None]
         (values,) = body(rule, *(a[..., None] for a in arguments), start + width * places)
-        return np.sum(values * weights * width, axis=-1)
+        total: np.ndarray = np.sum(values * weights * width, axis=-1)
+        return total
 
     return evaluate

@@ -37,6 +37,7 @@ class Output:
     word: ClassVar[str] = ""  # its name in scene files
     keeps_path: ClassVar[bool] = False
     keeps_events: ClassVar[bool] = False
+    scalar: ClassVar[bool] = False
 
     @property
     def latest(self) -> float:
@@ -62,7 +63,7 @@ class Output:
         >>> sf.End().size(2), sf.StopTime().size(2), sf.Trajectory().size(2)
         (2, 1, None)
         """
-        return None
+        return 1 if self.scalar else None
 
     def value(self, run: Any, name: str) -> Any:
         """Return the output from a run that stored it.
@@ -86,7 +87,7 @@ class Output:
         """
         raise NotImplementedError
 
-    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+    def slopes(self, derivatives: Any, name: str) -> Any:
         """Return the derivatives of the output.
 
         Parameters
@@ -117,8 +118,9 @@ class OutputOfExpression(Output):
     """Base of outputs that reduce one expression of states, time and parameters along the run."""
 
     expr: sp.Expr
+    scalar: ClassVar[bool] = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
         refuse_speed(self.expr, f"the expression of {type(self).__name__}")
 
@@ -145,6 +147,8 @@ class OutputOfExpression(Output):
     def reduce(self, found: Any) -> Any:
         """Return the output from the accumulated observable, or its derivatives from those of the observable.
 
+        Unless a class says otherwise, it is the observable itself.
+
         Parameters
         ----------
         found : pair, float or ndarray
@@ -160,15 +164,12 @@ class OutputOfExpression(Output):
         >>> sf.HalfRange(sf.TIME).reduce((1.0, 5.0))
         2.0
         """
-        raise NotImplementedError
-
-    def size(self, n_x: int) -> int | None:
-        return 1
+        return found
 
     def value(self, run: Any, name: str) -> Any:
         return self.reduce(run.raw.rows[name])
 
-    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+    def slopes(self, derivatives: Any, name: str) -> Any:
         return self.reduce(derivatives.of_row(name))
 
 
@@ -198,10 +199,10 @@ class End(Output):
     def size(self, n_x: int) -> int | None:
         return n_x
 
-    def value(self, run: Any, name: str) -> np.ndarray:
+    def value(self, run: Any, name: str) -> Any:
         return run.final
 
-    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+    def slopes(self, derivatives: Any, name: str) -> Any:
         return derivatives.of_end()
 
 
@@ -300,9 +301,6 @@ class Integral(OutputOfExpression):
     def row(self, horizon: float) -> Row:
         return Row(INTEGRAL, self.expr)
 
-    def reduce(self, found: Any) -> Any:
-        return found
-
 
 @dataclass(frozen=True)
 class At(OutputOfExpression):
@@ -327,7 +325,7 @@ class At(OutputOfExpression):
     word: ClassVar[str] = "at"
     time: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.time is not None:
             object.__setattr__(self, "time", finite(self.time, "the time of At"))
@@ -374,9 +372,9 @@ class Samples(OutputOfExpression):
     """
 
     word: ClassVar[str] = "samples"
-    times: tuple[float, ...] = ()
+    times: Sequence[float] | np.ndarray = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         try:
             times = tuple(finite(t, "a time of Samples") for t in np.atleast_1d(np.array(self.times, dtype=float)))
@@ -396,9 +394,6 @@ class Samples(OutputOfExpression):
     def row(self, horizon: float) -> Row:
         return Row(VALUES, self.expr, (*self.times[:-1], min(self.times[-1], horizon)))
 
-    def reduce(self, found: Any) -> Any:
-        return found
-
     def size(self, n_x: int) -> int | None:
         return len(self.times)
 
@@ -416,14 +411,12 @@ class StopTime(Output):
     """
 
     word: ClassVar[str] = "stop_time"
+    scalar: ClassVar[bool] = True
 
-    def size(self, n_x: int) -> int | None:
-        return 1
-
-    def value(self, run: Any, name: str) -> float:
+    def value(self, run: Any, name: str) -> Any:
         return run.raw.rest
 
-    def slopes(self, derivatives: Any, name: str) -> np.ndarray:
+    def slopes(self, derivatives: Any, name: str) -> Any:
         return derivatives.of_rest()
 
 

@@ -1,19 +1,18 @@
 """A scene: system, contacts, parameter values, initial state, horizon and outputs of one simulation."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.contact_states import coefficient, with_states
+from symfric.model.contact_states import with_states
+from symfric.model.laws.law import Shape
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
 from symfric.model.quantities import is_quantity, number_of, without_units
-from symfric.model.services import service
-from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import (
     SPEED,
     TIME,
@@ -23,9 +22,11 @@ from symfric.model.symbols import (
     finite,
     legible,
     listed,
+    mapped,
     name_of,
     nearest,
     refuse_speed,
+    shortened,
 )
 from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
@@ -37,17 +38,17 @@ from symfric.model.validation import (
     check_times,
     refuse_observables,
 )
+from symfric.model.written_equations import equations_of, latex_of
+
+if TYPE_CHECKING:
+    from symfric.report.study.study import Study
 
 _Value = TypeVar("_Value")
 _OBSERVED = tuple(f"{kind}(" for kind in OF_CONTACTS)  # how the names of their symbols begin
-_IN_A_LINE = 6  # values in a line below the equations
-_NO_VALUES: Mapping[Key, float | None] = MappingProxyType({})
-_NO_INITIAL: Mapping[Key, float | sp.Expr] = MappingProxyType({})
-_NO_INPUTS: Mapping[Key, Signal] = MappingProxyType({})
-_BARE: Mapping[Key, str] = MappingProxyType({})
+_NOTHING: Mapping[Any, Any] = MappingProxyType({})
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class Scene:
     """A simulation problem: system, contacts, values, initial state, horizon and outputs; independent of the solver.
 
@@ -129,12 +130,12 @@ class Scene:
         self,
         system: System,
         contacts: Sequence[Contact] = (),
-        values: Mapping[Key, float | None] = _NO_VALUES,
-        initial: Mapping[Key, float | sp.Expr] = _NO_INITIAL,
+        values: Mapping[Key, float | None] = _NOTHING,
+        initial: Mapping[Key, float | sp.Expr] = _NOTHING,
         horizon: float = 0.0,
         outputs: Mapping[str, Output] | None = None,
-        inputs: Mapping[Key, Signal] = _NO_INPUTS,
-        units: Mapping[Key, str] = _BARE,
+        inputs: Mapping[Key, Signal] = _NOTHING,
+        units: Mapping[Key, str] = _NOTHING,
     ):
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
@@ -146,6 +147,8 @@ class Scene:
         check_contacts(system, self.contacts)
         self._set("system", with_states(system, self.contacts))
         texts = dict(_by_name(units, "units"))
+        for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):
+            mapped(given, what, f"{what}={{name: ...}}")
         values, initial = without_units(values, texts), without_units(initial, texts)
         length = finite(number_of(horizon, TIME.name, texts) if is_quantity(horizon) else horizon, "horizon")
         if length <= 0:
@@ -163,7 +166,9 @@ class Scene:
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)  # assignment in a frozen class
 
-    def _read_values(self, values: Mapping[Key, float | None], initial: Mapping, inputs: Mapping[Key, Signal]) -> None:
+    def _read_values(
+        self, values: Mapping[Key, float | None], initial: Mapping[Any, Any], inputs: Mapping[Key, Signal]
+    ) -> None:
         given = _by_name(values, "values")
         if len(given) < len(values):
             raise SceneError("a parameter is given twice in Scene.values, as a symbol and by name")
@@ -207,7 +212,7 @@ class Scene:
                 )
 
     def _still_used(
-        self, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping[str, Output]
+        self, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[str, Output]
     ) -> dict[sp.Symbol, float | None]:
         """Return the values that the scene still uses after some of its parts were replaced."""
         used = _symbols(self.system, contacts, initial, outputs)
@@ -386,9 +391,9 @@ class Scene:
         (length,) = self._plain({TIME: horizon}).values()
         return self._with_outputs(self.outputs if outputs is None else _read_outputs(outputs), length)
 
-    def _plain(self, given: Mapping) -> Mapping:
+    def _plain(self, given: Mapping[Any, Any]) -> Mapping[Any, Any]:
         """Return values as numbers in the units of the scene; raise if it does not say in which."""
-        for key, value in given.items() if isinstance(given, Mapping) else ():
+        for key, value in mapped(given, "values", "{'name': 1.0}").items():
             if is_quantity(value) and name_of(key) not in self.units:
                 raise SceneError(
                     f"{name_of(key)} is {value}, and the scene does not say in which unit; give Scene.units"
@@ -436,7 +441,7 @@ class Scene:
         return replace(self, system=self.system.written_out(), contacts=contacts, outputs=outputs)
 
     @alone(SYMBOLIC)
-    def regularised(self, v_s, shape: str = "linear") -> "Scene":
+    def regularised(self, v_s: float | sp.Expr, shape: Shape = "linear") -> "Scene":
         """Return the scene with every contact's law made continuous; see `Law.regularised`.
 
         Parameters
@@ -470,32 +475,9 @@ class Scene:
         -------
         tuple[Equality, ...]
         """
-        written = self.written_out()
-        t, system = TIME, written.system
-        moving = {s: sp.Function(_shown(s), real=True)(t) for s in system.states}
-        pull = sp.zeros(len(system.q), 1)
-        for c in written.contacts:
-            if c.law.memory:
-                force = -c.normal * c.profile * coefficient(c)
-            elif c.stiffness is not None:
-                force = -c.stiffness * spring_of(c.name)
-            else:
-                mu = c.law.kinetic.xreplace(
-                    {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
-                )
-                force = -sp.sign(c.slip) * c.normal * c.profile * mu
-            pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
-        rates = sp.Matrix([moving[u].diff(t) for u in system.u])
-        left = (system.mass * rates).subs(moving)
-        right = (sp.Matrix(system.force) + pull).subs(moving)
-        kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
-        dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
-        springs = (c for c in written.contacts if c.stiffness is not None)
-        rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
-        first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
-        return (*kinematic, *dynamic, *first)
+        return equations_of(self.written_out())
 
-    def study(self, progress=None):
+    def study(self, progress: Callable[[str, float], None] | None = None) -> "Study":
         """Return what the page of a study holds: stability, onset, motion, amplitudes, designs.
 
         A scene that `sf.read` read from a file is studied with what the file asks for; another one without sweep and
@@ -516,18 +498,15 @@ class Scene:
         >>> sf.scenes.coulomb_oscillator(0.1).study().to_dict()["motion"]["status"]
         'OK'
         """
-        return service("study")(self, progress)
+        # the only call of an upper layer, see tests/test_layers.py
+        from symfric.report.study.study import study_of
+
+        return study_of(self, progress)
 
     @alone(SYMBOLIC)
     def _repr_latex_(self) -> str:
         """Return the equations, the values, the start and the horizon."""
-        rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in self.equations())
-        numbers = [(s, e) for s, e in (*self.values.items(), *((_at_start(s), e) for s, e in self.initial.items()))]
-        given = [sp.latex(s) + " = " + ("?" if e is None else _shown_number(e)) for s, e in numbers]
-        given.append(rf"0 \le t \le {_shown_number(self.horizon)}")
-        lines = [r",\quad ".join(given[k : k + _IN_A_LINE]) for k in range(0, len(given), _IN_A_LINE)]
-        rows += "".join(r" \\ & " + line for line in lines)
-        return r"$\displaystyle \begin{aligned} " + rows + r" \end{aligned}$"
+        return latex_of(self)
 
     def __repr__(self) -> str:
         names = ", ".join(c.name for c in self.contacts) or "none"
@@ -537,31 +516,20 @@ class Scene:
         )
 
 
-def _at_start(state: sp.Symbol) -> sp.Symbol:
-    """Return a symbol that is printed as a state at t = 0."""
-    return sp.Symbol(sp.latex(sp.Symbol(_shown(state))) + "(0)")
-
-
-def _shown_number(value: float | sp.Expr) -> str:
-    if not isinstance(value, float):
-        return sp.latex(value)
-    return sp.latex(sp.Float(value, 6)) if value % 1 or abs(value) >= 1e6 else f"{value:.0f}"
-
-
-def _shown(state: sp.Symbol) -> str:
-    """Return the name of a state in equations, with the contact to which it belongs as an index."""
-    contact, dot, own = state.name.rpartition(".")
-    letter, number = own[:1], own[1:]
-    return f"{letter}_{number + ',' if number else ''}{contact}" if dot else state.name
+def check_scene(scene: object) -> None:
+    """Raise unless it is a scene, where a function takes one."""
+    if not isinstance(scene, Scene):
+        cure = "sf.read(...) reads a scene file" if isinstance(scene, str) else "give a sf.Scene"
+        raise SceneError(f"scene is {shortened(scene)}, not a scene; {cure}")
 
 
 def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:
-    if not isinstance(entries, Mapping):
-        raise SceneError(f"{what} is {entries!r}; give a mapping of names to numbers, {what}={{...}}")
-    return {name_of(k): v for k, v in entries.items()}
+    return {name_of(k): v for k, v in mapped(entries, what, f"{what}={{...}}").items()}
 
 
-def _symbols(system: System, contacts: Sequence[Contact], initial: Mapping, outputs: Mapping) -> set[sp.Symbol]:
+def _symbols(
+    system: System, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[Any, Any]
+) -> set[sp.Symbol]:
     """Return every symbol that some expression uses, the speed inside laws apart."""
     wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
     starts = [e for e in initial.values() if isinstance(e, sp.Expr)]

@@ -11,7 +11,7 @@ operator of hysteresis.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
@@ -53,7 +53,7 @@ def stop_rate(contact: "Contact") -> tuple[sp.Symbol, sp.Expr]:
     return z, sp.Piecewise((contact.slip, sp.Or(free, z * contact.slip < 0)), (0, True))
 
 
-def read_stiffness(stiffness, law: "Law", name: str) -> sp.Expr:
+def read_stiffness(stiffness: Any, law: "Law", name: str) -> sp.Expr:
     """Return the stiffness of the spring of a contact.
 
     Raises

@@ -3,8 +3,8 @@
 import difflib
 import math
 import numbers
-from collections.abc import Iterable
-from typing import TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -12,7 +12,6 @@ from sympy.core.function import AppliedUndef
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.blame import shortened
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
@@ -44,7 +43,7 @@ def name_of(key: Key) -> str:
     if isinstance(key, str):
         return key
     if isinstance(key, sp.Symbol):
-        return key.name
+        return str(key.name)
     raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
 
 
@@ -57,7 +56,7 @@ def legible(name: str, what: str) -> str:
     return name
 
 
-def finite(value, what: str, name: str = "") -> float:
+def finite(value: Any, what: str, name: str = "") -> float:
     """Return `value` as a finite float; the error message begins with `what` and `name`."""
     if isinstance(value, float) and math.isfinite(value):
         return float(value)
@@ -80,7 +79,7 @@ def finite(value, what: str, name: str = "") -> float:
     return result
 
 
-def numbers_of(value, what: str) -> np.ndarray:
+def numbers_of(value: Any, what: str) -> np.ndarray:
     """Return a number or an array of numbers as an array of floats; text is an error."""
     try:
         found = np.asarray(value)
@@ -91,7 +90,7 @@ def numbers_of(value, what: str) -> np.ndarray:
         raise SceneError(f"{what} is {shortened(value)}; give numbers") from None
 
 
-def listed(value, what: str) -> tuple:
+def listed(value: Any, what: str) -> tuple[Any, ...]:
     """Return a list or another sequence as a tuple; a single item is an error that shows the list."""
     if isinstance(value, sp.Tuple) or not isinstance(value, str | sp.Basic):
         try:
@@ -102,8 +101,26 @@ def listed(value, what: str) -> tuple:
     raise SceneError(f"{what} is {text}; give a list, {what}=[{text}]")
 
 
+def pair(value: Any, name: str) -> tuple[Any, Any]:
+    """Return the two entries of a range; anything else is an error that shows its form."""
+    try:
+        if isinstance(value, str | Mapping):
+            raise TypeError
+        low, high = value
+    except (TypeError, ValueError):
+        raise SceneError(f"{name} is {shortened(value)}; give two numbers, {name}=(lower, upper)") from None
+    return low, high
+
+
+def mapped(value: Any, what: str, example: str) -> Mapping[Any, Any]:
+    """Return a mapping; anything else is an error that shows one."""
+    if not isinstance(value, Mapping):
+        raise SceneError(f"{what} is {shortened(value)}; give a mapping, {example}")
+    return value
+
+
 @alone(SYMBOLIC)
-def expression(value, what: str) -> sp.Expr:
+def expression(value: Any, what: str) -> sp.Expr:
     """Return `value` as a SymPy expression of symbols; a string is an error, since only scene files are parsed."""
     result = scalar(value, what)
     if result.has(AppliedUndef, sp.Derivative):
@@ -111,7 +128,7 @@ def expression(value, what: str) -> sp.Expr:
     return result
 
 
-def scalar(value, what: str) -> sp.Expr:
+def scalar(value: Any, what: str) -> sp.Expr:
     """Return `value` as a SymPy expression, which may contain functions of time and their derivatives."""
     if isinstance(value, str):
         raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
@@ -160,6 +177,11 @@ def superscript(number: int) -> str:
 def counted(n: int, noun: str) -> str:
     """Return a count with its noun in singular or plural."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def shortened(value: object) -> str:
+    """Return the Python text of a value in one line of at most 60 letters."""
+    return shorten(" ".join(repr(value).split()))
 
 
 def shorten(value: object, length: int = 60) -> str:

@@ -3,17 +3,27 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.blame import shortened
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
-from symfric.model.symbols import TIME, counted, expression, finite, legible, listed, refuse_speed
+from symfric.model.symbols import (
+    TIME,
+    counted,
+    expression,
+    finite,
+    legible,
+    listed,
+    numbers_of,
+    refuse_speed,
+    shortened,
+)
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -85,7 +95,7 @@ class System:
     made: int = field(default=0, repr=False)
 
     @alone(SYMBOLIC)
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("q", "u", "z"):
             states = listed(getattr(self, name), name)
             for s in states:
@@ -124,7 +134,7 @@ class System:
             raise SceneError(f"the mass matrix has shape {mass.shape}; {need}")
         object.__setattr__(self, "mass", mass)
 
-    def _check_symbols(self):
+    def _check_symbols(self) -> None:
         names = [legible(s.name, "a state") for s in self.states]
         double = next((name for i, name in enumerate(names) if name in names[:i]), None)
         if double:
@@ -164,7 +174,7 @@ class System:
         """Symbols that stand for combinations of the states."""
         return () if self.linear is None else tuple(self.linear.rows)
 
-    def slopes(self, slip: sp.Expr) -> list | np.ndarray:
+    def slopes(self, slip: sp.Expr) -> list[sp.Expr] | np.ndarray:
         """Return the derivatives of a slip by the velocities: an array if they come from rows of numbers.
 
         Parameters
@@ -198,7 +208,10 @@ class System:
                 f"equations of {n} coordinates given by matrices are not written out; reduce the structure"
             )
         q, u = sp.Matrix(self.q), sp.Matrix(self.u)
-        dense = lambda A: sp.Matrix(A.toarray().tolist()).applyfunc(_whole)  # noqa: E731
+
+        def dense(A: Any) -> sp.Matrix:
+            return sp.Matrix(A.toarray().tolist()).applyfunc(_whole)
+
         force = sp.Matrix(list(self.force)) - dense(part.K) * q
         force -= dense(part.C) * u if part.C is not None else sp.zeros(n, 1)
         for factor, A in part.scaled:
@@ -282,7 +295,7 @@ class Contact:
     stiffness: sp.Expr | None = None
 
     @alone(SYMBOLIC)
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
         legible(self.name, "a contact")
@@ -359,8 +372,8 @@ class Signal:
     unit: str | None = None
 
     @alone(SYMBOLIC)
-    def __post_init__(self):
-        samples = np.array(self.samples, dtype=float)
+    def __post_init__(self) -> None:
+        samples = numbers_of(self.samples, "samples")
         if samples.ndim != 1 or samples.size < 2:
             raise SceneError(f"a signal has shape {samples.shape}; give an array of two or more samples")
         if not np.all(np.isfinite(samples)):
@@ -377,7 +390,7 @@ class Signal:
         """Time of the last sample."""
         return self.t0 + self.dt * (self.samples.size - 1)
 
-    def __call__(self, t):
+    def __call__(self, t: float | np.ndarray) -> np.ndarray:
         """Evaluate at times t, any shape."""
         grid = self.t0 + self.dt * np.arange(self.samples.size)
-        return np.interp(t, grid, self.samples, left=0.0, right=0.0)
+        return np.asarray(np.interp(t, grid, self.samples, left=0.0, right=0.0))

@@ -71,16 +71,10 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
         refuse_speed(symbol, "an expression outside a law")
         if name == TIME.name and symbol != TIME:
             raise SceneError("the symbol t is reserved for time; use sf.TIME for time, or rename your symbol t")
-        if name in allowed:
-            if allowed[name] != symbol:
-                raise SceneError(
-                    f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
-                )
-            continue
-        if name not in parameters:
+        if name not in allowed and name not in parameters:
             hint = nearest(name, parameters | set(allowed)) if parameters else ""
             raise SceneError(f"no value for {name}; add it to Scene.values" + (hint if "did you" in hint else ""))
-        if seen.setdefault(name, symbol) != symbol:
+        if allowed.get(name, seen.setdefault(name, symbol)) != symbol:
             raise SceneError(
                 f"{name} is used as two different symbols; create it once, with its assumptions, and use that"
             )

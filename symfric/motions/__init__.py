@@ -1,12 +1,13 @@
 """Ground motions: records from files, synthetic motions, and scaling."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.numeric import Floats
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.symbols import finite
 from symfric.motions.motion import Motion
 from symfric.motions.random_forcing import random_forcing
@@ -121,4 +122,5 @@ def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:
     return tuple(motions)
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -39,6 +39,8 @@ def read_lines(path: str | Path) -> Lines:
     SceneError
         If it is missing, a folder, empty, too large, or not text.
     """
+    if not isinstance(path, str | Path):
+        raise SceneError(f"path is {path!r}; give the path of a file")
     path = Path(path)
     name = str(path)
     try:

@@ -240,6 +240,8 @@ def synthetic(
     at, target = _target(periods, values)
     dt, duration = finite(dt, "dt"), finite(duration, "duration")
     _check_synthesis(at, dt, duration, rise, decay, iterations)
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise SceneError(f"seed is {seed!r}; give a whole number that is not negative")
     n = round(duration / dt) + 1
     best = _synthesis(at, scale * target, seed, damping, n, dt, (rise, decay), iterations)
     found = Motion(best, dt, name=f"synthetic {seed}")

@@ -9,10 +9,11 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.results import COMPLEX, Drawable, Result, as_plain
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.units import with_unit
 from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.guess import Fades, Guess, settled
@@ -159,6 +160,7 @@ class Orbit(Result, Drawable):
         )
 
 
+@logged
 def limit_cycle(
     scene: Scene, guess: Orbit | tuple[Sequence[float] | np.ndarray, float] | None = None, tolerance: float = 1e-13
 ) -> Orbit:
@@ -197,8 +199,7 @@ def limit_cycle(
     >>> orbit.stable
     True
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene")
+    check_scene(scene)
     flow = flow_of(scene, (), tolerance)
     values = values_of(scene)
     forcing = flow.period(values) if flow.period else None

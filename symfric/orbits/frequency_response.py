@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.excitation import is_excited
-from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.scene import Scene, check_scene
+from symfric.model.symbols import Key, finite, name_of, nearest, pair
 from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
 from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.search import minimum
@@ -16,6 +17,7 @@ _PIECES = 6  # starts of a branch that ends within the span
 _STEP = 1e-3  # of the span: how far behind an end the next piece starts
 
 
+@logged
 def frequency_response(
     scene: Scene,
     parameter: Key,
@@ -75,8 +77,9 @@ def frequency_response(
     >>> round(float(found.value), 6), round(found.half_range, 6)  # sqrt(1 - 2 D^2), 1/(2 D sqrt(1 - D^2)), D = 0.1
     (0.989949, 5.025189)
     """
+    check_scene(scene)
     name = scene.parameter(parameter).name
-    low, high = (finite(v, f"an end of the span of {name}") for v in span)
+    low, high = (finite(v, f"an end of the span of {name}") for v in pair(span, "span"))
     if not low < high:
         raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")
     if not is_excited(scene):

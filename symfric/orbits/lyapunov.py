@@ -7,8 +7,9 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.results import ArrayResult, Drawable, Labelled
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
 from symfric.orbits.flow_map import FlowMap, flow_of
@@ -96,6 +97,7 @@ class Lyapunov(ArrayResult, Drawable):
         return f"Lyapunov({self.exponent:.6g} +- {self.spread:.2g}, over {self.times[-1]:.6g}{doubt})"
 
 
+@logged
 def lyapunov(
     scene: Scene,
     horizon: float | None = None,
@@ -158,8 +160,7 @@ def lyapunov(
     >>> sf.lyapunov(belt, 200.0).chaotic
     False
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene")
+    check_scene(scene)
     values, flow = values_of(scene), flow_of(scene, (), tolerance)
     horizon = scene.horizon if horizon is None else _positive(horizon, "horizon")
     period = flow.period(values) if flow.period else None

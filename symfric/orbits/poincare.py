@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.excitation import periodic
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
@@ -177,6 +178,7 @@ def _read(scene: Scene, section: sp.Expr | str) -> sp.Expr:
     return section
 
 
+@logged
 def poincare(
     motion: Run | Scene,
     section: sp.Expr | str | None = None,

@@ -12,6 +12,7 @@ from symfric.model.outputs import End, Integral, Max, Min, Output, OutputOfExpre
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
+from symfric.solve.protocol import RouteName
 from symfric.solve.routes import Settings, prepare
 from symfric.solve.run import Run, finished
 from symfric.solve.status import Status
@@ -121,7 +122,7 @@ class Settling:
         outputs: Mapping[str, Output],
         *,
         tolerance: float = 1e-9,
-        route: str | Settings | None = None,
+        route: RouteName | Settings | None = None,
     ):
         self.times = times
         self.states = tuple(s.name for s in scene.system.states)

@@ -41,7 +41,7 @@ class IdentificationPlan:
     sigma: Any
     starts: int
     seed: int
-    loss: str
+    loss: Any  # a name in LOSSES
 
     def records(self, scene: Scene) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return the columns of the record that measure something; the others are left out.

@@ -1,7 +1,7 @@
 """A scene as a CasADi function with exact first derivatives, for optimisers, root finders and larger graphs."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -9,8 +9,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.outputs import End
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
@@ -123,6 +124,7 @@ class _Jacobian(ca.Callback):
         return self._function.blocks(tuple(float(a) for a in arg[: self._function.n_in()]))
 
 
+@logged
 @alone(SYMBOLIC)
 def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tolerance: float = 1e-12) -> SceneFunction:
     """Wrap the motion of a scene as a ``casadi.Function``.
@@ -161,8 +163,9 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     >>> round(float(f.jacobian()(0.2, 0)), 6)
     0.834308
     """
+    check_scene(scene)
     for what, given in (("inputs", inputs), ("outputs", outputs)):
-        if isinstance(given, str | sp.Symbol):
+        if isinstance(given, str | sp.Symbol) or not isinstance(given, Iterable):
             raise SceneError(f"{what} is {given!r}; give a list of names, {what}=[{str(given)!r}]")
     names = tuple(name_of(n) for n in inputs)
     if not names or not outputs:

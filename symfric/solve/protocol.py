@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.batch import Batch
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Run
+
+RouteName: TypeAlias = Literal["exact", "taylor", "integrators"]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.results import Result
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, nearest
 from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
@@ -15,7 +16,7 @@ from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.sensitive_program import SensitiveIntegratorsProgram
 from symfric.solve.integrators.stiffness import pays
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.protocol import Answer, Program
+from symfric.solve.protocol import Answer, Program, RouteName
 from symfric.solve.run import Run
 from symfric.solve.taylor.route import Taylor
 from symfric.solve.taylor.sensitive_route import SensitiveProgram, directions_of
@@ -95,6 +96,7 @@ def explain(scene: Scene, sensitivities: Sequence[Key] = (), order: int = 1) -> 
     >>> sf.explain(belt).route
     'taylor'
     """
+    check_scene(scene)
     lowered = LoweredScene(scene)
     directions = directions_of(scene, sensitivities) if sensitivities else ()
     chosen, found = _selected(lowered, bool(directions), order)
@@ -157,11 +159,12 @@ def _skipped(facts: Facts, derivatives: bool) -> tuple[str, ...]:
     return tuple(notes)
 
 
+@logged
 @alone(SYMBOLIC)
 def prepare(
     scene: Scene,
     tolerance: float = 1e-9,
-    route: str | Settings | None = None,
+    route: RouteName | Settings | None = None,
     sensitivities: Sequence[Key] = (),
     order: int = 1,
 ) -> Program:
@@ -200,8 +203,7 @@ def prepare(
     >>> (program.run({"v_b": 0.5}, {"x": 0.1})["end"].round(6)).round(6)
     array([ 0.249226, -0.000665])
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is not a sf.Scene")
+    check_scene(scene)
     scene.numbers()
     if names := redundant(scene):
         warn_of_redundance(names)
@@ -239,10 +241,11 @@ def _settings(route: str | Settings) -> Settings:
     raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
 
 
+@logged
 def simulate(
     scene: Scene,
     tolerance: float = 1e-9,
-    route: str | Settings | None = None,
+    route: RouteName | Settings | None = None,
     sensitivities: Sequence[Key] = (),
     progress: Callable[[float], None] | None = None,
     order: int = 1,

@@ -1,6 +1,8 @@
 """Large structures: matrices in, modes, flutter, reduction, and scenes with contacts."""
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.structures.brake import Brake, disc_and_pad
 from symfric.structures.complex_modes import ComplexModes
 from symfric.structures.contacts import RowContact, RowLoad
@@ -40,4 +42,5 @@ __all__ = [
     "ziegler",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -12,8 +12,9 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model.results import Drawable, Result, plain
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, pair
 from symfric.structures.complex_modes import eigenpairs, shift_of
 from symfric.structures.crossings import Crossing, crossings
 from symfric.structures.divergence import Divergence, divergences
@@ -96,6 +97,7 @@ class Flutter(Result, Drawable):
         return f"Flutter({len(self.eigenvalues)} modes, mu from {self.mu[0]:g} to {self.mu[-1]:g}; {words})"
 
 
+@logged
 def flutter(
     structure: Structure, mu: tuple[float, float], count: int = 8, near: complex | float = 0.0, grid: int = _GRID
 ) -> Flutter:
@@ -148,12 +150,7 @@ def flutter(
         raise SceneError(f"{structure!r} is no sf.structures.Structure")
     if structure.friction is None:
         raise SceneError("the structure has no friction matrix; give it as `friction`, or flutter has nothing to vary")
-    try:
-        low, high = (finite(e, "an end of the range of mu") for e in mu)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, SceneError):
-            raise
-        raise SceneError(f"mu is {mu!r}; give a pair (low, high)") from None
+    low, high = (finite(e, "an end of the range of mu") for e in pair(mu, "mu"))
     if not low < high:
         raise SceneError(f"the range of mu is ({low:g}, {high:g}); give the lower end first")
     if isinstance(grid, bool) or not isinstance(grid, int) or grid < 2:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from symfric.axes import Axes
+from symfric.long_calls import logged
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.symbols import finite
 from symfric.structures.flutter import Flutter, flutter
@@ -67,6 +68,7 @@ class FlutterMap(ArrayResult, Drawable):
         return f"FlutterMap({self.values.size} values of {self.name}; {low})"
 
 
+@logged
 def flutter_map(
     make: Callable[[float], Structure],
     values: Sequence[float] | np.ndarray,

@@ -6,6 +6,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.outputs import Min
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
@@ -81,6 +82,7 @@ class Onset:
     lift_off: tuple[LiftOff, ...]
 
 
+@logged
 def onset(
     scene: Scene,
     parameter: Key,

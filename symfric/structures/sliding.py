@@ -10,6 +10,7 @@ import scipy.sparse.linalg as spla
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model.symbols import Key, expression, name_of
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.rows import row_in
@@ -18,6 +19,7 @@ from symfric.structures.structure import Structure
 _ALIKE = 1e-9  # relative asymmetry of a contact's spring that is rounding
 
 
+@logged
 def sliding(
     structure: Structure,
     contacts: Sequence[RowContact],

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -30,7 +30,7 @@ _ROUNDING = 1e-13
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
 
 
-@dataclass(frozen=True, eq=False, repr=False, init=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Structure(Result):
     """``M q'' + C q' + (K + mu F) q = f`` with sparse matrices; units are those of the matrices.
 
@@ -78,8 +78,8 @@ class Structure(Result):
     friction: sps.csr_array | None = None
     names: tuple[str, ...] = ()
     basis: np.ndarray | None = None
-    error: ReductionError | None = None
-    full_names: tuple[str, ...] = ()
+    error: ReductionError | None = field(default=None, init=False)
+    full_names: tuple[str, ...] = field(default=(), init=False)
 
     def __init__(
         self,

@@ -1,6 +1,8 @@
 """What the equations say without running them: equilibrium, stability, Hopf points, averaging, separation."""
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
 from symfric.theory.averaging import average
 from symfric.theory.broken_line import TwoLines, two_lines
@@ -46,4 +48,5 @@ __all__ = [
     "waviness",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -8,8 +8,9 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.numeric import numeric
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
@@ -20,6 +21,7 @@ from symfric.theory.slow_flow import SlowFlow, stationary
 AMPLITUDE = sp.Symbol("A", positive=True)
 
 
+@logged
 @alone(SYMBOLIC)
 def average(scene: Scene, order: int = 1) -> SlowFlow:
     r"""Average the motion of one coordinate about steady sliding over its period.
@@ -122,6 +124,7 @@ class AveragedOscillator:
 
 def _oscillator(scene: Scene) -> AveragedOscillator:
     """Check the scene, find its equilibrium and split it into oscillator and rest."""
+    check_scene(scene)
     scene = scene.written_out()
     system = scene.system
     if len(system.q) != 1 or system.z:

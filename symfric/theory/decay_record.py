@@ -5,12 +5,12 @@ both: a start for `symfric.identify`, which fits the motion itself. Proved in de
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.theory.closed_form import positive
 from symfric.theory.transient import mean_friction
 
@@ -209,4 +209,5 @@ def _solved(rows: np.ndarray, left: np.ndarray) -> np.ndarray:
     return np.asarray(solution / size)
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -5,13 +5,13 @@ The main mass stands with its spring, omega1 = 1, on a foundation ``mu`` times a
 derivations/foundation.py.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import sympy as sp
 
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.symbols import finite
 from symfric.search import zero
 from symfric.theory.closed_form import closed_form, needed, positive
@@ -283,4 +283,5 @@ def state_matrix(mass_ratio: float, stiffness: float, damping: float, main_dampi
     return np.block([[np.zeros((2, 2)), np.eye(2)], [spring, damper]])
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

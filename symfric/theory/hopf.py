@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.results import Result
-from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite
+from symfric.model.scene import Scene, check_scene
+from symfric.model.symbols import Key, finite, pair
 from symfric.search import ROUNDING, zero
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import Field, field_of
@@ -58,7 +59,7 @@ class HopfPoint(Result):
     value: float
     omega: float
     first_lyapunov: float
-    kind: str
+    kind: Literal["supercritical", "subcritical", "degenerate"]
     parameter: str
     _told = ("parameter", "value", "omega", "first_lyapunov", "kind")
 
@@ -69,6 +70,7 @@ class HopfPoint(Result):
         )
 
 
+@logged
 @alone(SYMBOLIC)
 def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoint:
     """Find where steady sliding starts to oscillate.
@@ -112,8 +114,9 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     >>> point.kind
     'supercritical'
     """
+    check_scene(scene)
     symbol = scene.parameter(parameter)
-    low, high = (finite(v, f"an end of the bracket of {symbol.name}") for v in bracket)
+    low, high = (finite(v, f"an end of the bracket of {symbol.name}") for v in pair(bracket, "bracket"))
     if not low < high:
         raise SceneError(f"the bracket of {symbol.name} is ({low:g}, {high:g}); give (low, high) with low < high")
     field, leading = _tracker(scene, symbol, low, high)
@@ -135,6 +138,7 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
     a, terms = cubic_coefficient(field, p, x)
     together = np.sum(np.linalg.eigvals(linearise(field, p, x)[3]).real > -1e-9 * size) > 2
     flat = together or abs(a) <= DEGENERATE * terms
+    kind: Literal["supercritical", "subcritical", "degenerate"]
     kind = "degenerate" if flat else ("supercritical" if a < 0 else "subcritical")
     return HopfPoint(value, abs(eigenvalue.imag), a, kind, symbol.name)
 

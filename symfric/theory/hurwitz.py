@@ -10,7 +10,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.results import Result
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import finite
 
 MOST_STATES = 4  # limit of the symbolic criterion, whose determinants grow very long
@@ -131,6 +131,7 @@ def symbolic_hurwitz(scene: Scene) -> tuple[sp.Expr, ...]:
     from symfric.theory.equilibrium import solve
     from symfric.theory.sliding import field_of
 
+    check_scene(scene)
     scene = scene.written_out()
     field = field_of(scene)
     n, n_x = field.n, len(field.states)

@@ -4,9 +4,10 @@ They are derived from the laws in derivations/presliding.py.
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from symfric.errors import SceneError
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.symbols import finite
 from symfric.theory.closed_form import positive
 
@@ -217,4 +218,5 @@ def iwan_dissipation(R: float, chi: float, amplitude: float) -> float:
     return float(4 * R * X ** (chi + 3) / ((chi + 3) * (chi + 2)))
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -11,7 +11,7 @@ from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite
 from symfric.theory.equilibrium import solve
 from symfric.theory.sliding import field_of
@@ -103,6 +103,7 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
     """
     from scipy.optimize import linear_sum_assignment
 
+    check_scene(scene)
     symbol = scene.parameter(parameter)
     grid = np.array([finite(v, f"a value of {symbol.name}") for v in values])
     if not grid.size:
@@ -151,6 +152,7 @@ def damper_loop(scene: Scene, parameter: Key) -> Any:
     """
     import control
 
+    check_scene(scene)
     symbol = scene.parameter(parameter)
     here = scene.values[symbol] or 0.0
     matrix, one, two = _state_matrices(scene, symbol, (here, here + 1, here + 2))

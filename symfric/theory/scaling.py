@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -11,7 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.laws import Law
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
@@ -390,4 +390,5 @@ def returned_ratio(model: Any, prototype: Any, factor: Any) -> Any:
     return ratio if ratio.ndim else float(ratio)
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

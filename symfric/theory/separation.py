@@ -7,16 +7,18 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.excitation import frequency_of
 from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
 _SIN, _COS = sp.Dummy("sin", real=True), sp.Dummy("cos", real=True)
 
 
+@logged
 @alone(SYMBOLIC)
 def separate(scene: Scene) -> Scene:
     r"""Replace a fast harmonic force by its mean effect on the slow motion.
@@ -55,6 +57,7 @@ def separate(scene: Scene) -> Scene:
     >>> sf.stability(slow).stable
     True
     """
+    check_scene(scene)
     scene = scene.written_out()
     fast = _harmonic_force(scene)
     system = scene.system

@@ -9,6 +9,7 @@ import numpy as np
 from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.notebook import html_table
 from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
@@ -141,6 +142,7 @@ class Stability(ArrayResult, Drawable):
         return html_table("Stability", {**self.to_dict(), "eigenvalues": self.eigenvalues.astype(complex).tolist()})
 
 
+@logged
 @alone(SYMBOLIC)
 def stability(scene: Scene) -> Stability:
     """Determine the stability of steady sliding from the definiteness of its matrices and from its eigenvalues.

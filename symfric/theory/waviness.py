@@ -11,7 +11,7 @@ gamma2 mu/k``, is little against ``W - h``. On slower belts it sticks on them; a
 valley, it goes with the belt until the spring exceeds F, far out.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -20,7 +20,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
 from symfric.model.laws import Law
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.scene import Scene
 from symfric.search import zero
 from symfric.theory.belt.scene import cubic_parameters
@@ -265,4 +265,5 @@ def _numbers(scene: Scene | None, cubic: bool = True) -> dict[str, float]:
     return given
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

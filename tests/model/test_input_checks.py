@@ -393,7 +393,7 @@ def test_signals(make, message):
     ("make", "message"),
     [
         (lambda: sf.laws.coulomb(-0.1), "static coefficient is -0.1.*must not be negative"),
-        (lambda: sf.laws.coulomb("0.3"), "coefficient is the string '0.3'"),
+        (lambda: sf.laws.coulomb("0.3"), "mu_s of coulomb is the string '0.3'"),
         (lambda: sf.laws.coulomb(math.nan), "nan; it must be finite"),
         (
             lambda: sf.laws.custom(0.3, 0.3, breaks=[1, 0.5]),

@@ -7,6 +7,7 @@ there is no closed form, and `symfric.design.absorber.rough` takes over.
 import itertools
 from collections.abc import Callable, Sequence
 from math import ceil, log
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model import scenes
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, HalfRange, Integral
@@ -36,11 +38,12 @@ MULTIPLIERS = 1e-14  # rounding error of the multipliers from a run over the dec
 QUADRUPLE = 0.02  # relative distance from the mass ratio 4 within which all four eigenvalues nearly coincide
 
 
+@logged
 def absorber(
     mass_ratio: float,
-    criterion: str = "hinf",
+    criterion: Literal["hinf", "h2", "decay", "self-excited"] = "hinf",
     *,
-    contact: str | None = None,
+    contact: Literal["absorber", "main"] | None = None,
     friction: float = 0.0,
     static_friction: float | None = None,
     band: tuple[float, float] = (0.5, 1.5),
@@ -101,7 +104,7 @@ def absorber(
     return design[criterion](mass_ratio)
 
 
-def _scene(mass_ratio: float, tuned: theory.Tuned, **changes: float) -> Scene:
+def _scene(mass_ratio: float, tuned: theory.Tuned, **changes: Any) -> Scene:
     return scenes.absorber(mass_ratio=mass_ratio, tuning=tuned.tuning, damping=tuned.damping, **changes)
 
 

@@ -6,6 +6,7 @@ from symfric.design.absorber.classic import COINCIDENT, rate_of_runs, stable_up_
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
+from symfric.long_calls import logged
 from symfric.model import scenes
 from symfric.model.scene import Scene
 from symfric.theory import absorber as absorber_theory
@@ -17,6 +18,7 @@ SOFT = 1e-3  # stiffness from which the search for a stable mount starts where t
 DURATION = 20.0  # of the runs, in units of 1/omega1
 
 
+@logged
 def sprung_foundation(mass_ratio: float, *, least_stiffness: float = 0.0) -> Design:
     """Find the mount of a foundation mass that stabilises the most self-excitation of the main mass on it.
 

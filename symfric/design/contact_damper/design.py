@@ -8,6 +8,7 @@ its own, "the time of turning point N, which must lie within the stick limit"; i
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model import scenes
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
@@ -120,6 +122,7 @@ class Damper:
         return decay.time < np.inf and decay.margin[-1] <= -self.margin and abs(decay.x) <= self.residual * (1 + 1e-12)
 
 
+@logged
 def contact_damper(
     scene: Scene, bounds: Mapping[Key, tuple[float, float]], *, residual: float = np.inf, margin: float = 0.0
 ) -> Design:
@@ -174,7 +177,7 @@ def contact_damper(
 
 def _read(scene: Scene, bounds: Mapping[Key, tuple[float, float]], residual: float, margin: float) -> Damper:
     own, _ = damper_numbers(scene)
-    numbers = {k: own[k] for k in (*VARIED, "m", "x0", "v0", "g")}
+    numbers: dict[str, Any] = {k: own[k] for k in (*VARIED, "m", "x0", "v0", "g")}
     given = {name_of(k): v for k, v in bounds.items()}
     if not given:
         raise SceneError("bounds is empty; give those of mu_m, f_n, zeta, r or v_c")

@@ -13,10 +13,11 @@ from symfric.design.damper.summit import SLOWEST, Summit, summit
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.excitation import excitation_of, is_excited
 from symfric.model.results import Result
-from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.scene import Scene, check_scene
+from symfric.model.symbols import Key, finite, name_of, nearest, pair
 from symfric.orbits.cycle import Orbit
 from symfric.search import zero
 
@@ -97,6 +98,7 @@ def _words(p: DamperProbe, share: str) -> str:
     return f"with {share} damping at speed {p.speed:.6g}: {state}"
 
 
+@logged
 def damper(
     scene: Scene,
     parameter: Key,
@@ -177,8 +179,9 @@ def damper(
     The normal load of a joint that keeps a resonance smallest is found likewise; ``examples/blade_friction_damper.py``
     does so.
     """
+    check_scene(scene)
     name = scene.parameter(parameter).name
-    low, high = _pair(bounds, f"bounds of {name}")
+    low, high = _pair(bounds, "bounds", f"bounds of {name}")
     if settle is None and is_excited(scene):
         return best_load(_peaks(scene, name, speed, speeds, half_range, coordinate), (low, high))
     if coordinate is not None:
@@ -192,7 +195,7 @@ def damper(
     speed = name_of(speed) if speeds is None else scene.parameter(speed).name
     if name == speed:
         raise SceneError(f"the damping and the speed are both {name}; give speed='...' another name")
-    ends = None if speeds is None else _pair(speeds, f"speeds {speed}")
+    ends = None if speeds is None else _pair(speeds, "speeds", f"speeds {speed}")
     if settle is not None:
         settle = finite(settle, "settle")
         if not settle > 0:
@@ -222,15 +225,11 @@ def _peaks(scene: Scene, name: str, speed: Key, speeds: Any, half_range: float, 
     wanted = names[0] if coordinate is None else name_of(coordinate)
     if wanted not in names:
         raise SceneError(f"{wanted} is no state{nearest(wanted, names)}")
-    return Peaks(scene, name, frequency, _pair(speeds, f"speeds {frequency}"), wanted)
+    return Peaks(scene, name, frequency, _pair(speeds, "speeds", f"speeds {frequency}"), wanted)
 
 
-def _pair(pair: Any, what: str) -> tuple[float, float]:
-    try:
-        low, high = pair
-    except (TypeError, ValueError):
-        raise SceneError(f"the {what} are {pair!r}; give the lowest and the highest") from None
-    low, high = (finite(e, f"an end of the {what}") for e in (low, high))
+def _pair(given: tuple[float, float], name: str, what: str) -> tuple[float, float]:
+    low, high = (finite(e, f"an end of the {what}") for e in pair(given, name))
     if not 0 <= low <= high or high == 0:
         raise SceneError(f"the {what} are ({low:g}, {high:g}); give 0 <= low <= high, and high > 0")
     return low, high

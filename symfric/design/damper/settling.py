@@ -22,7 +22,7 @@ from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.search import minimum, minimum_near
-from symfric.solve.protocol import Program
+from symfric.solve.protocol import Program, RouteName
 from symfric.solve.routes import prepare
 from symfric.solve.run import finished
 
@@ -71,7 +71,7 @@ class Transient:
     half_range: float
     speed: str
     speeds: tuple[float, float] | None
-    route: str | None = None
+    route: RouteName | None = None
     tolerance: float = TOLERANCE
     known: dict[float, Seen] = field(default_factory=dict)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from symfric.design.polish import ways
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound
+from symfric.long_calls import logged
 from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
@@ -60,6 +61,7 @@ class IsolatorCheck(Result):
         return f"worst over {len(next(iter(self.values.values())))} motions: {worst} (difference {self.difference:.1g})"
 
 
+@logged
 def isolator(
     scene: Scene,
     motions: Sequence[Any],
@@ -67,7 +69,7 @@ def isolator(
     limits: Mapping[str, float] | None = None,
     minimise: str = "acceleration",
     *,
-    over: str = "worst",
+    over: Literal["worst", "mean"] = "worst",
 ) -> Design:
     """Find the optimal damping and friction of an isolator for a set of ground motions.
 

@@ -21,9 +21,10 @@ from symfric.design.optimal_control.transcription import (
 )
 from symfric.design.verification import Neighbour, judged
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.outputs import End, Integral
 from symfric.model.results import Drawable, Result
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, Key, finite, name_of
 from symfric.solve.routes import simulate
 
@@ -128,6 +129,7 @@ class Profile(Result, Drawable):
         return ax
 
 
+@logged
 def collocation(
     scene: Scene,
     controls: Mapping[Key, tuple[float, float]],
@@ -191,6 +193,7 @@ def collocation(
     >>> round(round(move.time, 4), 6)
     2.0966
     """
+    check_scene(scene)
     scene = scene.written_out()
     symbols = [scene.parameter(k) for k in controls]
     names = [s.name for s in scene.system.states]

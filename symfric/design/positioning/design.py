@@ -11,9 +11,10 @@ from symfric.design.positioning.stopping_ramp import stopping_ramp
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model import scenes
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of
+from symfric.model.symbols import Key, finite, name_of, pair
 from symfric.search import Function, minimum_near, valleys, zero
 from symfric.solve.routes import simulate
 from symfric.solve.run import finished
@@ -74,6 +75,7 @@ class PositioningProblem:
         return self.at(value).error(self.furthest(value))
 
 
+@logged
 def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speeds: tuple[float, float]) -> Design:
     """Find the least positioning error of a driven slide without stick-slip at any speed of a range.
 
@@ -123,7 +125,7 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
     '6.4: 0.1361'
     """
     problem = _problem(scene, parameter, speeds)
-    low, high = (finite(e, f"a bound of {problem.name}") for e in bounds)
+    low, high = (finite(e, f"a bound of {problem.name}") for e in pair(bounds, "bounds"))
     if low > high:
         raise SceneError(f"bounds is ({low:g}, {high:g}); the lower bound comes first")
     if problem.name in ("sigma", "epsilon", RAMP) and low < 0:
@@ -154,7 +156,7 @@ def _problem(scene: Scene, parameter: Key, speeds: tuple[float, float]) -> Posit
     if name not in (*VARIED, RAMP):
         known = ", ".join((*VARIED, RAMP))
         raise SceneError(f"{name} is not a parameter that positioning can vary; give one of {known}")
-    low, high = (finite(e, "a speed") for e in speeds)
+    low, high = (finite(e, "a speed") for e in pair(speeds, "speeds"))
     if not 0 < low <= high:
         raise SceneError(f"speeds is ({low:g}, {high:g}); give speeds over v*, the lower one first and positive")
     numbers = _read(scene)
@@ -166,7 +168,7 @@ def _problem(scene: Scene, parameter: Key, speeds: tuple[float, float]) -> Posit
 
 def _read(scene: Scene) -> dict[str, Any]:
     """Return the arguments of `symfric.scenes.drive_slide` of a scene; a damper of 0 to ground if it has none."""
-    models = [{}, *({"sigma": 0.0, "damper": damper} for damper in ("ground", "support"))]
+    models: list[dict[str, Any]] = [{}, *({"sigma": 0.0, "damper": damper} for damper in ("ground", "support"))]
     for kind in models:
         model = scenes.drive_slide(mu1=0.0, mu2=0.0, p_star=0.0, epsilon=0.0, **kind)
         if isinstance(scene, Scene) and (scene.system, scene.contacts) == (model.system, model.contacts):

@@ -14,7 +14,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.outputs import End
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, name_of
 from symfric.theory.separation import separate
 
@@ -90,8 +90,7 @@ def read_belt(scene: Scene) -> Belt:
         If it is no mass on a belt with linear spring and damper under a harmonic force proportional to ``a Omega^2``,
         or if one of several contacts slips otherwise than ``u - v_b``.
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene; quench takes sf.scenes.mass_on_belt(...) and scenes like it")
+    check_scene(scene)
     scene = scene.written_out()
     _check_shape(scene)
     named = {s.name: s for s in scene.values}

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from symfric.design.quench.worst_speed import SHARES, SpeedRange, evaluated
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest
+from symfric.model.symbols import finite, nearest, pair
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # slack relative to the condition's size up to which it counts as active
@@ -28,13 +29,14 @@ FAST = 3.0  # least excitation frequency in natural frequencies; below, fast and
 NONE_NEEDED = "no excitation needed"
 
 
+@logged
 def quench(
     scene: Scene,
     speeds: tuple[float, float],
     *,
     Omega: tuple[float, float],
     a: tuple[float, float],
-    minimise: str = "intensity",
+    minimise: Literal["intensity", "power", "force"] = "intensity",
     margin: float = 0.0,
     limits: Mapping[str, float] | None = None,
     follow: bool = False,
@@ -135,7 +137,7 @@ def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] 
     low, high = k if isinstance(k, tuple | list) and len(k) == 2 else (k, None)
     if high == np.inf:
         high = np.finfo(float).max
-    return _bounds((low, high), "k", "ratio")
+    return _bounds((low, high), "k")
 
 
 def _problem(
@@ -151,10 +153,10 @@ def _problem(
     """Check the arguments of `quench` and build the averaged model."""
     if minimise not in OBJECTIVES:
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
-    low, high = _bounds(speeds, "speeds", "belt speed")
+    low, high = _bounds(speeds, "speeds")
     if not high > 0:
         raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")
-    Omega, a = _bounds(Omega, "Omega", "frequency"), _bounds(a, "a", "amplitude")
+    Omega, a = _bounds(Omega, "Omega"), _bounds(a, "a")
     if not Omega[0] > 0:
         raise SceneError(f"Omega is {Omega}; its lower bound must be positive, and far above the natural frequency")
     if not a[1] > 0:
@@ -188,12 +190,8 @@ def _problem(
     return problem
 
 
-def _bounds(pair: Any, name: str, what: str) -> tuple[float, float]:
-    try:
-        low, high = pair
-    except (TypeError, ValueError):
-        raise SceneError(f"{name} is {pair!r}; give the lowest and the highest {what}") from None
-    low, high = (finite(e, f"a bound of {name}") for e in (low, high))
+def _bounds(given: tuple[float, float | None], name: str) -> tuple[float, float]:
+    low, high = (finite(e, f"a bound of {name}") for e in pair(given, name))
     if low < 0:
         raise SceneError(f"the lower bound of {name} is {low:g}; it must not be negative")
     if low > high:

@@ -1,5 +1,7 @@
 """Friction laws of a contact: of the sliding speed alone, and with memory."""
 
+from typing import TYPE_CHECKING
+
 from symfric.model.laws.bristles import dahl, elasto_plastic, lugre
 from symfric.model.laws.dry import (
     coulomb,
@@ -16,7 +18,7 @@ from symfric.model.laws.dry import (
 from symfric.model.laws.law import SHAPES, Law
 from symfric.model.laws.rate_and_state import rate_and_state
 from symfric.model.laws.sliders import bouc_wen, iwan, maxwell_slip
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 
 __all__ = [
     "SHAPES",
@@ -40,4 +42,5 @@ __all__ = [
     "thomsen_regularised",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -3,8 +3,7 @@
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws.arguments import without_speed
+from symfric.model.laws.arguments import Parameter, parameters_of, ready_law, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
 from symfric.model.symbols import SPEED, expression
@@ -15,26 +14,8 @@ from symfric.model.symbols import SPEED, expression
 _SETTLED = sp.Float("1e-8")
 
 
-def parameters_of(law: str, positive: dict, others: dict | None = None) -> list[sp.Expr]:
-    """Return the parameters of a law as expressions; those in `positive` must be above zero, the others not below."""
-    found = []
-    for group, least in ((positive, "be positive"), (others or {}, "not be negative")):
-        for name, value in group.items():
-            e = expression(value, f"{name} of {law}")
-            if e.is_number and (e < 0 or (group is positive and e.is_zero)):
-                raise SceneError(f"{name} of {law} is {e}; it must {least}")
-            found.append(e)
-    return found
-
-
-def whole(exponent: sp.Expr) -> sp.Expr:
-    """Return an exponent, as an integer if it is a float with the value of one: its powers are products then."""
-    return sp.Integer(int(exponent)) if exponent.is_Float and float(exponent).is_integer() else exponent
-
-
-@alone(SYMBOLIC)
-@without_speed
-def dahl(mu_c, sigma, exponent=1) -> Law:
+@ready_law
+def dahl(mu_c: Parameter, sigma: Parameter, exponent: Parameter = 1) -> Law:
     r"""Dahl's law: the friction of a spring that yields, and remembers where it turned.
 
     Parameters
@@ -85,9 +66,10 @@ def dahl(mu_c, sigma, exponent=1) -> Law:
     return Law(mu_c, mu_c, source="Dahl (1968)", memory=memory)
 
 
-@alone(SYMBOLIC)
-@without_speed
-def lugre(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0) -> Law:
+@ready_law
+def lugre(
+    mu_s: Parameter, mu_c: Parameter, v_s: Parameter, sigma0: Parameter, sigma1: Parameter = 0, sigma2: Parameter = 0
+) -> Law:
     r"""LuGre law: bristles that bend like springs and slip at the Stribeck curve.
 
     Parameters
@@ -135,9 +117,17 @@ def lugre(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0) -> Law:
     return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
 
 
-@alone(SYMBOLIC)
-@without_speed
-def elasto_plastic(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0, *, z_ba) -> Law:
+@ready_law
+def elasto_plastic(
+    mu_s: Parameter,
+    mu_c: Parameter,
+    v_s: Parameter,
+    sigma0: Parameter,
+    sigma1: Parameter = 0,
+    sigma2: Parameter = 0,
+    *,
+    z_ba: Parameter,
+) -> Law:
     r"""Elasto-plastic law: LuGre bristles that are purely elastic up to a deflection, and do not drift below it.
 
     Parameters
@@ -184,7 +174,9 @@ def elasto_plastic(mu_s, mu_c, v_s, sigma0, sigma1=0, sigma2=0, *, z_ba) -> Law:
     return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
 
 
-def _stribeck(law: str, mu_s, mu_c, v_s, sigma0, sigma1, sigma2) -> tuple[sp.Expr, ...]:
+def _stribeck(
+    law: str, mu_s: Parameter, mu_c: Parameter, v_s: Parameter, sigma0: Parameter, sigma1: Parameter, sigma2: Parameter
+) -> tuple[sp.Expr, ...]:
     """Return the Stribeck curve, the stiffness, the two kinds of damping, and the two coefficients."""
     positive = {"mu_s": mu_s, "mu_c": mu_c, "v_s": v_s, "sigma0": sigma0}
     mu_s, mu_c, v_s, s0, s1, s2 = parameters_of(law, positive, {"sigma1": sigma1, "sigma2": sigma2})

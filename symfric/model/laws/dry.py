@@ -1,15 +1,17 @@
 """Dry friction laws without memory: the coefficient of friction depends on the sliding speed alone."""
 
+from collections.abc import Sequence
+
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws.arguments import without_speed
+from symfric.model.laws.arguments import Parameter, ready_law
 from symfric.model.laws.law import Law
-from symfric.model.symbols import SPEED, expression
+from symfric.model.symbols import SPEED, expression, listed
 
 
-def _scale(speed, name: str):
+def _scale(speed: Parameter, name: str) -> Parameter:
     """Return the speed over which a law changes; a number must be positive."""
     e = expression(speed, name)
     if e.is_number and not e > 0:
@@ -17,9 +19,8 @@ def _scale(speed, name: str):
     return speed
 
 
-@alone(SYMBOLIC)
-@without_speed
-def coulomb(mu_s, mu_k=None) -> Law:
+@ready_law
+def coulomb(mu_s: Parameter, mu_k: Parameter | None = None) -> Law:
     """Constant kinetic coefficient mu_k, static coefficient mu_s >= mu_k (equal unless given).
 
     Parameters
@@ -43,9 +44,8 @@ def coulomb(mu_s, mu_k=None) -> Law:
     return Law(mu_s if mu_k is None else mu_k, mu_s, source="handbook (19.104)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
+@ready_law
+def lorentz(mu_d: Parameter, v_c: Parameter, mu_s: Parameter | None = None, b: Parameter = 0) -> Law:
     r""":math:`\mu_d/(1 + (v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
 
     Parameters
@@ -73,9 +73,8 @@ def lorentz(mu_d, v_c, mu_s=None, b=0) -> Law:
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
+@ready_law
+def gauss(mu_d: Parameter, v_c: Parameter, mu_s: Parameter | None = None, b: Parameter = 0) -> Law:
     r""":math:`\mu_d \exp(-(v/v_c)^2) + b v`; static coefficient mu_s, mu_d unless given.
 
     Parameters
@@ -103,9 +102,8 @@ def gauss(mu_d, v_c, mu_s=None, b=0) -> Law:
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
+@ready_law
+def square_root(mu_d: Parameter, alpha: Parameter, mu_s: Parameter | None = None, b: Parameter = 0) -> Law:
     r""":math:`\mu_d + \alpha\sqrt v + b v`; it falls with speed only for alpha < 0.
 
     Parameters
@@ -133,9 +131,8 @@ def square_root(mu_d, alpha, mu_s=None, b=0) -> Law:
     return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.108)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
+@ready_law
+def stribeck(mu_s: Parameter, mu_k: Parameter, v_s: Parameter, b: Parameter = 0) -> Law:
     r"""Exponential Stribeck law :math:`\mu_k + (\mu_s - \mu_k) e^{-v/v_s} + b v`; static coefficient mu_s.
 
     Parameters
@@ -164,9 +161,8 @@ def stribeck(mu_s, mu_k, v_s, b=0) -> Law:
     return Law(mu_k + drop + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def cubic(mu_s, mu_m, v_m) -> Law:
+@ready_law
+def cubic(mu_s: Parameter, mu_m: Parameter, v_m: Parameter) -> Law:
     r"""Smallest coefficient mu_m at speed v_m: :math:`\mu_s - \tfrac32(\mu_s-\mu_m)(s - s^3/3)`, s = v/v_m.
 
     Parameters
@@ -196,9 +192,8 @@ def cubic(mu_s, mu_m, v_m) -> Law:
     return Law(kinetic, mu_s, source="Thomsen (5)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
+@ready_law
+def thomsen_regularised(mu_s: Parameter, mu_m: Parameter, v_m: Parameter, v_s: Parameter) -> Law:
     r"""Cubic law without a jump at rest: straight up to mu_s at the speed v_s, smallest coefficient mu_m at v_m.
 
     Parameters
@@ -240,9 +235,8 @@ def thomsen_regularised(mu_s, mu_m, v_m, v_s) -> Law:
     return Law(sp.Piecewise((mu_s * SPEED / v_s, v_s > SPEED), (sliding, True)), sp.Integer(0), (v_s,), "Thomsen (6)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def exponential(mu_m, v_c=1.0) -> Law:
+@ready_law
+def exponential(mu_m: Parameter, v_c: Parameter = 1.0) -> Law:
     r""":math:`\mu_m e^{-v/v_c}`, static coefficient mu_m; v_c = 1 m/s in the source.
 
     Parameters
@@ -265,9 +259,10 @@ def exponential(mu_m, v_c=1.0) -> Law:
     return Law(mu_m * sp.exp(-SPEED / _scale(v_c, "v_c")), mu_m, source="Younes and Ashour (3)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
+@ready_law
+def piecewise_linear(
+    mu_s: Parameter, speeds: Sequence[Parameter], values: Sequence[Parameter], last_slope: Parameter | None = None
+) -> Law:
     """Straight lines through (speeds, values), continued beyond the last one.
 
     Parameters
@@ -295,7 +290,7 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
     >>> law(1.0), law.breaks
     (0.032, (2,))
     """
-    speeds, values = list(speeds), list(values)
+    speeds, values = listed(speeds, "speeds"), listed(values, "values")
     if len(speeds) != len(values):
         raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
     if not speeds or not sp.sympify(speeds[0]).is_zero:
@@ -314,7 +309,7 @@ def piecewise_linear(mu_s, speeds, values, last_slope=None) -> Law:
 
 
 @alone(SYMBOLIC)
-def custom(kinetic, mu_s, breaks=()) -> Law:
+def custom(kinetic: sp.Expr, mu_s: Parameter, breaks: Sequence[Parameter] = ()) -> Law:
     """Any expression of ``sf.SPEED``; a Piecewise in it must be continuous and name its speeds in `breaks`.
 
     Parameters
@@ -338,4 +333,4 @@ def custom(kinetic, mu_s, breaks=()) -> Law:
     >>> round(law(0.1), 6)
     0.802334
     """
-    return Law(kinetic, mu_s, tuple(breaks), source="user")
+    return Law(kinetic, mu_s, listed(breaks, "breaks"), source="user")

@@ -1,8 +1,9 @@
 """A friction law: the coefficient of friction of a contact in terms of its sliding speed, and of what it remembers."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -20,6 +21,7 @@ _REGULARISATIONS = {  # by shape, what is done to a law
     "tanh": "times tanh(v/v_s)",
 }
 SHAPES = tuple(_REGULARISATIONS)
+Shape: TypeAlias = Literal["linear", "arctan", "tanh"]
 
 
 def refuse_memory(law: "Law", what: str) -> None:
@@ -77,7 +79,7 @@ class Law:
     memory: Memory | None = None
 
     @alone(SYMBOLIC)
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "kinetic", scalar(self.kinetic, "the kinetic coefficient"))
         object.__setattr__(self, "stick", scalar(self.stick, "the static coefficient"))
         object.__setattr__(self, "breaks", tuple(scalar(b, "a break of the law") for b in self.breaks))
@@ -129,7 +131,7 @@ class Law:
             return sp.Integer(0)  # the mean of an odd law over a symmetric vibration; quadrature leaves rounding
         return start.subs(SPEED, 0)
 
-    def __call__(self, v):
+    def __call__(self, v: Any) -> Any:
         """Evaluate the law on numbers, odd in `v`; zero at v = 0.
 
         Parameters
@@ -156,7 +158,7 @@ class Law:
         return result if result.ndim else float(result)
 
     @alone(SYMBOLIC)
-    def where(self, values: Mapping) -> "Law":
+    def where(self, values: Mapping[Any, Any]) -> "Law":
         """Return the law with numbers or expressions in place of its symbols, given by symbol or by name.
 
         Parameters
@@ -171,7 +173,7 @@ class Law:
         mapping = {named.get(key, key) if isinstance(key, str) else key: value for key, value in values.items()}
         return self._mapped(lambda e: e.subs(mapping))
 
-    def _mapped(self, change) -> "Law":
+    def _mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Law":
         breaks = tuple(change(b) for b in self.breaks)
         steep = tuple(change(b) for b in self.steep)
         kept = None if self.memory is None else self.memory.mapped(change)
@@ -179,7 +181,7 @@ class Law:
         return replace(self, **parts, memory=kept)
 
     @alone(SYMBOLIC)
-    def regularised(self, v_s, shape: str = "linear") -> "Law":
+    def regularised(self, v_s: float | sp.Expr, shape: Shape = "linear") -> "Law":
         """Return a continuous law that replaces the jump at rest by a steep slope; a law with memory has no jump.
 
         Parameters
@@ -231,7 +233,7 @@ class Law:
         return Law(sp.Piecewise(*pieces), zero, breaks, source)
 
     @alone(SYMBOLIC)
-    def averaged(self, q) -> "Law":
+    def averaged(self, q: float | sp.Expr) -> "Law":
         """Return the effective law under fast vibration of intensity q.
 
         Parameters

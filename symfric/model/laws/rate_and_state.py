@@ -1,11 +1,11 @@
 """Rate-and-state friction of rock: a coefficient that depends on the speed and on the age of the contacts."""
 
+from typing import Literal
+
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws.arguments import without_speed
-from symfric.model.laws.bristles import parameters_of
+from symfric.model.laws.arguments import Parameter, parameters_of, ready_law
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
 from symfric.model.symbols import SPEED
@@ -13,9 +13,16 @@ from symfric.model.symbols import SPEED
 _LEAST = sp.Float("1e-20")  # of V0: speed below which the logarithm of the slip law is rounded off
 
 
-@alone(SYMBOLIC)
-@without_speed
-def rate_and_state(mu0, a, b, D_c, V0, law="aging", smooth=True) -> Law:
+@ready_law
+def rate_and_state(
+    mu0: Parameter,
+    a: Parameter,
+    b: Parameter,
+    D_c: Parameter,
+    V0: Parameter,
+    law: Literal["aging", "slip"] = "aging",
+    smooth: bool = True,
+) -> Law:
     r"""Rate-and-state law of Dieterich and Ruina.
 
     Parameters

@@ -10,19 +10,16 @@ from collections.abc import Sequence
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws.arguments import without_speed
-from symfric.model.laws.bristles import parameters_of, whole
+from symfric.model.laws.arguments import Parameter, parameters_of, ready_law, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SLIP, Memory, state_symbols
-from symfric.model.symbols import SPEED, expression
+from symfric.model.symbols import SPEED, expression, listed
 
 _NEAR = sp.Float("1e-9")  # of the limit: where powers of |z| that are not whole are rounded off
 
 
-@alone(SYMBOLIC)
-@without_speed
-def maxwell_slip(stiffness: Sequence, limits: Sequence, b=0) -> Law:
+@ready_law
+def maxwell_slip(stiffness: Sequence[Parameter], limits: Sequence[Parameter], b: Parameter = 0) -> Law:
     r"""Generalised Maxwell slip: springs with sliders in series, several such elements in parallel.
 
     Parameters
@@ -59,7 +56,7 @@ def maxwell_slip(stiffness: Sequence, limits: Sequence, b=0) -> Law:
     >>> round(law(1.0), 12), law.stiffness
     (0.3, 150)
     """
-    stiffness, limits = list(stiffness), list(limits)
+    stiffness, limits = listed(stiffness, "stiffness"), listed(limits, "limits")
     if len(stiffness) != len(limits) or not stiffness:
         raise SceneError(f"maxwell_slip has {len(stiffness)} stiffnesses and {len(limits)} limits; give one pair each")
     k = parameters_of("maxwell_slip", {f"stiffness[{i}]": e for i, e in enumerate(stiffness)})
@@ -68,9 +65,8 @@ def maxwell_slip(stiffness: Sequence, limits: Sequence, b=0) -> Law:
     return _elements(k, most, b, "Iwan (1966), Al-Bender, Lampaert and Swevers (2005)")
 
 
-@alone(SYMBOLIC)
-@without_speed
-def iwan(R, chi, phi_max, elements: int = 40) -> Law:
+@ready_law
+def iwan(R: Parameter, chi: Parameter, phi_max: Parameter, elements: int = 40) -> Law:
     r"""Iwan's law with a power-law density of sliders, as an assembly of elements.
 
     Parameters
@@ -130,9 +126,8 @@ def _elements(k: list[sp.Expr], most: list[sp.Expr], b: sp.Expr, source: str) ->
     return Law(total + b * SPEED, total, source=source, memory=memory)
 
 
-@alone(SYMBOLIC)
-@without_speed
-def bouc_wen(alpha, beta, gamma, n) -> Law:
+@ready_law
+def bouc_wen(alpha: Parameter, beta: Parameter, gamma: Parameter, n: Parameter) -> Law:
     r"""Bouc-Wen law: a smooth hysteresis between a spring and a slider.
 
     Parameters

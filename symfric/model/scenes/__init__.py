@@ -1,6 +1,8 @@
 """Ready scenes of the sources; symbols carry the argument's name, so ``scene.where({"v_b": .3})`` works."""
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.model.scenes.absorber import absorber
 from symfric.model.scenes.belt import mass_on_belt, wavy_belt
 from symfric.model.scenes.damper import contact_damper
@@ -24,4 +26,5 @@ __all__ = [
     "wavy_belt",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

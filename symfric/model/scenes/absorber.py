@@ -1,11 +1,14 @@
 """A tuned mass damper on a main mass, with an optional dry contact in the absorber or at the main mass."""
 
+from typing import Literal
+
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.scene import Scene
+from symfric.model.scenes.arguments import check_range
 from symfric.model.symbols import TIME, finite
 from symfric.model.system import Contact, System
 
@@ -16,16 +19,16 @@ PLACES = ("absorber", "main")
 @alone(SYMBOLIC)
 def absorber(
     *,
-    mass_ratio,
-    tuning,
-    damping,
-    main_damping=0.0,
-    F=1.0,
-    Omega=1.0,
-    friction=0.0,
-    static_friction=None,
-    contact=None,
-    horizon=200.0,
+    mass_ratio: float,
+    tuning: float,
+    damping: float,
+    main_damping: float = 0.0,
+    F: float = 1.0,
+    Omega: float = 1.0,
+    friction: float = 0.0,
+    static_friction: float | None = None,
+    contact: Literal["absorber", "main"] | None = None,
+    horizon: float = 200.0,
 ) -> Scene:
     r"""Main mass on a spring, shaken by a harmonic force, with a smaller mass on a spring and a damper upon it.
 
@@ -70,9 +73,7 @@ def absorber(
     >>> run.names
     ('x1', 'x2', 'u1', 'u2')
     """
-    for name, value in {"mass_ratio": mass_ratio, "tuning": tuning}.items():
-        if not finite(value, name) > 0:
-            raise SceneError(f"{name} is {value:g}; it must be positive")
+    check_range({"mass_ratio": mass_ratio, "tuning": tuning})
     mu, f, zeta, zeta1, F_, Omega_ = sp.symbols("mass_ratio tuning damping main_damping F Omega", real=True)
     pull = mu * (2 * zeta * f * (_U2 - _U1) + f**2 * (_X2 - _X1))
     values = {mu: mass_ratio, f: tuning, zeta: damping, zeta1: main_damping, F_: F, Omega_: Omega}
@@ -91,7 +92,9 @@ def absorber(
     )
 
 
-def _contacts(place, friction, static_friction) -> tuple[list[Contact], dict]:
+def _contacts(
+    place: str | None, friction: float, static_friction: float | None
+) -> tuple[list[Contact], dict[sp.Symbol, float]]:
     """Return the contact and its values."""
     if place is None:
         if finite(friction, "friction") != 0 or static_friction is not None:

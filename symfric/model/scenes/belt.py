@@ -7,19 +7,24 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
+from symfric.model.scenes.arguments import open_values
 from symfric.model.symbols import TIME, finite
 from symfric.model.system import Contact, System
 
 _X, _U = sp.symbols("x u", real=True)
 
 
-def _open(law: Law) -> dict:
-    """Return the symbols of a law as scene values without a number, to be given later with `where`."""
-    return dict.fromkeys(sorted(law.free_symbols, key=str))
-
-
 @alone(SYMBOLIC)
-def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, horizon=100.0) -> Scene:
+def mass_on_belt(
+    law: Law | None = None,
+    *,
+    v_b: float,
+    beta: float = 0.05,
+    gamma2: float = 1.0,
+    a: float = 0.0,
+    Omega: float = 0.0,
+    horizon: float = 100.0,
+) -> Scene:
     r"""Mass on a moving belt: :math:`x'' + 2\beta x' + x + \gamma^2\mu(x' - v_b) = a\Omega^2\sin\Omega t`.
 
     Parameters
@@ -54,14 +59,23 @@ def mass_on_belt(law=None, *, v_b, beta=0.05, gamma2=1.0, a=0.0, Omega=0.0, hori
     return Scene(
         system=System(q=[_X], u=[_U], mass=[[1]], force=[force]),
         contacts=[Contact("belt", slip=_U - v_b_, normal=gamma2_, law=law)],
-        values={v_b_: v_b, beta_: beta, gamma2_: gamma2, a_: a, Omega_: Omega, **_open(law)},
+        values={v_b_: v_b, beta_: beta, gamma2_: gamma2, a_: a, Omega_: Omega, **open_values(law)},
         initial={_X: 0.0, _U: 0.0},
         horizon=horizon,
     )
 
 
 @alone(SYMBOLIC)
-def wavy_belt(law=None, *, v_b, F, k, beta=0.05, gamma2=1.0, horizon=100.0) -> Scene:
+def wavy_belt(
+    law: Law | None = None,
+    *,
+    v_b: float,
+    F: float,
+    k: float,
+    beta: float = 0.05,
+    gamma2: float = 1.0,
+    horizon: float = 100.0,
+) -> Scene:
     r"""Mass on a moving belt with waves: :math:`x'' + 2\beta x' + x + \gamma^2\mu(x' - v_b) = F\sin k(x - v_b t)`.
 
     Parameters
@@ -106,7 +120,7 @@ def wavy_belt(law=None, *, v_b, F, k, beta=0.05, gamma2=1.0, horizon=100.0) -> S
     return Scene(
         system=System(q=[_X], u=[_U], mass=[[1]], force=[force]),
         contacts=[Contact("belt", slip=_U - v_b_, normal=gamma2_, law=law)],
-        values={v_b_: v_b, beta_: beta, gamma2_: gamma2, F_: F, k_: k, **_open(law)},
+        values={v_b_: v_b, beta_: beta, gamma2_: gamma2, F_: F, k_: k, **open_values(law)},
         initial={_X: 0.0, _U: 0.0},
         horizon=horizon,
     )

@@ -6,6 +6,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
+from symfric.model.scenes.arguments import check_range, open_values
 from symfric.model.symbols import finite
 from symfric.model.system import Contact, System
 
@@ -14,7 +15,15 @@ _X1, _X2, _U1, _U2 = sp.symbols("x1 x2 u1 u2", real=True)
 
 @alone(SYMBOLIC)
 def sprung_foundation(
-    law: Law | None = None, *, mass_ratio, stiffness, damping, v_b=0.0, main_damping=0.0, gamma2=1.0, horizon=200.0
+    law: Law | None = None,
+    *,
+    mass_ratio: float,
+    stiffness: float,
+    damping: float,
+    v_b: float = 0.0,
+    main_damping: float = 0.0,
+    gamma2: float = 1.0,
+    horizon: float = 200.0,
 ) -> Scene:
     r"""Mass on a spring that stands on a foundation, which a spring and a damper hold to the ground.
 
@@ -58,11 +67,7 @@ def sprung_foundation(
     >>> sf.stability(scene).stable
     True
     """
-    for name, value in {"mass_ratio": mass_ratio, "stiffness": stiffness, "damping": damping}.items():
-        if finite(value, name) < 0 or (name == "mass_ratio" and value == 0):
-            raise SceneError(
-                f"{name} is {value:g}; it must {'be positive' if name == 'mass_ratio' else 'not be negative'}"
-            )
+    check_range({"mass_ratio": mass_ratio}, {"stiffness": stiffness, "damping": damping})
     mu, kappa, gamma, zeta1, v_b_, gamma2_ = sp.symbols(
         "mass_ratio stiffness damping main_damping v_b gamma2", real=True
     )
@@ -70,7 +75,7 @@ def sprung_foundation(
     contacts = []
     if law is not None:
         contacts = [Contact("belt", slip=_U1 - v_b_, normal=gamma2_, law=law)]
-        values |= {v_b_: v_b, gamma2_: gamma2, **dict.fromkeys(sorted(law.free_symbols, key=str))}
+        values |= {v_b_: v_b, gamma2_: gamma2, **open_values(law)}
     elif finite(v_b, "v_b") != 0:
         raise SceneError("v_b is given without a law; give the friction between mass and belt")
     force = [-2 * zeta1 * _U1 - _X1 + _X2, _X1 - _X2 - kappa * _X2 - 2 * gamma * _U2]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -9,19 +10,45 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
-from symfric.model.blame import shortened
+from symfric.model.laws import Law
 from symfric.model.outputs import At, Max, Output, friction_force
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite
+from symfric.model.scenes.arguments import open_values
+from symfric.model.symbols import Key, finite, shortened
 from symfric.model.system import Contact, Signal, System
 
+# mu, (mu0, R), or (edges, values)
+FloorProfile: TypeAlias = float | Sequence[float] | Sequence[Sequence[float]] | Sequence[np.ndarray] | np.ndarray
 _U, _W = sp.symbols("u w", real=True)
 _STRETCH = sp.Symbol("stretch", positive=True)
 _RUN_OUT = 20.0  # horizon beyond the end of the record in s, in which the mass comes to rest
 
 
+class Record(Protocol):
+    """A sampled motion of the ground, such as `Signal` and `symfric.motions.Motion`."""
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Accelerations."""
+
+    @property
+    def dt(self) -> float:
+        """Sampling interval."""
+
+
 @alone(SYMBOLIC)
-def rolling_isolator(*, C, m, motion, profile, g=9.81, alpha=1.0, law=None, rest_speed=1e-5, horizon=None) -> Scene:
+def rolling_isolator(
+    *,
+    C: float,
+    m: float,
+    motion: Record,
+    profile: FloorProfile,
+    g: float = 9.81,
+    alpha: float = 1.0,
+    law: Law | None = None,
+    rest_speed: float = 1e-5,
+    horizon: float | None = None,
+) -> Scene:
     r"""Mass on a rough floor that moves with the ground: :math:`m(w' + a_g) = -C w - \mathrm{sgn}(w)\,\mu(u)\,m g`.
 
     Parameters
@@ -84,13 +111,14 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, alpha=1.0, law=None, rest
     if not alpha > 0:
         raise SceneError(f"alpha is {alpha:g}; the exponent of the damper must be positive")
     signal = motion if isinstance(motion, Signal) else _signal(motion)
-    values = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
+    values: dict[Key, float | None] = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
     C_, m_, g_, a_g, amplitude = sp.symbols("C m g a_g amplitude", real=True)
     values["amplitude"] = 1.0
     coefficient, more = _profile(profile)
     friction = friction_force("floor")
     law = laws.coulomb(1) if law is None else law
-    values |= more | dict.fromkeys(sorted(law.free_symbols, key=str))
+    values |= more
+    values |= open_values(law)
     floor = Contact("floor", slip=_W, normal=m_ * g_, law=law, profile=coefficient)
     damping, more = _damper(C_, alpha, rest_speed)
     values |= more
@@ -114,7 +142,7 @@ def rolling_isolator(*, C, m, motion, profile, g=9.81, alpha=1.0, law=None, rest
     )
 
 
-def _damper(C: sp.Symbol, alpha: float, rest_speed: float) -> tuple[sp.Expr, dict]:
+def _damper(C: sp.Symbol, alpha: float, rest_speed: float) -> tuple[sp.Expr, dict[Key, float | None]]:
     """Return the force of the damper and the values of its own symbols."""
     if alpha % 2 == 1:
         return C * _W ** int(alpha), {}
@@ -124,14 +152,14 @@ def _damper(C: sp.Symbol, alpha: float, rest_speed: float) -> tuple[sp.Expr, dic
     return C * _W * (_W**2 + low**2) ** sp.Float((alpha - 1) / 2), {"rest_speed": rest_speed}
 
 
-def _signal(motion) -> Signal:
+def _signal(motion: object) -> Signal:
     samples, dt = getattr(motion, "samples", None), getattr(motion, "dt", None)
     if samples is None or dt is None:
         raise SceneError(f"motion is {shortened(motion)}; give a sf.Signal or what sf.motions reads")
     return Signal(samples, dt, unit="m/s^2")
 
 
-def _profile(profile) -> tuple[sp.Expr, dict]:
+def _profile(profile: FloorProfile) -> tuple[sp.Expr, dict[Key, float | None]]:
     """Return the coefficient of friction over u and the values of its symbols."""
     if isinstance(profile, str):
         raise SceneError(f"profile is {profile!r}; give a number mu, a pair (mu0, R), or arrays (edges, values)")
@@ -140,7 +168,7 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     if len(profile) != 2:
         raise SceneError(f"profile has {len(profile)} parts; give mu, (mu0, R), or (edges, values)")
     if all(np.ndim(part) == 0 for part in profile):
-        values = {"mu0": _coefficient(profile[0], "mu0"), "R": finite(profile[1], "R")}
+        values: dict[Key, float | None] = {"mu0": _coefficient(profile[0], "mu0"), "R": finite(profile[1], "R")}
         return sp.Symbol("mu0", real=True) + sp.Symbol("R", real=True) * sp.Abs(_U), values
     edges, numbers = (np.asarray(part, dtype=float) for part in profile)
     _check_cells(edges, numbers)
@@ -155,7 +183,7 @@ def _profile(profile) -> tuple[sp.Expr, dict]:
     return _stretched([sp.Float(numbers[0]), *lines, sp.Float(numbers[-1])], edges.tolist())
 
 
-def _stretched(lines: list[sp.Expr], edges: list[float]) -> tuple[sp.Expr, dict]:
+def _stretched(lines: list[sp.Expr], edges: list[float]) -> tuple[sp.Expr, dict[Key, float | None]]:
     """Return a profile and the value of its stretch parameter, which one without edges or with one at u = 0 lacks.
 
     Between two lines that are the same there is no edge: SymPy would join their conditions to one that is no interval.
@@ -165,7 +193,9 @@ def _stretched(lines: list[sp.Expr], edges: list[float]) -> tuple[sp.Expr, dict]
     return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
 
 
-def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.ndarray, np.ndarray]:
+def patched_floor(
+    length: float, n: int, mean: float, deviation: float, spread: float | None = None, *, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return edges and random coefficients of n equal cells about u = 0, with exactly the given mean and deviation.
 
     Parameters
@@ -225,7 +255,7 @@ def patched_floor(length, n, mean, deviation, spread=None, *, seed) -> tuple[np.
 
 def _stretched_within(drawn: np.ndarray, reach: float) -> np.ndarray | None:
     """Return numbers with mean 0, deviation 1 and nothing beyond +-reach, near those drawn; None if that fails."""
-    found = drawn
+    found: np.ndarray = drawn
     for _ in range(1000):
         deviation = found.std()
         if deviation == 0:
@@ -237,7 +267,7 @@ def _stretched_within(drawn: np.ndarray, reach: float) -> np.ndarray | None:
     return None
 
 
-def _coefficient(value, name: str) -> float:
+def _coefficient(value: object, name: str) -> float:
     number = finite(value, name)
     if number < 0:
         raise SceneError(f"{name} is {number:g}; a coefficient of friction must not be negative")

@@ -6,13 +6,16 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 from symfric.model.system import Contact, System
 
 _X, _U = sp.symbols("x u", real=True)
 
 
 @alone(SYMBOLIC)
-def coulomb_oscillator(delta, *, delta_s=None, x0=1.0, omega_n=1.0, horizon=None) -> Scene:
+def coulomb_oscillator(
+    delta: float, *, delta_s: float | None = None, x0: float = 1.0, omega_n: float = 1.0, horizon: float | None = None
+) -> Scene:
     r"""Free oscillator with Coulomb friction: :math:`x'' + \omega_n^2 (x + \Delta\,\mathrm{sgn}\,x') = 0`, from rest.
 
     Parameters
@@ -45,6 +48,7 @@ def coulomb_oscillator(delta, *, delta_s=None, x0=1.0, omega_n=1.0, horizon=None
     """
     delta_, delta_s_, omega_, x0_ = sp.symbols("delta delta_s omega_n x0", real=True)
     if horizon is None:
+        delta, x0, omega_n = finite(delta, "delta"), finite(x0, "x0"), finite(omega_n, "omega_n")
         halves = abs(x0) / (2 * delta) if delta > 0 else 20.0
         horizon = float((halves + 3) * sp.pi / omega_n)
     return Scene(

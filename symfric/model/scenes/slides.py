@@ -1,5 +1,7 @@
 """Slides moved by a drive: stick-slip of one slide, overrun after the drive stops, and two slides in contact."""
 
+from typing import Literal
+
 import sympy as sp
 
 from symfric.errors import SceneError
@@ -7,6 +9,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.outputs import Max, StopTime, Trajectory
 from symfric.model.scene import Scene
+from symfric.model.scenes.arguments import check_range
 from symfric.model.symbols import TIME, finite
 from symfric.model.system import Contact, System
 
@@ -17,7 +20,17 @@ PLACES = ("ground", "support")
 
 
 @alone(SYMBOLIC)
-def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=None, horizon=None) -> Scene:
+def drive_slide(
+    *,
+    mu1: float,
+    mu2: float,
+    p_star: float,
+    epsilon: float,
+    sigma: float | None = None,
+    damper: Literal["ground", "support"] = "ground",
+    fc: float | None = None,
+    horizon: float | None = None,
+) -> Scene:
     r"""Slide on a guideway, pulled by a spring whose end moves at constant speed: :math:`x'' + f(1 + x') + x = 0`.
 
     Parameters
@@ -84,7 +97,17 @@ def drive_slide(*, mu1, mu2, p_star, epsilon, sigma=None, damper="ground", fc=No
 
 @alone(SYMBOLIC)
 def drive_stop(
-    *, mu1, mu2, lam, epsilon=0.0, fc=None, speed=0.0, ramp=0.0, drive=None, sigma=0.0, horizon=None
+    *,
+    mu1: float,
+    mu2: float,
+    lam: float,
+    epsilon: float = 0.0,
+    fc: float | None = None,
+    speed: float = 0.0,
+    ramp: float = 0.0,
+    drive: float | None = None,
+    sigma: float = 0.0,
+    horizon: float | None = None,
 ) -> Scene:
     r"""Slide whose drive stops, still loaded by the spring: :math:`x'' + f(x') + x = s(t)`, with s = 0 once it stands.
 
@@ -138,10 +161,7 @@ def drive_stop(
     0.5227
     0.1428
     """
-    ramp, sigma = finite(ramp, "ramp"), finite(sigma, "sigma")
-    for name, value in {"ramp": ramp, "sigma": sigma}.items():
-        if value < 0:
-            raise SceneError(f"{name} is {value:g}; it must not be negative")
+    check_range({}, {"ramp": ramp, "sigma": sigma})
     mu1, lam = finite(mu1, "mu1"), finite(lam, "lam")
     lam_, epsilon_, fc_, speed_ = sp.symbols("lam epsilon fc speed", real=True)
     if horizon is None:
@@ -164,7 +184,7 @@ def drive_stop(
     )
 
 
-def _stopping(ramp: float, drive, sigma: float) -> tuple[sp.Expr, sp.Expr, dict]:
+def _stopping(ramp: float, drive: float, sigma: float) -> tuple[sp.Expr, sp.Expr, dict[sp.Symbol, float]]:
     """Return the place of the support while it stops, the push of a damper on it, and the values of both."""
     if ramp == 0:
         return sp.Integer(0), sp.Integer(0), {}
@@ -188,12 +208,22 @@ def _one_corner(corner: sp.Expr, epsilon: sp.Symbol, fc: sp.Symbol) -> laws.Law:
     )
 
 
-def _kinetic(fc, mu1: float) -> float:
+def _kinetic(fc: float | None, mu1: float) -> float:
     return 2 * max(1.0, -mu1) if fc is None else finite(fc, "fc")
 
 
 @alone(SYMBOLIC)
-def two_slides(*, r, zeta, s1, s2, fc1, fs1, damping="omega1", horizon=200.0) -> Scene:
+def two_slides(
+    *,
+    r: float,
+    zeta: float,
+    s1: float,
+    s2: float,
+    fc1: float,
+    fs1: float,
+    damping: Literal["omega1", "omega2"] = "omega1",
+    horizon: float = 200.0,
+) -> Scene:
     r"""Two slides in contact, the first pulled by a drive: :math:`\eta_1'' + 2 s_1\eta_1' + \eta_1 + F = 0`.
 
     Parameters
@@ -232,9 +262,7 @@ def two_slides(*, r, zeta, s1, s2, fc1, fs1, damping="omega1", horizon=200.0) ->
     >>> sf.stability(slides).stable
     True
     """
-    for name, value in {"r": r, "zeta": zeta}.items():
-        if not finite(value, name) > 0:
-            raise SceneError(f"{name} is {value:g}; it must be positive")
+    check_range({"r": r, "zeta": zeta})
     if damping not in READINGS:
         raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     r_, zeta_, s1_, s2_ = sp.symbols("r zeta s1 s2", real=True)

@@ -6,6 +6,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
+from symfric.model.scenes.arguments import open_values
 from symfric.model.system import Contact, System
 
 _X, _U, _Z = sp.symbols("x u z", real=True)
@@ -15,16 +16,16 @@ _X, _U, _Z = sp.symbols("x u z", real=True)
 def positioning_stage(
     law: Law | None = None,
     *,
-    k_p,
-    k_d,
-    k_i,
-    m=1.0,
-    N=1.0,
-    target=0.0,
-    x0=0.1,
-    compensation=0.0,
-    x_c=1e-3,
-    horizon=200.0,
+    k_p: float,
+    k_d: float,
+    k_i: float,
+    m: float = 1.0,
+    N: float = 1.0,
+    target: float = 0.0,
+    x0: float = 0.1,
+    compensation: float = 0.0,
+    x_c: float = 1e-3,
+    horizon: float = 200.0,
 ) -> Scene:
     r"""Mass on a guide with friction, moved to a target by a PID controller.
 
@@ -74,7 +75,7 @@ def positioning_stage(
     return Scene(
         system=System(q=[_X], u=[_U], mass=[[mass]], force=[force], z=[_Z], z_rate=[_X - r]),
         contacts=[Contact("guide", slip=_U, normal=load, law=law)],
-        values={**values, **dict.fromkeys(sorted(law.free_symbols, key=str))},
+        values={**values, **open_values(law)},
         initial={_X: x0, _U: 0.0, _Z: 0.0},
         horizon=horizon,
     )

@@ -8,11 +8,12 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.lower.mode_layout import contact_of_gap
 from symfric.model.notebook import html_table
 from symfric.model.results import ArrayResult, Drawable, Labelled, plain
-from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite
+from symfric.model.scene import Scene, check_scene
+from symfric.model.symbols import Key, finite, pair
 from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch_points import KIND, departures, doubled
@@ -210,6 +211,7 @@ class Branch(ArrayResult, Drawable):
         )
 
 
+@logged
 def continue_cycle(
     scene: Scene,
     parameter: Key,
@@ -266,8 +268,9 @@ def continue_cycle(
     >>> branch.reasons
     ('the end of the span at v_b = 0.38', 'the end of the span at v_b = 0.42')
     """
+    check_scene(scene)
     name = scene.parameter(parameter).name
-    low, high = (finite(v, f"an end of the span of {name}") for v in span)
+    low, high = (finite(v, f"an end of the span of {name}") for v in pair(span, "span"))
     if not low < high:
         raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")
     begins = start.value if isinstance(start, HopfPoint | Special) else values_of(scene)[name]

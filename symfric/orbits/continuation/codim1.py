@@ -6,6 +6,7 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import logged
 from symfric.lower.relaxed_guards import FAR
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
@@ -123,6 +124,7 @@ class Curve(ArrayResult, Drawable):
         return f"Curve({self.kind}, {spans}, {self.values.shape[1]} points)"
 
 
+@logged
 def continue_special(
     special: Special,
     parameters: tuple[Key, Key],

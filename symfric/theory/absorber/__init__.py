@@ -4,7 +4,9 @@ One main mass on a spring, omega1 = 1; on it a mass ``mu`` times as large, on a 
 and a damper ``zeta = c2/(2 m2 omega2)``. Every formula is proved in derivations/absorber.py.
 """
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.theory.absorber.response import (
     SYMBOLS,
     AbsorberSymbols,
@@ -39,4 +41,5 @@ __all__ = [
     "widest_stability",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -3,7 +3,9 @@
 Every function returns a float for a scene, or the formula in `SYMBOLS` with ``symbolic=True``.
 """
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.theory.belt.effective import (
     effective_cubic,
     effective_damping,
@@ -77,4 +79,5 @@ __all__ = [
     "unstable_speeds",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -1,6 +1,8 @@
 """Closed forms of Guida, Nilvetti and Pappalardo for one driven slide and for two slides in contact."""
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.theory.drive.grazing import (
     two_slides_cycle,
     two_slides_onset,
@@ -47,4 +49,5 @@ __all__ = [
     "type_limit",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -1,6 +1,8 @@
 """Decay of a free oscillator by friction: exact stop under Coulomb friction, and averaged decay time."""
 
-from symfric.model.offering import offer
+from typing import TYPE_CHECKING
+
+from symfric.model.public_names import names_of
 from symfric.theory.transient.averaged import (
     DAMPER,
     DamperSymbols,
@@ -29,4 +31,5 @@ __all__ = [
     "stop_time",
 ]
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

@@ -10,7 +10,7 @@ from symfric.errors import SceneError
 from symfric.model import scenes
 from symfric.model.numeric import numeric
 from symfric.model.results import Result
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME
 
 ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene used in the balance
@@ -132,6 +132,7 @@ def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     >>> numbers["f_n"], literal
     (10.0, False)
     """
+    check_scene(scene)
     for literal in (False, True):
         model = scenes.contact_damper(f_n=1.0, mu_m=0.1, literal=literal)
         if (scene.system, scene.contacts) == (model.system, model.contacts):

@@ -13,6 +13,7 @@ from symfric.ensemble.sweep import sweep
 from symfric.model import scenes
 from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
+from symfric.solve.protocol import RouteName
 from symfric.solve.routes import prepare
 from symfric_evidence.bench.larger import chain
 
@@ -77,15 +78,15 @@ def _over(name: str, unit: str, sizes: Sequence[int], timed: Callable[[int], flo
     return CostGrowth(name, unit, tuple(map(float, sizes)), tuple(timed(n) for n in sizes))
 
 
-def _masses(route: str, number: int) -> float:
+def _masses(route: RouteName, number: int) -> float:
     return _per_step(chain(number, moving=1), route)
 
 
-def _contacts(route: str, number: int) -> float:
+def _contacts(route: RouteName, number: int) -> float:
     return _per_step(chain(16, moving=number), route)
 
 
-def _per_step(scene: Scene, route: str) -> float:
+def _per_step(scene: Scene, route: RouteName) -> float:
     program = prepare(scene, _TOLERANCE, route)
     steps = program.run().checked().stats["steps"]
     repeats = max(1, int(2_000 // steps))

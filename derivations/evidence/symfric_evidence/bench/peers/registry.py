@@ -13,7 +13,7 @@ from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import limit_cycle
 from symfric.solve.integrators.route import Integrators
-from symfric.solve.protocol import Program
+from symfric.solve.protocol import Program, RouteName
 from symfric.solve.routes import Settings, prepare
 from symfric_evidence.bench.peers import (
     casadi_peer,
@@ -85,7 +85,9 @@ def _prepare_integrators(problem: Problem, tolerance: float) -> Callable[[], Ben
     return _through_program(problem, tolerance, Integrators("cvodes" if stiff else "erk"))
 
 
-def _through_program(problem: Problem, tolerance: float, route: str | Settings | None) -> Callable[[], BenchAnswer]:
+def _through_program(
+    problem: Problem, tolerance: float, route: RouteName | Settings | None
+) -> Callable[[], BenchAnswer]:
     program = prepare(problem.scene, tolerance=tolerance, route=route)
 
     def run() -> BenchAnswer:
@@ -96,7 +98,7 @@ def _through_program(problem: Problem, tolerance: float, route: str | Settings |
 
 
 def parts_of_sweep(
-    problem: Problem, tolerance: float, route: str | Settings | None
+    problem: Problem, tolerance: float, route: RouteName | Settings | None
 ) -> tuple[Program, Program, sp.Symbol, sp.Symbol]:
     """Return both parts of a sweep, the second for the half range alone, and the state between them."""
     begin, end = problem.window
@@ -105,7 +107,7 @@ def parts_of_sweep(
     return first, prepare(problem.scene.until(end - begin, {"half": HalfRange(x)}), tolerance, route), x, u
 
 
-def _together(problem: Problem, tolerance: float, route: str | Settings | None) -> Callable[[], BenchAnswer]:
+def _together(problem: Problem, tolerance: float, route: RouteName | Settings | None) -> Callable[[], BenchAnswer]:
     """Run all speeds of a sweep together."""
     first, second, x, u = parts_of_sweep(problem, tolerance, route)
     speeds = {"v_b": np.array(problem.speeds)}

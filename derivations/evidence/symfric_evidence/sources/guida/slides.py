@@ -12,8 +12,9 @@ MAP_SLOPES = (-0.1, -0.3, -0.6, -0.9)  # mu1 of the curves of figure 5
 MAP_CORNERS = (-0.1, -0.2, -0.3, -0.4, -0.5, -0.6, -0.7, -0.8)  # p* of its panels
 ERROR_SLOPES = {"guida-10": (-0.1, -0.25, -0.5, -0.75), "guida-11": (-1.0, -1.5, -3.0, -5.0)}  # mu1 of the diagrams
 SECOND_SLOPES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)  # mu2 of their curves; chosen here, the source does not print them
-PAIR = {"r": 0.5, "zeta": 2.0, "s1": 0.2, "s2": 0.3, "fc1": 1.0}  # of figure 14
-MOTIONS = {  # changed parameters and time range of figures 14 to 16
+PAIR: dict[str, Any] = {"r": 0.5, "zeta": 2.0, "s1": 0.2, "s2": 0.3, "fc1": 1.0}  # of figure 14
+# changed parameters and time range of figures 14 to 16
+MOTIONS: dict[str, tuple[dict[str, Any], tuple[float, float]]] = {
     "guida-14": ({"fs1": 7.4}, (0.0, 80.0)),
     "guida-15": ({"fs1": 7.8}, (60.0, 140.0)),
     # from the text; with s1 = 1.3 of the caption there is no vibration
@@ -211,7 +212,7 @@ def slides_motion(figure: str, damping: str = "omega1", number: int = 4000) -> S
     return SlidesMotion({**PAIR, **change}, t, eta1, eta2, u1, u2, run.mode[0, at] == 0)
 
 
-def _scene(values: dict[str, float], damping: str, horizon: float) -> Scene:
+def _scene(values: dict[str, Any], damping: Any, horizon: float) -> Scene:
     from symfric.model.scenes import two_slides
 
     return two_slides(**values, damping=damping, horizon=horizon)

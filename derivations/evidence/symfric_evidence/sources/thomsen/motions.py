@@ -1,5 +1,7 @@
 """Motions of Thomsen's mass on a belt: figures 3, 4 and 8, and phase planes."""
 
+from typing import Any
+
 import numpy as np
 
 from symfric.model import scenes
@@ -8,8 +10,8 @@ from symfric.theory import belt
 from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve
 from symfric_evidence.sources.registry import Finding
 
-QUIET = {"v_b": 0.2, "beta": 0.05, "gamma2": 1.0}
-SHAKEN = {**QUIET, "a": 0.01, "Omega": 50.0}
+QUIET: dict[str, Any] = {"v_b": 0.2, "beta": 0.05, "gamma2": 1.0}
+SHAKEN: dict[str, Any] = {**QUIET, "a": 0.01, "Omega": 50.0}
 SPEEDS = (0.05, 0.2, 0.3, 0.42)  # belt speeds of the phase planes; chosen here
 TAU, X, V = r"$\tau$", r"$x$", r"$\dot{x}$"
 TOLERANCE = 1e-10
@@ -17,7 +19,7 @@ NEAR = 0.01  # relative deviation up to which two numbers are called equal where
 SAID = {0.2: 0.86, 0.01: 0.83}  # frequency of stick-slip by belt speed, after (29)
 
 
-def motion(values: dict[str, float], end: float, number: int = 4000) -> tuple[np.ndarray, np.ndarray]:
+def motion(values: dict[str, Any], end: float, number: int = 4000) -> tuple[np.ndarray, np.ndarray]:
     """Return times and the states of the ready scene from rest."""
     from symfric.solve.routes import simulate
 
@@ -26,7 +28,7 @@ def motion(values: dict[str, float], end: float, number: int = 4000) -> tuple[np
     return t, run(t)
 
 
-def _responses(values: dict[str, float], end: float) -> tuple[Panel, ...]:
+def _responses(values: dict[str, Any], end: float) -> tuple[Panel, ...]:
     t, (x, u) = motion(values, end)
     level = ((r"$v_b$", values["v_b"]),)
     return (

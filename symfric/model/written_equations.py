@@ -1,0 +1,70 @@
+"""The equations of a scene for reading, and as LaTeX for notebooks."""
+
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from symfric.model.contact_states import coefficient
+from symfric.model.springs import spring_of, stop_rate
+from symfric.model.symbols import TIME
+
+if TYPE_CHECKING:
+    from symfric.model.scene import Scene
+
+_IN_A_LINE = 6  # values in a line below the equations
+
+
+def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
+    """Return the equations of motion of a scene without matrices, friction as ``sign(slip) * normal * mu(|slip|)``."""
+    t, system = TIME, scene.system
+    moving = {s: sp.Function(_shown(s), real=True)(t) for s in system.states}
+    pull = sp.zeros(len(system.q), 1)
+    for c in scene.contacts:
+        if c.law.memory:
+            force = -c.normal * c.profile * coefficient(c)
+        elif c.stiffness is not None:
+            force = -c.stiffness * spring_of(c.name)
+        else:
+            mu = c.law.kinetic.xreplace(
+                {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
+            )
+            force = -sp.sign(c.slip) * c.normal * c.profile * mu
+        pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
+    rates = sp.Matrix([moving[u].diff(t) for u in system.u])
+    left = (system.mass * rates).subs(moving)
+    right = (sp.Matrix(system.force) + pull).subs(moving)
+    kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
+    dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
+    springs = (c for c in scene.contacts if c.stiffness is not None)
+    rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
+    first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
+    return (*kinematic, *dynamic, *first)
+
+
+def latex_of(scene: "Scene") -> str:
+    """Return the equations, the values, the start and the horizon."""
+    rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in scene.equations())
+    numbers = [(s, e) for s, e in (*scene.values.items(), *((_at_start(s), e) for s, e in scene.initial.items()))]
+    given = [sp.latex(s) + " = " + ("?" if e is None else _shown_number(e)) for s, e in numbers]
+    given.append(rf"0 \le t \le {_shown_number(scene.horizon)}")
+    lines = [r",\quad ".join(given[k : k + _IN_A_LINE]) for k in range(0, len(given), _IN_A_LINE)]
+    rows += "".join(r" \\ & " + line for line in lines)
+    return r"$\displaystyle \begin{aligned} " + rows + r" \end{aligned}$"
+
+
+def _at_start(state: sp.Symbol) -> sp.Symbol:
+    """Return a symbol that is printed as a state at t = 0."""
+    return sp.Symbol(sp.latex(sp.Symbol(_shown(state))) + "(0)")
+
+
+def _shown_number(value: float | sp.Expr) -> str:
+    if not isinstance(value, float):
+        return str(sp.latex(value))
+    return str(sp.latex(sp.Float(value, 6))) if value % 1 or abs(value) >= 1e6 else f"{value:.0f}"
+
+
+def _shown(state: sp.Symbol) -> str:
+    """Return the name of a state in equations, with the contact to which it belongs as an index."""
+    contact, dot, own = state.name.rpartition(".")
+    letter, number = own[:1], own[1:]
+    return f"{letter}_{number + ',' if number else ''}{contact}" if dot else state.name
