@@ -2,11 +2,13 @@
 
 Compiled code knows an `ArraySet` as one pointer, to the table of their addresses, and reads from it what
 it uses. Forty arrays passed from function to function would be three hundred numbers for the compiler to keep track of.
+A set may hold other sets, as records with names: their rows lie within the table of the whole, so that a record of a
+record is the same pointer moved by a constant, which costs nothing.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar, Self
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
 import numpy as np
 
@@ -41,11 +43,11 @@ class Scalars(np.ndarray):
         return np.zeros(len(cls.names), cls.kind).view(cls)
 
 
-def _entry(place: int) -> tuple[Callable[[np.ndarray], Any], Callable[[np.ndarray, float], None]]:
+def _entry(place: int) -> tuple[Callable[[np.ndarray], Any], Callable[[np.ndarray, Any], None]]:
     def get(self: np.ndarray) -> Any:
         return self.item(place)
 
-    def put(self: np.ndarray, value: float) -> None:
+    def put(self: np.ndarray, value: Any) -> None:
         self[place] = value
 
     return get, put
@@ -53,7 +55,13 @@ def _entry(place: int) -> tuple[Callable[[np.ndarray], Any], Callable[[np.ndarra
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ArraySet:
-    """Base of sets of arrays for compiled code; annotations of the fields define their types."""
+    """Base of sets of arrays, and of further sets, for compiled code; annotations of the fields define their types."""
+
+    @classmethod
+    def zeros(cls, **shapes: int | tuple[int, ...]) -> Self:
+        """Return a set of arrays of zeros, with these shapes."""
+        hints = get_type_hints(cls, include_extras=True)
+        return cls(**{name: np.zeros(shape, hints[name].__metadata__[0][0]) for name, shape in shapes.items()})
 
     @classmethod
     def names(cls) -> list[str]:
@@ -61,8 +69,17 @@ class ArraySet:
         return [f.name for f in fields(cls)]
 
     def items(self) -> list[tuple[str, Any]]:
-        """Return names and arrays."""
-        return [(name, getattr(self, name)) for name in self.names()]
+        """Return the names of all arrays, with those of their records in front, and the arrays."""
+        found: list[tuple[str, Any]] = []
+        for name in self.names():
+            value = getattr(self, name)
+            inner = value.items() if isinstance(value, ArraySet) else None
+            found += [(name, value)] if inner is None else [(f"{name}.{n}", array) for n, array in inner]
+        return found
+
+    def copy(self, shared: Collection[str] = ()) -> Self:
+        """Return a set with copies of all fields but those named in `shared`, which are the same."""
+        return replace(self, **{n: getattr(self, n).copy() for n in self.names() if n not in shared})
 
 
 class Table:

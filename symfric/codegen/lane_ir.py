@@ -6,16 +6,15 @@ compute there is thrown away.
 """
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import casadi as ca
 
-from symfric.codegen.lane_values import FLAG, REAL, WHOLE, Lanes, Value, is_number, kind_of, moves, real
+from symfric.codegen.lane_values import FLAG, REAL, WHOLE, Lanes, Value, are_whole, is_number, kind_of, moves, real
 from symfric.codegen.llvm_ir import ARITHMETIC, CALLS, COMPARISONS, INTRINSICS, Instructions, Written
 from symfric.errors import SceneError
-
-Body = Callable[[Sequence[Value]], Sequence[Value]]
 
 
 class LaneCode:
@@ -72,18 +71,24 @@ class LaneCode:
         """Return a + b."""
         if not moves(a) and not moves(b):
             return a + b
+        if are_whole(a, b):
+            return self.whole("add", a, b)
         return b if is_number(a, 0) else a if is_number(b, 0) else self._arithmetic(ca.OP_ADD, a, b)
 
     def sub(self, a: Value, b: Value) -> Value:
         """Return a - b."""
         if not moves(a) and not moves(b):
             return a - b
+        if are_whole(a, b):
+            return self.whole("sub", a, b)
         return a if is_number(b, 0) else self.neg(b) if is_number(a, 0) else self._arithmetic(ca.OP_SUB, a, b)
 
     def mul(self, a: Value, b: Value) -> Value:
         """Return a b; zero if one of them is known to be that."""
         if not moves(a) and not moves(b):
             return a * b
+        if are_whole(a, b):
+            return self.whole("mul", a, b)
         if is_number(a, 0) or is_number(b, 0):
             return 0.0
         return b if is_number(a, 1) else a if is_number(b, 1) else self._arithmetic(ca.OP_MUL, a, b)
@@ -127,12 +132,18 @@ class LaneCode:
         """Return a mask."""
         return self._new(FLAG, f"fcmp {how} {self._type[REAL]} {self._ref(real(a))}, {self._ref(real(b))}")
 
+    def ordered(self, how: str, a: Value, b: Value) -> Lanes:
+        """Return where two numbers are in this order."""
+        return self.compare_whole(f"s{how}", a, b) if are_whole(a, b) else self.compare(f"o{how}", a, b)
+
     def equal(self, a: Value, b: Value) -> Lanes:
         """Return where two numbers are equal."""
         return self.compare("oeq", a, b)
 
     def logic(self, how: str, a: Value, b: Value) -> Value:
-        """Return a mask of two masks."""
+        """Return a mask of two masks, or the bits of two whole numbers."""
+        if are_whole(a, b):
+            return self.whole(how, a, b)
         for p, q in ((a, b), (b, a)):
             if isinstance(p, bool):
                 if how != "xor":
@@ -141,22 +152,28 @@ class LaneCode:
                     return q
         return self._op(how, FLAG, a, b)
 
+    def opposite(self, mask: Value) -> Value:
+        """Return the lanes that are not in a mask."""
+        return not mask if isinstance(mask, bool) else self.logic("xor", mask, True)
+
     def select(self, mask: Value, a: Value, b: Value) -> Value:
         """Return a in the lanes of the mask and b in the others."""
         if isinstance(mask, bool):
             return a if mask else b
         if a is b or (not moves(a) and not moves(b) and a == b):
             return a
-        t = self._type[kind_of(a)]
-        return self._new(kind_of(a), f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
+        kind = WHOLE if are_whole(a, b) else kind_of(a)
+        t = self._type[kind]
+        a, b = (real(a), real(b)) if kind == REAL else (a, b)
+        return self._new(kind, f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
 
     def max(self, a: Value, b: Value) -> Value:
         """Return the larger; b if one is NaN."""
-        return max(a, b) if not moves(a) and not moves(b) else self.select(self.compare("ogt", a, b), a, b)
+        return max(a, b) if not moves(a) and not moves(b) else self.select(self.ordered("gt", a, b), a, b)
 
     def min(self, a: Value, b: Value) -> Value:
         """Return the smaller; b if one is NaN."""
-        return min(a, b) if not moves(a) and not moves(b) else self.select(self.compare("olt", a, b), a, b)
+        return min(a, b) if not moves(a) and not moves(b) else self.select(self.ordered("lt", a, b), a, b)
 
     # whole numbers, and the bits of others
     def bits(self, a: Lanes) -> Lanes:
@@ -174,12 +191,6 @@ class LaneCode:
     def compare_whole(self, how: str, a: Value, b: Value) -> Lanes:
         """Return a mask."""
         return self._new(FLAG, f"icmp {how} {self._type[WHOLE]} {self._ref(a)}, {self._ref(b)}")
-
-    def best(self, how: str, a: Value, b: Value) -> Lanes:
-        """Return the larger (sgt) or the smaller (slt) of whole numbers."""
-        t = self._type[WHOLE]
-        mask = self.compare_whole(how, a, b)
-        return self._new(WHOLE, f"select {self._type[FLAG]} {mask.name}, {t} {self._ref(a)}, {t} {self._ref(b)}")
 
     # memory
     def _place(self, k: int, of: str = "%S") -> str:
@@ -223,7 +234,9 @@ class LaneCode:
     def _phi(self, a: Value, first: str, b: Value, second: str) -> str:
         return f"phi {self._type[kind_of(a)]} [ {self._ref(a)}, %{first} ], [ {self._ref(b)}, %{second} ]"
 
-    def branch(self, mask: Value, olds: Sequence[Value], body: Body) -> list[Value]:
+    def branch(
+        self, mask: Value, olds: Sequence[Value], body: Callable[[Sequence[Value]], Sequence[Value]]
+    ) -> list[Value]:
         """Return ``body(olds)`` if any lane is in the mask, else olds; the body itself selects what a lane keeps."""
         self._n += 1
         do, end, before = f"do{self._n}", f"end{self._n}", self._block
@@ -234,7 +247,7 @@ class LaneCode:
         self._begin(end)
         return [self._new(kind_of(o), self._phi(o, before, n, after)) for o, n in zip(olds, news, strict=True)]
 
-    def loop(self, state: Sequence[Value], body: Body) -> list[Value]:
+    def loop(self, state: Sequence[Value], body: Callable[[Sequence[Value]], Sequence[Value]]) -> list[Value]:
         """Repeat ``state = body(state)`` while any lane is in the mask state[0]; lanes that left it must not change."""
         self._n += 1
         do, end, before = f"loop{self._n}", f"end{self._n}", self._block
@@ -289,6 +302,13 @@ class LaneCode:
                 value[k] = self._operation(op, [value[s] for s in given.sources[k]])
         self._contract = True
         return [[self.rounded(a) for a in out] for out in outs]
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """Let no product and sum that are written meanwhile become one instruction."""
+        self._contract, before = False, self._contract
+        yield
+        self._contract = before
 
     def rounded(self, a: Value) -> Value:
         """Return a value that no later operation becomes one instruction with, as one that is read from memory."""

@@ -1,8 +1,12 @@
 """Values of functions that do the same to several cases side by side; see `symfric.codegen.lane_ir`."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symfric.codegen.lane_ir import LaneCode
 
 REAL, FLAG, WHOLE = "d", "b", "i"  # kinds of values
+Value = Any  # Lanes, or a number that is the same in all of them
 
 
 class Lanes:
@@ -13,68 +17,74 @@ class Lanes:
 
     __slots__ = ("g", "kind", "name")
 
-    def __init__(self, g: Any, name: str, kind: str):
+    def __init__(self, g: "LaneCode", name: str, kind: str):
         self.g, self.name, self.kind = g, name, kind
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Value) -> Value:
         return self.g.add(self, other)
 
-    def __radd__(self, other: Any) -> Any:
+    def __radd__(self, other: Value) -> Value:
         return self.g.add(other, self)
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Value) -> Value:
         return self.g.sub(self, other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Value) -> Value:
         return self.g.sub(other, self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Value) -> Value:
         return self.g.mul(self, other)
 
-    def __rmul__(self, other: Any) -> Any:
+    def __rmul__(self, other: Value) -> Value:
         return self.g.mul(other, self)
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Value) -> Value:
         return self.g.div(self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Value) -> Value:
         return self.g.div(other, self)
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Value:
         return self.g.neg(self)
 
-    def __lt__(self, other: Any) -> Any:
-        return self.g.compare("olt", self, other)
+    def __abs__(self) -> Value:
+        return self.g.abs(self)
 
-    def __le__(self, other: Any) -> Any:
-        return self.g.compare("ole", self, other)
+    def __lt__(self, other: Value) -> Value:
+        return self.g.ordered("lt", self, other)
 
-    def __gt__(self, other: Any) -> Any:
-        return self.g.compare("ogt", self, other)
+    def __le__(self, other: Value) -> Value:
+        return self.g.ordered("le", self, other)
 
-    def __ge__(self, other: Any) -> Any:
-        return self.g.compare("oge", self, other)
+    def __gt__(self, other: Value) -> Value:
+        return self.g.ordered("gt", self, other)
 
-    def __and__(self, other: Any) -> Any:
+    def __ge__(self, other: Value) -> Value:
+        return self.g.ordered("ge", self, other)
+
+    def __and__(self, other: Value) -> Value:
         return self.g.logic("and", self, other)
 
     __rand__ = __and__
 
-    def __or__(self, other: Any) -> Any:
+    def __or__(self, other: Value) -> Value:
         return self.g.logic("or", self, other)
 
     __ror__ = __or__
 
-    def __xor__(self, other: Any) -> Any:
+    def __xor__(self, other: Value) -> Value:
         return self.g.logic("xor", self, other)
 
-    def __invert__(self) -> Any:
+    def __invert__(self) -> Value:
         return self.g.logic("xor", self, True)
 
+    def __lshift__(self, other: int) -> Value:
+        return self.g.whole("shl", self, other)
+
+    def __rshift__(self, other: int) -> Value:
+        return self.g.whole("ashr", self, other)
+
     __hash__ = None  # type: ignore[assignment]
-
-
-Value = Any  # Lanes, or a number that is the same in all of them
 
 
 def kind_of(a: Value) -> str:
@@ -93,3 +103,8 @@ def real(a: Value) -> Value:
 
 def is_number(a: Value, x: float) -> bool:
     return not isinstance(a, Lanes) and a == x
+
+
+def are_whole(*values: Value) -> bool:
+    """Whether whole numbers are among the values."""
+    return any(isinstance(a, Lanes) and a.kind == WHOLE for a in values)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 
+import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.core.typing.templates import AttributeTemplate
@@ -12,14 +13,18 @@ from numba.extending import (
     lower_getattr_generic,
     lower_setattr_generic,
     models,
+    register_jitable,
     register_model,
 )
+from numba.extending import overload as meaning
 from numba.np.arrayobj import make_array, populate_array
 
 from symfric.codegen.array_table import WIDTH, WORD, ArraySet, Scalars
+from symfric.codegen.elementwise import bits_of, choose, larger, of_bits, smaller
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
+_A = TypeVar("_A", bound=ArraySet)
 
 # fused multiply-add is allowed; infinities and NaN are kept
 _FUSED = {"contract"}
@@ -72,16 +77,55 @@ def compiled(
         options["error_model"] = "numpy"
 
     def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
-        made: Callable[_P, _R] = njit(**options)(function)
-        return made
+        return njit(**options)(function)
 
     return decorate if function is None else decorate(function)
 
 
+def shared(function: Callable[_P, _R], *, inline: bool = True, fused: bool = True) -> Callable[_P, _R]:
+    """Let compiled code call a function of `symfric.codegen.elementwise`, which stays a function of Python.
+
+    Parameters
+    ----------
+    function : callable
+    inline, fused : bool
+        As for `compiled`.
+    """
+    options = {"nogil": True, "_nrt": False, "forceinline": inline, "fastmath": _FUSED if fused else False}
+    return register_jitable(**options)(function)
+
+
+_INLINED: Any = {"_nrt": False, "forceinline": True}
+
+
+@meaning(larger, jit_options=_INLINED, strict=False)
+def _larger(a: types.Type, b: types.Type) -> Callable[..., Any]:
+    return lambda a, b: max(a, b)
+
+
+@meaning(smaller, jit_options=_INLINED, strict=False)
+def _smaller(a: types.Type, b: types.Type) -> Callable[..., Any]:
+    return lambda a, b: min(a, b)
+
+
+@meaning(choose, jit_options=_INLINED, strict=False)
+def _choose(condition: types.Type, a: types.Type, b: types.Type) -> Callable[..., Any]:
+    return lambda condition, a, b: a if condition else b
+
+
+@meaning(bits_of, jit_options=_INLINED, strict=False)
+def _bits_of(x: types.Type) -> Callable[..., Any]:
+    return lambda x: np.float64(x).view(np.int64)
+
+
+@meaning(of_bits, jit_options=_INLINED, strict=False)
+def _of_bits(n: types.Type) -> Callable[..., Any]:
+    return lambda n: np.int64(n).view(np.float64)
+
+
 def part(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Decorate a function that is inlined in its only caller."""
-    made: Callable[_P, _R] = njit(inline="always")(function)
-    return made
+    return njit(inline="always")(function)
 
 
 _KINDS = {float: types.float64, int: types.int64}
@@ -90,22 +134,37 @@ _KINDS = {float: types.float64, int: types.int64}
 class NamedNumbers(types.Type):
     """The numba type of a `Scalars`: a pointer to its numbers."""
 
-    def __init__(self, scalars: type[Scalars]) -> None:
+    def __init__(self, scalars: type[Scalars]):
         super().__init__(f"NamedNumbers({scalars.__module__}.{scalars.__qualname__})")
         self.number = _KINDS[scalars.kind]
         self.places = {name: place for place, name in enumerate(scalars.names)}
 
 
 class Arrays(types.Type):
-    """The numba type of an `ArraySet`: a pointer to its table."""
+    """The numba type of an `ArraySet`: a pointer to its first row of the table.
 
-    def __init__(self, record: type[ArraySet]) -> None:
+    Attributes
+    ----------
+    fields : dict
+        First row and type of every field, by name.
+    rows : int
+        Number of rows.
+    """
+
+    def __init__(self, record: type[ArraySet]):
         super().__init__(f"Arrays({record.__module__}.{record.__qualname__})")
         hints = get_type_hints(record, include_extras=True)
-        self.fields = {name: (row, _type_of(hints[name])) for row, name in enumerate(record.names())}
+        self.fields: dict[str, tuple[int, Any]] = {}
+        self.rows = 0
+        for name in record.names():
+            kind = _type_of(hints[name])
+            self.fields[name] = self.rows, kind
+            self.rows += kind.rows if isinstance(kind, Arrays) else 1
 
 
 def _type_of(hint: Any) -> types.Type:
+    if isinstance(hint, type) and issubclass(hint, ArraySet):
+        return Arrays(hint)
     if isinstance(hint, type) and issubclass(hint, Scalars):
         return NamedNumbers(hint)
     ((kind, indices),) = hint.__metadata__
@@ -113,7 +172,7 @@ def _type_of(hint: Any) -> types.Type:
 
 
 class _Pointer(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Any) -> None:
+    def __init__(self, manager: Any, kind: types.Type):
         super().__init__(manager, kind, ir.IntType(64).as_pointer())
 
 
@@ -125,7 +184,7 @@ register_model(NamedNumbers)(_Pointer)
 class _Fields(AttributeTemplate):
     key = Arrays
 
-    def generic_resolve(self, value: Any, attr: Any) -> Any:  # type: ignore[override]  # numba: "not implemented" until a class does
+    def generic_resolve(self, value: Any, attr: str) -> types.Type | None:  # type: ignore[override]  # numba: "not implemented" until a class does
         return value.fields[attr][1] if attr in value.fields else None
 
 
@@ -133,17 +192,19 @@ class _Fields(AttributeTemplate):
 class _Numbers(AttributeTemplate):
     key = NamedNumbers
 
-    def generic_resolve(self, value: Any, attr: Any) -> Any:  # type: ignore[override]
+    def generic_resolve(self, value: Any, attr: str) -> types.Type | None:  # type: ignore[override]
         return value.number if attr in value.places else None
 
 
 @lower_getattr_generic(Arrays)
-def _field(context: Any, builder: Any, kind: Any, table: Any, name: Any) -> Any:
+def _field(context: Any, builder: Any, kind: Arrays, table: Any, name: str) -> Any:
     """Generate code that builds an array from its row of the table, constant while compiled code runs."""
     row, array = kind.fields[name]
+    if isinstance(array, Arrays):
+        return builder.gep(table, [ir.Constant(ir.IntType(64), WIDTH * row)])
     constant = builder.module.add_metadata([])
 
-    def entry(column: Any) -> Any:
+    def entry(column: int) -> Any:
         place = builder.gep(table, [ir.Constant(ir.IntType(64), WIDTH * row + column)])
         number = builder.load(place)
         number.set_metadata("invariant.load", constant)
@@ -162,25 +223,25 @@ def _field(context: Any, builder: Any, kind: Any, table: Any, name: Any) -> Any:
     return made._getvalue()
 
 
-def _place(context: Any, builder: Any, kind: Any, numbers: Any, name: Any) -> Any:
+def _place(context: Any, builder: Any, kind: NamedNumbers, numbers: Any, name: str) -> Any:
     """Generate code for the address of a number."""
     start = builder.bitcast(numbers, context.get_value_type(kind.number).as_pointer())
     return builder.gep(start, [ir.Constant(ir.IntType(64), kind.places[name])])
 
 
 @lower_getattr_generic(NamedNumbers)
-def _read(context: Any, builder: Any, kind: Any, numbers: Any, name: Any) -> Any:
+def _read(context: Any, builder: Any, kind: NamedNumbers, numbers: Any, name: str) -> Any:
     return builder.load(_place(context, builder, kind, numbers, name))
 
 
 @lower_setattr_generic(NamedNumbers)
-def _write(context: Any, builder: Any, signature: Any, args: Any, name: Any) -> None:
+def _write(context: Any, builder: Any, signature: Any, args: Any, name: str) -> None:
     kind, given = signature.args
     value = context.cast(builder, args[1], given, kind.number)
     builder.store(value, _place(context, builder, kind, args[0], name))
 
 
-def opener(record: type[ArraySet]) -> Callable[..., Any]:
+def opener(record: type[_A]) -> Callable[[int], _A]:
     """Return the compiled function from the address of a table to the arrays of its `ArraySet`."""
     kind = Arrays(record)
 
@@ -196,8 +257,7 @@ def opener(record: type[ArraySet]) -> Callable[..., Any]:
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return numba's `intrinsic` with the type of the function that compiled code calls, without typing context."""
-    made: Callable[..., Any] = intrinsic(function)
-    return made
+    return intrinsic(function)
 
 
 @inlined

@@ -8,7 +8,7 @@ sign sigma_j. With f the applied forces, J = dw/du and lambda the friction force
 A contact that cannot slip while others stick has no constraint of its own: then s_i is 2, and it carries nothing, or 4,
 and it carries its static bound, ``-d_i N_i mu_s``, or 3 if it is parallel to one of the others (two on the same body),
 and they share the force in proportion to their bounds. The motion is the same for every distribution of the forces; the
-end of the sticking is where no distribution is left, see `symfric.solve.loop.sticking_basis`.
+end of the sticking is where no distribution is left, see `symfric.solve.loop.modes.sticking_basis`.
 
 The sticking forces follow from ``S A S lambda_S = -S (J M^-1 (f + J^T lambda_D) + dJ/dt u + dc/dt)`` with
 ``A = J M^-1 J^T`` and ``S = diag(s == 1)``, see `symfric.lower.constraint_forces`: one graph serves every mode, and for

@@ -8,7 +8,7 @@ The mode of a scene is one vector, and so are its guards, which are positive whi
 The flag of contact i along a line is m[i]. The two guards of such a contact belong to its slip backwards and forwards.
 While it sticks they are what is left to the bound that it reaches before it slips that way; while it slips, the first
 is the slip in its direction, and the second plays no part. What follows from them the loop decides itself, see
-`symfric.solve.loop.mode_selection`.
+`symfric.solve.loop.modes.mode_selection`.
 
 Every other kind of contact brings a function that says what its events do to state and mode: `Automaton.transition`.
 One that opens and closes has the guard of its gap, and resets a velocity; one that slides in a plane has that of the

@@ -183,7 +183,7 @@ class DirectedRuns:
         n_g, n_s = slip_gap(len(self._automaton.contacts)), self._slots + n_p
         n_e = n_x + n_g
         V = w.y[n_x:-1].reshape(n_s, n_x).T
-        follow = w.total[n_e:, 0].reshape(n_g, n_s)
+        follow = w.observed.total[n_e:, 0].reshape(n_g, n_s)
         by_start, by_value = np.split(V.copy(), [self._slots], axis=1)
         gaps = tuple(np.split(follow.copy(), [self._slots], axis=1))
         return _passage_of(self._automaton, w, log, (by_start, by_value), gaps, bool(w.counts.doubts))
@@ -231,7 +231,7 @@ def _passage_of(
 ) -> Passage:
     """Return the passage of a run."""
     n_x, n_g = len(automaton.states), slip_gap(len(automaton.contacts))
-    low, high = w.total[n_g : n_g + n_x, 0].copy(), w.total[n_g : n_g + n_x, 1].copy()
+    low, high = w.observed.total[n_g : n_g + n_x, 0].copy(), w.observed.total[n_g : n_g + n_x, 1].copy()
     rate = automaton.field(w.y[:n_x], w.y[-1], w.p[: automaton.field.nnz_in(2)], w.m)[0]
     events, n_c = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True)), len(automaton.contacts)
     return Passage(
@@ -242,7 +242,7 @@ def _passage_of(
         events=tuple(e for e in events if e[1] < n_c),
         sliders=tuple(e for e in events if e[1] >= n_c),
         modes=tuple(automaton.layout.modes(w.m).tolist()),
-        gaps=w.total[:n_g, 0].copy(),
+        gaps=w.observed.total[:n_g, 0].copy(),
         gaps_by_start=gaps[0],
         gaps_by_value=gaps[1],
         low=low,

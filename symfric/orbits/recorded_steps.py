@@ -62,10 +62,10 @@ class Recorder:
 
     def _note(self, _: float) -> None:
         w, n_x, n_q = self.arrays, self.arrays.given_y.size, self.arrays.limits.n_q
-        size, ratio = w.scale[n_x : n_x + w.hit.size], w.scale[:n_q] / np.maximum(w.scale[n_q : 2 * n_q], 1e-300)
+        size, ratio = w.scale[n_x : n_x + w.guards.hit.size], w.scale[:n_q] / np.maximum(w.scale[n_q : 2 * n_q], 1e-300)
         slow = np.sqrt(2.0 * w.clock.tolerance) * size / max(np.max(ratio), 1e-300)
-        place = w.total[: self._rows, 2].copy()
-        row = w.y[-1] + w.clock.t_low, w.c[:n_x].copy(), w.m.copy(), w.hit.copy(), place, slow, w.y[:n_x].copy()
+        place = w.observed.total[: self._rows, 2].copy()
+        row = w.y[-1] + w.clock.t_low, w.c[:n_x].copy(), w.m.copy(), w.guards.hit.copy(), place, slow, w.y[:n_x].copy()
         self._found.append(row)
 
     def steps(self) -> Steps:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symfric as sf
-from symfric.solve.loop import linear_series
+from symfric.solve.loop.stepping import linear_series
 from symfric_evidence.bench import larger
 
 X, U = sp.symbols("x u", real=True)

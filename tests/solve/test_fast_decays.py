@@ -8,7 +8,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.solve.loop import model
-from symfric.solve.loop.decay_weights import DAMPED, exact_order, weights
+from symfric.solve.loop.stepping.decay_weights import DAMPED, exact_order, weights
 
 X, U, Z, Y = sp.symbols("x u z y", real=True)
 V = sp.Symbol("v_b", positive=True)

@@ -9,7 +9,7 @@ from scipy.special import erf
 
 import symfric as sf
 from symfric.codegen.instructions import read
-from symfric.solve.loop.enclosure import unseen
+from symfric.solve.loop.stepping.enclosure import unseen
 from tests.longer import longer
 
 Q, U = sp.symbols("q u", real=True)

@@ -10,7 +10,7 @@ from symfric.codegen import llvm_ir, target
 from symfric.codegen.functions import compile_functions
 from symfric.codegen.instructions import read
 from symfric.errors import SceneError
-from symfric.solve.loop.series import reach
+from symfric.solve.loop.stepping.series import reach
 from symfric.solve.taylor import expansion
 from symfric.solve.taylor.expansion import expand
 

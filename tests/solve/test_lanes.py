@@ -6,10 +6,9 @@ import sympy as sp
 from longer import longer
 
 import symfric as sf
-from symfric.solve.lanes import model, step
+from symfric.solve.lanes import model
 from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.lanes.model import LaneModel, lane_width
-from symfric.solve.loop import event_loop, step_acceptance, step_size
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.taylor import laned
 from symfric_evidence.stress.random_scenes import Dice, structure
@@ -210,17 +209,6 @@ def test_grazes_are_found_in_lanes_too(tolerance):
     if tolerance < 1e-5:
         fine = sf.prepare(BELT.wanting(HALF), 1e-13).map({"v_b": p[:, program._numbers._place["v_b"]]})
         assert np.mean(fine.stats["events"] == batch.counted[:, 1]) > 0.99
-
-
-def test_lanes_follow_the_rules_of_the_event_loop():
-    assert (step.SLACK, step.NOTHING) == (step_acceptance._SLACK, step_acceptance._NOTHING)
-    assert (step.STRETCH, step.TINY, step.ONE, step.CUT) == (
-        event_loop._STRETCH,
-        step_size._TINY,
-        step_size._ONE,
-        step_size._CUT,
-    )
-    assert (step.INFINITE, step.MOST, step.PART) == (step_size._INFINITE, step_size._MOST, step_size._PART)
 
 
 def test_budgets_end_a_case_in_a_lane():

@@ -95,7 +95,7 @@ IN_LANES = [name for name in SCENES if name != "two contacts"]  # whose series a
 @pytest.mark.parametrize("name", longer(IN_LANES, ["smooth law"]))
 def test_lanes_end_at_the_bits_of_the_event_loop(name):
     program, ranges = prepared(name)
-    n, directions, kinds = 53, len(program.directions), program._model.first.kind
+    n, directions, kinds = 53, len(program.directions), program._model.first.wanted.kind
     y, p = program._starts_of(read_cases(drawn(ranges, n), {}))
     lanes = program._lanes()
     single = run_cases(program._model, y, p, 1, None, directions)

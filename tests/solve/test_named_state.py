@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import symfric as sf
-from symfric.codegen.array_table import ArraySet, Matrix, Scalars, Table
+from symfric.codegen.array_table import ArraySet, Integers, Matrix, Reals, Scalars, Table
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.exact.oscillator.workspace import OscillatorArrays
 from symfric.solve.exact.record.workspace import RecordArrays
@@ -62,6 +62,46 @@ def test_both_sides_read_and_write_the_same_numbers():
     work.tally.setflags(write=False)
     with pytest.raises(ValueError, match="read-only"):
         work.tally.first = 1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Inner(ArraySet):
+    flags: Integers
+    sizes: Reals
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Outer(ArraySet):
+    before: Reals
+    inner: Inner
+    after: Matrix
+
+
+_outer_at = opener(Outer)
+
+
+@compiled
+def largest_of(inner):
+    return max(inner.sizes[0], inner.sizes[1])
+
+
+@compiled(from_python=True)
+def mark(address):
+    w = _outer_at(address)
+    w.inner.flags[w.inner.flags.size - 1] = 4
+    w.after[1, 0] = largest_of(w.inner) + w.before[0]
+    return w.inner.sizes.size
+
+
+def test_a_record_of_arrays_is_part_of_the_table():
+    work = Outer(before=np.ones(1), inner=Inner.zeros(flags=3, sizes=2), after=np.zeros((2, 2)))
+    work.inner.sizes[:] = 2.0, 5.0
+    assert mark(Table(work).address) == 2
+    assert (work.inner.flags.tolist(), work.after[1, 0]) == ([0, 0, 4], 6.0)
+    assert [name for name, _ in work.items()] == ["before", "inner.flags", "inner.sizes", "after"]
+    copied = work.copy(shared={"after"})
+    assert copied.after is work.after
+    assert copied.inner.sizes is not work.inner.sizes
 
 
 def test_the_arrays_of_every_loop_begin_with_those_that_others_read():

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from symfric.solve.loop.bernstein import DEPTH, bernstein_table
-from symfric.solve.loop.polynomials import (
+from symfric.solve.loop.events.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.events.polynomials import (
     extend_range,
     first_crossing,
     polish,

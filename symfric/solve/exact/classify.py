@@ -11,7 +11,7 @@ from symfric.lower.structure_modes import OtherForm, structure_matrices
 from symfric.model.outputs import RANGE
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
-from symfric.solve.loop.linear_series import MOST
+from symfric.solve.loop.stepping.linear_series import MOST
 from symfric.solve.lowered import LoweredScene
 
 _WRITTEN = 4  # coordinates up to which powers of the whole matrices, written out, are faster than by the structure

@@ -15,9 +15,9 @@ from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_arrays
 from symfric.solve.exact.record.observables import Recorded
 from symfric.solve.exact.record.program import record_model
 from symfric.solve.loop.compiled_model import CompiledModel
-from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.run_arrays import limit
+from symfric.solve.loop.stepping.linear_series import linear_series
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import wanted_of
 from symfric.solve.program import Compiled, Numbers, check_tolerance

@@ -1,6 +1,6 @@
 """Constraint forces of sticking contacts with dependent slips, by trial of all distributions.
 
-Independent of the compiled rule of the route `taylor`, see `symfric.solve.loop.sticking_basis`, which it checks.
+Independent of the compiled rule of the route `taylor`, see `symfric.solve.loop.modes.sticking_basis`, which it checks.
 """
 
 import itertools

@@ -21,7 +21,7 @@ from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, mode_
 from symfric.solve.integrators.refined_grid import refined
 from symfric.solve.integrators.sizes import filled, rough_motion
 from symfric.solve.integrators.stretch import Stretch, inside, outside, stretched
-from symfric.solve.loop.enclosure import unseen_by
+from symfric.solve.loop.stepping.enclosure import unseen_by
 
 if TYPE_CHECKING:
     from symfric.solve.integrators.route import Integrators

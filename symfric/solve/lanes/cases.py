@@ -43,5 +43,6 @@ def run_in_lanes(
         lanes.give_back(workspace)
         yield taken
 
-    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size, directions)
+    observed = model.first.observed
+    arrays = make_arrays(y, p, observed.total.shape[0], observed.seen.size, directions)
     return share_out(arrays, work, threads, progress)

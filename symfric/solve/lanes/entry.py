@@ -12,20 +12,20 @@ from symfric.solve.lanes.fields import CALLED, HELD, LEFT, MET, OWED, WANTING
 from symfric.solve.lanes.owed_rows import pay
 from symfric.solve.lanes.transfer import BEGINS, NOT, STICKS, readiness, to_lane, to_loop
 from symfric.solve.loop.case_results import take
+from symfric.solve.loop.codes import NOT_FINITE, OK
 from symfric.solve.loop.workspace import LoopArrays
-from symfric.solve.status import PAUSED, Status
+from symfric.solve.status import PAUSED
 
 # what a lane that waits is: without a case, ready to move, before an event, sticking, at an event whose mode the event
 # loop chooses, before something rare, amid that
 EMPTY, READY, EVENT, STUCK, TURNS, RARE, LOOPING = range(7)
 MOVING, WAITING = 0, 1  # the blocks
-_OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 _MOST = 100_000  # steps, about a hundredth of a second; then Python may report or stop
 _lanes_at, _loop_at = opener(LaneArrays), opener(LoopArrays)
 
 
 @compiled
-def launch(address, fresh):
+def launch(address: int, fresh: int) -> int:
     """Run cases until all are done (0), `PAUSED`, or `WANTING` more of them."""
     b = _lanes_at(address)
     width = b.state.size
@@ -48,7 +48,7 @@ def launch(address, fresh):
         if b.kernels.wanting and not b.kernels.closing:
             return WANTING
         if alive == 0:
-            return PAUSED if _find(b, LOOPING) >= 0 else _OK
+            return PAUSED if _find(b, LOOPING) >= 0 else OK
         while left == 0 and done <= _MOST:
             call_code(b.kernels.smooth, b.moving.ctypes.data, b.notes.ctypes.data, b.masks.ctypes.data)
             left = b.masks[LEFT] & alive
@@ -69,7 +69,7 @@ def launch(address, fresh):
 
 
 @compiled
-def _find(b, what):
+def _find(b: LaneArrays, what: int) -> int:
     for k in range(b.state.size - 1, -1, -1):
         if b.state[k] == what:
             return k
@@ -77,7 +77,7 @@ def _find(b, what):
 
 
 @compiled
-def _ready(b, width):
+def _ready(b: LaneArrays, width: int) -> tuple[int, int]:
     """Return a lane that waits and is ready to go on, -1 if there is none, and about how many steps that took."""
     j = _find(b, READY)
     if j >= 0:
@@ -87,7 +87,7 @@ def _ready(b, width):
 
 
 @compiled
-def _exchange(b, k, j):
+def _exchange(b: LaneArrays, k: int, j: int) -> None:
     """Exchange lane k of those that move and lane j of those that wait."""
     of_k, of_j = b.moving.ctypes.data + 8 * k, b.waiting.ctypes.data + 8 * j
     call_code(b.kernels.swap, of_k, of_j, b.masks.ctypes.data)
@@ -97,7 +97,7 @@ def _exchange(b, k, j):
 
 
 @compiled
-def _process(b, width):
+def _process(b: LaneArrays, width: int) -> int:
     """Bring every lane that waits to where it moves, or replace its case by another; return the steps that took."""
     spent = 0
     again = True
@@ -138,10 +138,10 @@ def _process(b, width):
 
 
 @compiled
-def _next_case(b, k):
+def _next_case(b: LaneArrays, k: int) -> bool:
     """Give lane k the next case; return whether there was one."""
     place = b.place
-    while place.next < place.end and b.status[place.next] != _OK:  # it cannot begin
+    while place.next < place.end and b.status[place.next] != OK:  # it cannot begin
         place.next += 1
     if place.next >= place.end:
         b.kernels.wanting = 1
@@ -157,7 +157,7 @@ def _next_case(b, k):
 
 
 @compiled
-def _loop_on(b, k, fresh):
+def _loop_on(b: LaneArrays, k: int, fresh: int) -> int:
     """Let the event loop run the case of lane k until it may go on in lanes, or ends; return how many steps it took."""
     room = b.room_of[WAITING, k]
     w, case = _loop_at(b.tables[room, 0]), b.case_of[WAITING, k]
@@ -168,7 +168,7 @@ def _loop_on(b, k, fresh):
         b.kernels.calls += 1
         if code >= 0 or code == FAILED:
             take(b, w, case)
-            b.status[case] = _NAN if code == FAILED else code
+            b.status[case] = NOT_FINITE if code == FAILED else code
             b.state[k], b.case_of[WAITING, k] = EMPTY, -1
             return spent
         found = readiness(b, w)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward
 from symfric.model.outputs import FOLLOW, Row
-from symfric.solve.loop.decay_weights import weights
-from symfric.solve.loop.series import Series
+from symfric.solve.loop.stepping.decay_weights import weights
+from symfric.solve.loop.stepping.series import Series
 
 # words of the masks: lanes that a kernel left as they were or whose run or input ends, lanes that stick now, those that
 # it is called for, those that are at an event, those of which a row was left; next, of which row that is
@@ -31,7 +31,7 @@ class Plan:
         See `symfric.solve.loop.workspace.LoopClock`.
     horizon : float
     exact : int
-        Order to which weighted steps are accurate, 0 without them; see `symfric.solve.loop.decay_weights`.
+        Order to which weighted steps are accurate, 0 without them; see `symfric.solve.loop.stepping.decay_weights`.
     settles : bool
         Whether the mode after an event is chosen in lanes; otherwise the event loop does that.
     """

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
@@ -24,8 +23,8 @@ from symfric.solve.lanes.located import located_step, smooth_step
 from symfric.solve.lanes.swap import swap
 from symfric.solve.lanes.wanted_rows import CARRIED
 from symfric.solve.loop.case_arrays import CaseArrays
-from symfric.solve.loop.compiled_model import CompiledModel, own
-from symfric.solve.loop.series import Series
+from symfric.solve.loop.compiled_model import CompiledModel
+from symfric.solve.loop.stepping.series import Series
 
 # instructions of a series, and number of guards; what is longer takes seconds to compile
 _LONGEST, _GUARDS = 5000, 16
@@ -116,6 +115,6 @@ class LaneWorkspace:
 
 def _one_step(model: CompiledModel) -> Any:
     """Return the arrays of a run that pauses after every step and every choice of its mode."""
-    arrays = replace(own(model.first, model.shared), limits=model.first.limits.copy())
+    arrays = model.first.copy(model.shared - {"limits"})
     arrays.limits.chunk = arrays.limits.apart = 1
     return arrays

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals, Scalars
-from symfric.solve.status import Status
+from symfric.solve.loop.codes import NOT_FINITE, OK
 
 COUNTS = "steps", "events", "kinks", "grazes"
 
@@ -57,5 +57,5 @@ def make_arrays(given_y: np.ndarray, given_p: np.ndarray, rows: int, times: int,
         rest=np.full(n, np.nan),
         slopes=np.full((n, directions), np.nan),
         doubts=np.zeros(n, dtype=np.int64),
-        status=np.where(begins, int(Status.OK), int(Status.NOT_FINITE)),
+        status=np.where(begins, OK, NOT_FINITE),
     )

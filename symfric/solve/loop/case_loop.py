@@ -4,16 +4,16 @@ from symfric.codegen.loop_calls import FAILED, call_loop
 from symfric.codegen.numba_types import compiled, opener
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.case_results import take
+from symfric.solve.loop.codes import NOT_FINITE, OK
 from symfric.solve.loop.run_arrays import RunArrays
-from symfric.solve.status import PAUSED, Status
+from symfric.solve.status import PAUSED
 
-_OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 _MOST_STEPS = 100_000  # steps of some cases together, about 0.01 s, after which Python may report or stop
 _cases_at, _run_at = opener(CaseArrays), opener(RunArrays)  # the fields of `RunArrays` come first in every workspace
 
 
 @compiled
-def launch(address, fresh):
+def launch(address: int, fresh: int) -> int:
     """Run cases until all are done, or return `PAUSED`; the event loop resets the workspace for every case."""
     b = _cases_at(address)
     w = _run_at(b.place.table)
@@ -22,7 +22,7 @@ def launch(address, fresh):
         b.place.paused = 0
     while b.place.next < b.place.end:
         k = b.place.next
-        if b.status[k] != _OK:  # not a valid start
+        if b.status[k] != OK:  # not a valid start
             b.place.next = k + 1
             continue
         if b.place.paused == 0:
@@ -36,9 +36,9 @@ def launch(address, fresh):
             return PAUSED
         b.place.paused = 0
         take(b, w, k)
-        b.status[k] = _NAN if code == FAILED else code
+        b.status[k] = NOT_FINITE if code == FAILED else code
         b.place.next = k + 1
         steps += w.counts.steps
         if steps > _MOST_STEPS:
             return PAUSED
-    return _OK
+    return OK

@@ -63,7 +63,8 @@ def run_cases(
             yield block[1] - block[0]
         model.give_back(workspace)
 
-    arrays = make_arrays(y, p, model.first.total.shape[0], model.first.seen.size, directions)
+    observed = model.first.observed
+    arrays = make_arrays(y, p, observed.total.shape[0], observed.seen.size, directions)
     return share_out(arrays, work, threads, progress)
 
 

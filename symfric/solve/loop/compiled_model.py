@@ -3,14 +3,14 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import Loop
 from symfric.model.outputs import INTEGRAL, RANGE, Row
-from symfric.solve.loop.run_arrays import RunArrays
+from symfric.solve.loop.run_arrays import RunArrays, Stored
 from symfric.solve.observables import Wanted
 from symfric.solve.run import Path, Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
@@ -21,7 +21,6 @@ _CHUNK_BYTES = 2**26  # largest piece of a trajectory or of a list of events; su
 _SMALL_BYTES = 2**20  # a workspace with larger pieces is kept only if there is no other
 _KEPT = 16  # most workspaces that a model keeps for further runs
 _STATUS = tuple(Status)
-T = TypeVar("T", bound=RunArrays)
 
 Found = tuple[np.ndarray, float, dict[str, float], Raw]  # final state, its time, counts, and unprocessed results
 
@@ -135,7 +134,7 @@ class Workspace:
 
     def __init__(self, model: CompiledModel):
         self._model, self._launch = model, model.loop.launch
-        self._set(own(model.first, model.shared))
+        self._set(model.first.copy(model.shared))
         self.large, self._extended, self._path, self._log = False, False, _NONE, _NONE
         self._given_y: np.ndarray | None = None
         self._given_p: np.ndarray | None = None
@@ -176,20 +175,19 @@ class Workspace:
 
     def collect(self) -> Found:
         """Return copies of the results of the run."""
-        w, wanted, n_x = self.arrays, self._model.wanted, self._model.n_x
+        w, wanted = self.arrays, self._model.wanted
         steps, events, kinks, grazes, kept, logged, *_ = w.counts.tolist()  # the first of `Counts`
         path, log = None, None
         if self._extended:
             path, log = self._take_path(kept) if wanted.path else None, self.take_log()
         else:  # the usual case, kept fast
             if wanted.path:
-                t, c = w.path_t, w.path_c
-                path = Path(t[:kept, 0].copy(), t[:kept, 1].copy(), c[:kept, :n_x].copy(), w.path_m[:kept].copy())
+                path = Path(*(a.copy() for a in self._stored_path(kept)))
             if wanted.events:
-                log = w.event_t[:logged].copy(), w.event_i[:logged].copy()
+                log = w.stored.event_t[:logged].copy(), w.stored.event_i[:logged].copy()
         found: dict[str, Any] = {}
         if wanted.row:
-            total = w.total.tolist()
+            total = w.observed.total.tolist()
             for name, k in wanted.row.items():
                 row, (low, high, value, _) = wanted.rows[k], total[k]
                 if row.kind == RANGE:
@@ -197,19 +195,23 @@ class Workspace:
                 elif row.kind == INTEGRAL:
                     found[name] = value
                 else:
-                    found[name] = w.seen[w.first_due[k] : w.first_due[k + 1]].copy()
+                    found[name] = w.observed.seen[w.times.first[k] : w.times.first[k + 1]].copy()
         raw = Raw(found, w.clock.rest, path, log)
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
         return self._state.copy(), w.y.item(-1), stats, raw
 
+    def _stored_path(self, kept: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return starts, lengths, coefficients and modes of the present piece of the trajectory, not copied."""
+        s = self.arrays.stored
+        return s.path_t[:kept, 0], s.path_t[:kept, 1], s.path_c[:kept, : self._model.n_x], s.path_m[:kept]
+
     def _take_path(self, kept: int) -> Path:
         """Return the trajectory; large arrays are handed over without copying."""
-        w, n_x = self.arrays, self._model.n_x
-        last = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, :n_x], w.path_m[:kept]
+        w, last = self.arrays, self._stored_path(kept)
         before, self._path = self._path, _NONE
-        if before.rows or w.path_c.nbytes <= _CHUNK_BYTES:
+        if before.rows or w.stored.path_c.nbytes <= _CHUNK_BYTES:
             return Path(*_joined(before, last))
-        self._set(replace(w, **_fields(self._model.first, "path", copied=True)))
+        self._set(replace(w, stored=_piece(w.stored, "path", len(self._model.first.stored.path_t))))
         return Path(*last)
 
     def take_log(self) -> tuple[np.ndarray, np.ndarray]:
@@ -217,55 +219,49 @@ class Workspace:
         w = self.arrays
         kept = w.counts.kept_events
         before, self._log, self._extended = self._log, _NONE, False
-        times, changes = _joined(before, (w.event_t[:kept], w.event_i[:kept]))
+        times, changes = _joined(before, (w.stored.event_t[:kept], w.stored.event_i[:kept]))
         return times, changes
 
     def _extend_path(self) -> bool:
         """Store the full piece of the trajectory and start another; return False if the memory limit is reached."""
         w, model, self._extended = self.arrays, self._model, True
-        kept, rows = w.counts.kept_steps, len(w.path_t)
+        kept, rows = w.counts.kept_steps, len(w.stored.path_t)
         if kept > rows:  # the loop repeats the step, with as many rows as it has counted
             size = kept
         else:
-            piece = w.path_t[:kept, 0], w.path_t[:kept, 1], w.path_c[:kept, : model.n_x], w.path_m[:kept]
-            self._path = _with(self._path, piece, kept)
+            self._path = _with(self._path, self._stored_path(kept), kept)
             w.counts.kept_steps = 0
-            most = rows if kept and w.path_c.nbytes > _CHUNK_BYTES // 2 else 2 * rows
+            most = rows if kept and w.stored.path_c.nbytes > _CHUNK_BYTES // 2 else 2 * rows
             size = min(most, model.path_rows - self._path.rows)
         if size <= 0 or (kept == 0 and size <= rows):
             return False
-        self._set(replace(w, **_fields(w, "path", rows=size)))
-        self.large = self.large or self.arrays.path_c.nbytes > _SMALL_BYTES
+        self._set(replace(w, stored=_piece(w.stored, "path", size)))
+        self.large = self.large or self.arrays.stored.path_c.nbytes > _SMALL_BYTES
         return True
 
     def _extend_log(self) -> None:
         """Store the full piece of the list of events and start another."""
         w, self._extended = self.arrays, True
-        kept, rows = w.counts.kept_events, len(w.event_t)
+        kept, rows = w.counts.kept_events, len(w.stored.event_t)
         if kept > rows:
             size = kept
         else:
-            self._log = _with(self._log, (w.event_t[:kept], w.event_i[:kept]), kept)
+            self._log = _with(self._log, (w.stored.event_t[:kept], w.stored.event_i[:kept]), kept)
             w.counts.kept_events = 0
-            size = rows if kept and w.event_i.nbytes > _CHUNK_BYTES // 2 else 2 * rows
-        self._set(replace(w, **_fields(w, "event", rows=size)))
-        self.large = self.large or self.arrays.event_i.nbytes > _SMALL_BYTES
+            size = rows if kept and w.stored.event_i.nbytes > _CHUNK_BYTES // 2 else 2 * rows
+        self._set(replace(w, stored=_piece(w.stored, "event", size)))
+        self.large = self.large or self.arrays.stored.event_i.nbytes > _SMALL_BYTES
 
 
 def path_rows(first: RunArrays) -> int:
     """Return the largest number of steps of a trajectory."""
-    return PATH_BYTES // first.path_c[0].nbytes
+    return PATH_BYTES // first.stored.path_c[0].nbytes
 
 
-def own(first: T, shared: frozenset[str]) -> T:
-    """Return the arrays of a run: the shared arrays of its model, and copies of the others."""
-    return replace(first, **{n: a.copy() for n, a in first.items() if n not in shared})
-
-
-def _fields(w: RunArrays, prefix: str, rows: int = 0, copied: bool = False) -> dict[str, np.ndarray]:
-    """Return new arrays for the fields with a name prefix."""
-    old = {name: a for name, a in w.items() if name.startswith(f"{prefix}_")}
-    return {n: a.copy() if copied else np.empty((rows, *a.shape[1:]), a.dtype) for n, a in old.items()}
+def _piece(stored: Stored, prefix: str, rows: int) -> Stored:
+    """Return the same with another piece of a trajectory (path) or of a list of events (event), of so many rows."""
+    old = {name: a for name, a in stored.items() if name.startswith(prefix)}
+    return replace(stored, **{name: np.empty((rows, *a.shape[1:]), a.dtype) for name, a in old.items()})
 
 
 def _with(kept: _Kept, piece: tuple[np.ndarray, ...], rows: int) -> _Kept:

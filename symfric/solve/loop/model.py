@@ -11,11 +11,12 @@ from symfric.lower.structure_modes import StructureMatrices
 from symfric.lower.variational_equations import Variations
 from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
+from symfric.solve.loop.codes import STRUCTURE
 from symfric.solve.loop.compiled_model import CompiledModel
-from symfric.solve.loop.decay_weights import exact_order
 from symfric.solve.loop.run_arrays import limit
-from symfric.solve.loop.series import Series, reach
-from symfric.solve.loop.workspace import SHARED, STRUCTURE, make_arrays
+from symfric.solve.loop.stepping.decay_weights import exact_order
+from symfric.solve.loop.stepping.series import Series, reach
+from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Wanted
 
 _WRITTEN = 60  # states up to which their polynomials are evaluated by straight-line code; beyond, in a loop
@@ -65,7 +66,7 @@ def series_model(
     clock, limits = first.clock, first.limits
     clock.t_end, (clock.tolerance, clock.doubt) = scene.horizon, tolerances
     limit(limits, budgets, wanted)
-    limits.n_q, limits.checked, limits.linear = automaton.n_q, first.exposed.size > 0, linear
+    limits.n_q, limits.checked, limits.linear = automaton.n_q, first.tables.exposed.size > 0, linear
     limits.exact = exact_order(variants[0].order) if decays(scene) and not linear else 0
     if isinstance(matrices, StructureMatrices):
         limits.linear = STRUCTURE

@@ -7,3 +7,10 @@ MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attr
 TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
 HALF_OF_DIGITS = 1e-5  # step to the place of an extremum, as part of a step of the run, after which it is known to half
 MARCHES = 12  # steps towards a crossing before subdivision takes over; a simple root needs about five
+TINY = 1e-300  # scale that counts as zero
+# factor by which a step may be longer if an event or the end follows: at order 20 its error is three times as large,
+# still below the tolerance, see MARGIN in `symfric.solve.taylor.route`
+STRETCH = 1.05
+LATE = 1e-9  # part of a step behind its end at which a value is not yet due
+NEAREST = 1e-3  # part of a step over which guards are followed at least
+LEAST_TERM = 1e-13  # first term of a guard that starts at zero, relative to all of them, that decides its sign

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals, Scalars
-
-SETTLE, EXPAND, GO, SEGMENT = range(4)  # values of `Counts.phase`
-HIT, LOADED = 1, 2  # values of `Counts.flagged`
+from symfric.solve.observables import Wanted
 
 CHUNK = 1_000_000  # number of steps between two reports of the progress
 
@@ -54,6 +52,34 @@ class Limits(Scalars, kind=int):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Observed(ArraySet):
+    """What a run finds of the observables."""
+
+    total: Matrix  # smallest, largest, integral and its rounding error of every observable, (n_e, 4)
+    next_due: Integers  # index of the first sampling time not yet passed, (n_e,)
+    seen: Reals  # sampled values
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Times(ArraySet):
+    """When observables are sampled."""
+
+    due: Reals  # sampling times of the observables, one after the other
+    first: Integers  # index of the first sampling time of each, (n_e + 1,)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stored(ArraySet):
+    """The present piece of a trajectory, and of a list of events; see `symfric.solve.loop.compiled_model`."""
+
+    event_t: Reals
+    event_i: IntegerMatrix  # contact, mode before, mode after
+    path_t: Matrix  # start and length of every stored step
+    path_c: Cube  # its state coefficients, (n, n_x, order + 1)
+    path_m: IntegerMatrix  # its modes, (n, n_c)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RunArrays(ArraySet):
     """Common arrays of one run."""
 
@@ -62,46 +88,38 @@ class RunArrays(ArraySet):
     given_p: Reals
     y: Reals  # state and time, (n_x + 1,)
     p: Reals  # parameters, and further inputs of the machine code
-    total: Matrix  # smallest, largest, integral and its rounding error of every observable, (n_e, 4)
-    due: Reals  # sampling times of the observables, one after the other
-    first_due: Integers  # index of the first sampling time of each, (n_e + 1,)
-    next_due: Integers  # index of the first sampling time not yet passed, (n_e,)
-    seen: Reals  # sampled values
     rest: Reals  # derivatives of the time since which everything rests, where a loop has them
+    observed: Observed
+    times: Times
+    stored: Stored
     counts: Counts
     clock: Clock
-    event_t: Reals
-    event_i: IntegerMatrix  # contact, mode before, mode after
-    path_t: Matrix  # start and length of every stored step
-    path_c: Cube  # its state coefficients, (n, n_x, order + 1)
-    path_m: IntegerMatrix  # its modes, (n, n_c)
+    limits: Limits
 
 
 def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c: int) -> dict[str, Any]:
-    """Return the fields of `RunArrays` but `code` and `p`; `times` are the sampling times of each observable."""
+    """Return the fields of `RunArrays` but `code`, `p`, `clock`; `times` are the sampling times of each observable."""
     n_e = len(times)
     due = np.array([t for row in times for t in row], dtype=float)
     return {
         "given_y": np.zeros(n_x),
         "given_p": np.zeros(n_p),
         "y": np.zeros(n_x + 1),
-        "total": np.zeros((n_e, 4)),
-        "due": due,
-        "first_due": np.cumsum([0, *(len(row) for row in times)]),
-        "next_due": np.zeros(n_e, dtype=np.int64),
-        "seen": np.zeros(due.size),
         "rest": np.zeros(n_x),
+        "observed": Observed(total=np.zeros((n_e, 4)), next_due=np.zeros(n_e, dtype=np.int64), seen=np.zeros(due.size)),
+        "times": Times(due=due, first=np.cumsum([0, *(len(row) for row in times)])),
+        "stored": Stored(
+            event_t=np.zeros(64),
+            event_i=np.zeros((64, 3), dtype=np.int64),
+            path_t=np.zeros((64, 2)),
+            path_c=np.zeros((64, n_x, order + 1)),
+            path_m=np.zeros((64, n_c), dtype=np.int64),
+        ),
         "counts": Counts.zeros(),
-        "clock": Clock.zeros(),
-        "event_t": np.zeros(64),
-        "event_i": np.zeros((64, 3), dtype=np.int64),
-        "path_t": np.zeros((64, 2)),
-        "path_c": np.zeros((64, n_x, order + 1)),
-        "path_m": np.zeros((64, n_c), dtype=np.int64),
     }
 
 
-def limit(limits: Limits, budgets: tuple[int, int], wanted) -> None:
+def limit(limits: Limits, budgets: tuple[int, int], wanted: Wanted) -> None:
     """Set the limits of a run from the budgets of steps and events and the observables."""
     limits.max_steps, limits.max_events, limits.chunk = *budgets, CHUNK
     limits.keep_path, limits.keep_events = wanted.path, wanted.events

@@ -3,17 +3,16 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.run_arrays import SETTLE
-from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED, Status
+from symfric.solve.loop.codes import CHATTER, EVENT_BUDGET, OK, SETTLE, STEP_BUDGET
+from symfric.solve.loop.run_arrays import RunArrays
+from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED
 
-_OK, _STEPS, _EVENTS = int(Status.OK), int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET)
-_CHATTER = int(Status.CHATTER)
 _STALLED = 200  # most events without advance of time
 WINDOW = 1000  # a run stands still if so many events advance less than a rounding error of the time
 
 
 @compiled(inline=True)
-def begin_counting(w):
+def begin_counting(w: RunArrays) -> None:
     """Initialise counters and times of a run."""
     c = w.counts
     c.steps, c.events, c.kinks, c.grazes, c.kept_steps, c.kept_events = 0, 0, 0, 0, 0, 0
@@ -23,37 +22,37 @@ def begin_counting(w):
 
 
 @compiled(inline=True)
-def begin_values(w):
+def begin_values(w: RunArrays) -> None:
     """Reset the sampled values of a previous run."""
-    for e in range(w.next_due.size):
-        w.next_due[e] = w.first_due[e]
-    for k in range(w.seen.size):
-        w.seen[k] = np.nan
+    for e in range(w.observed.next_due.size):
+        w.observed.next_due[e] = w.times.first[e]
+    for k in range(w.observed.seen.size):
+        w.observed.seen[k] = np.nan
 
 
 @compiled(inline=True)
-def pause(w, stop, most):
+def pause(w: RunArrays, stop: int, most: int) -> int:
     """Return why a run has to pause before its next step, which logs at most so many events; `stop` counts steps."""
     if w.counts.steps >= w.limits.max_steps:
-        return _STEPS
+        return STEP_BUDGET
     if w.counts.steps >= stop:
         return PAUSED
-    if w.limits.keep_path and w.counts.kept_steps >= w.path_t.shape[0]:
+    if w.limits.keep_path and w.counts.kept_steps >= w.stored.path_t.shape[0]:
         return PATH_FULL
-    if w.limits.keep_events and w.counts.kept_events + most > w.event_t.size:
+    if w.limits.keep_events and w.counts.kept_events + most > w.stored.event_t.size:
         return EVENTS_FULL
-    return _OK
+    return OK
 
 
 @compiled(inline=True)
-def budget(w, t):
+def budget(w: RunArrays, t: float) -> int:
     """Return a status that ends a run with too many events, in total or at the time t."""
     if w.counts.stall > _STALLED:
-        return _CHATTER
+        return CHATTER
     if w.counts.events > w.limits.max_events:
-        return _EVENTS
+        return EVENT_BUDGET
     if w.counts.events - w.counts.mark_events > WINDOW:
         if t - w.clock.mark_t < 4e-13 * max(t, 1e-3 * w.clock.t_end):
-            return _CHATTER
+            return CHATTER
         w.counts.mark_events, w.clock.mark_t = w.counts.events, t
-    return _OK
+    return OK

@@ -8,8 +8,8 @@ per mode.
 import casadi as ca
 
 from symfric.codegen.instructions import BRANCHING, Node, read
-from symfric.solve.loop.enclosure import hiding, unseen
-from symfric.solve.loop.series import PROBED, Series
+from symfric.solve.loop.stepping.enclosure import hiding, unseen
+from symfric.solve.loop.stepping.series import PROBED, Series
 from symfric.solve.taylor.affine_forms import gathered
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times

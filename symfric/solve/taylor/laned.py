@@ -9,7 +9,7 @@ from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.cases import run_cases
-from symfric.solve.loop.series import Series
+from symfric.solve.loop.stepping.series import Series
 from symfric.solve.program import Compiled
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import counted
 from symfric.solve.integrators.stiffness import MANY, explicit_steps
 from symfric.solve.loop.model import series_model
-from symfric.solve.loop.series import Series
+from symfric.solve.loop.stepping.series import Series
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.protocol import Answer

@@ -15,9 +15,9 @@ from symfric.solve.batch import Batch, reached
 from symfric.solve.case_values import CaseValues
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.compiled_model import CompiledModel
-from symfric.solve.loop.linear_series import linear_series
 from symfric.solve.loop.model import series_model
-from symfric.solve.loop.series import Series
+from symfric.solve.loop.stepping.linear_series import linear_series
+from symfric.solve.loop.stepping.series import Series
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import Wanted
@@ -145,7 +145,7 @@ class SensitiveProgram(Laned):
             np.ascontiguousarray(found.y[:, len(self._states) : -1].T),
             np.moveaxis(found.total, 0, -1),
             found.seen.T,
-            self._model.first.first_due,
+            self._model.first.times.first,
             found.slopes.T,
             found.status != Status.NO_DERIVATIVE,
             found.rest >= 0.0,
@@ -163,9 +163,9 @@ class SensitiveProgram(Laned):
         return Derivatives(
             self._columns,
             w.y[n_x:-1].copy(),
-            w.total.copy(),
-            w.seen.copy(),
-            w.first_due,
+            w.observed.total.copy(),
+            w.observed.seen.copy(),
+            w.times.first,
             w.rest.copy(),
             known,
             rests,

@@ -17,13 +17,10 @@ from symfric.solve.exact.oscillator.workspace import (
     STATIC,
     J,
 )
+from symfric.solve.loop.codes import GO, LOST_CONTACT, NOT_FINITE, OK, SETTLE, UNDECIDED
 from symfric.solve.loop.precision import MOST_DOUBT, ROUNDING, TIE
-from symfric.solve.loop.run_arrays import GO, SETTLE
 from symfric.solve.loop.run_rules import begin_counting, budget, pause
-from symfric.solve.status import PATH_FULL, Status
-
-_OK = int(Status.OK)
-_NAN, _LOST, _UNDECIDED = int(Status.NOT_FINITE), int(Status.LOST_CONTACT), int(Status.UNDECIDED)
+from symfric.solve.status import PATH_FULL
 
 
 @part
@@ -38,7 +35,7 @@ def reset(w):
     begin_counting(w)
     w.m.still, w.m.started, w.m.direction, w.m.where = 0, 0, 1, 0
     for e in range(w.limits.rows):
-        w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
+        w.observed.total[e, 0], w.observed.total[e, 1] = np.inf, -np.inf
 
 
 @part
@@ -47,17 +44,17 @@ def drive(w):
     stop = w.counts.steps + w.limits.chunk
     while w.y[2] < w.clock.t_end:
         status = pause(w, stop, 1)
-        if status != _OK:
+        if status != OK:
             return status
         if w.counts.phase == SETTLE:
             status = _switch(w)
-            if status != _OK:
+            if status != OK:
                 return status
             w.counts.phase = GO
         left = (w.clock.t_end - w.y[2]) - w.clock.t_low
         f = _flow(w)
         if not f.r < np.inf:  # the rates of the equation overflow
-            return _NAN
+            return NOT_FINITE
         tau, side = _release(w, left) if w.m.still else _exit(w, f, left)
         if w.limits.keep_path:
             kept = w.counts.kept_steps
@@ -67,16 +64,16 @@ def drive(w):
         last = tau >= left
         _advance(w, f, left if last else tau)
         if not (abs(w.y[0]) < np.inf and abs(w.y[1]) < np.inf):
-            return _NAN
+            return NOT_FINITE
         if last:
             w.y[2], w.clock.t_low = w.clock.t_end, 0.0
         elif side != 0:
             _arrive(w, side)
             if w.counts.stall > 0:
                 status = budget(w, w.y[2])
-                if status != _OK:
+                if status != OK:
                     return status
-    return _OK
+    return OK
 
 
 @compiled(ieee_division=True)
@@ -168,7 +165,10 @@ def _extend(w, f, x, u, a, t):
     k = BRANCH + 3 * w.limits.branches
     for e in range(w.limits.rows):
         value = d[k] + d[k + 1] * x + d[k + 2] * u + d[k + 3] * friction
-        w.total[e, 0], w.total[e, 1] = min(w.total[e, 0], value), max(w.total[e, 1], value)
+        w.observed.total[e, 0], w.observed.total[e, 1] = (
+            min(w.observed.total[e, 0], value),
+            max(w.observed.total[e, 1], value),
+        )
         k += 4
 
 
@@ -223,11 +223,11 @@ def _switch(w):
     d = w.data
     if w.limits.branches == 0:
         w.v.rate = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
-        return _OK
+        return OK
     if d[LOAD] < 0.0:
-        return _LOST
+        return LOST_CONTACT
     if d[STATIC] * (1.0 + 1e-12) < d[BRANCH + 1]:
-        return _UNDECIDED
+        return UNDECIDED
     starting = w.m.started == 0
     before = 0 if w.m.still else w.m.direction
     slip = d[J] * w.y[1] + d[SHIFT]
@@ -253,14 +253,14 @@ def _switch(w):
     elif not w.clock.rest >= 0.0:
         w.clock.rest = w.y[2] + w.clock.t_low
     if starting:
-        return _OK
+        return OK
     if after == before:
         w.counts.grazes += 1
     else:
         if w.limits.keep_events:
             k = w.counts.kept_events
-            w.event_t[k] = w.y[2] + w.clock.t_low
-            w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = 0, before, after
+            w.stored.event_t[k] = w.y[2] + w.clock.t_low
+            w.stored.event_i[k, 0], w.stored.event_i[k, 1], w.stored.event_i[k, 2] = 0, before, after
             w.counts.kept_events += 1
         w.counts.events += 1
     w.counts.stall += 1

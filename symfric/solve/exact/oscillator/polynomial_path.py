@@ -16,7 +16,7 @@ def keep(w, f, tau):
     x, u, a = w.y[0], w.y[1], w.v.rate
     if w.m.still:
         _append(w, 0.0, tau)
-        c = w.path_c[w.counts.kept_steps - 1]
+        c = w.stored.path_c[w.counts.kept_steps - 1]
         c[0, 0], c[0, 1], c[1, 0] = x, u, u
         return tau
     fastest = abs(f.alpha) + f.r
@@ -25,7 +25,7 @@ def keep(w, f, tau):
         slow, fast = (a - f.fast * u) / (2.0 * f.r), -(a - f.slow * u) / (2.0 * f.r)
     at = 0.0
     while at < tau:
-        if w.counts.kept_steps >= w.path_t.shape[0]:
+        if w.counts.kept_steps >= w.stored.path_t.shape[0]:
             return at
         g, rate = basis(f, at)
         here = x + u * g + (a + f.C * u) * integral(f, at, g, rate) if at > 0.0 else x
@@ -37,7 +37,7 @@ def keep(w, f, tau):
         if tau - at - h < 1e-3 * h:
             h = tau - at
         _append(w, at, h)
-        c = w.path_c[w.counts.kept_steps - 1]
+        c = w.stored.path_c[w.counts.kept_steps - 1]
         c[0, 0], c[1, 0], c[1, 1] = here, speed, f.slow * speed if alone else slope
         for k in range(2, ORDER + 1):
             if alone:
@@ -54,8 +54,8 @@ def keep(w, f, tau):
 def _append(w, at, h):
     """Append a new piece."""
     k = w.counts.kept_steps
-    w.path_t[k, 0], w.path_t[k, 1] = w.y[2] + (w.clock.t_low + at), h
-    w.path_c[k] = 0.0
-    if w.path_m.shape[1]:
-        w.path_m[k, 0] = 0 if w.m.still else w.m.direction
+    w.stored.path_t[k, 0], w.stored.path_t[k, 1] = w.y[2] + (w.clock.t_low + at), h
+    w.stored.path_c[k] = 0.0
+    if w.stored.path_m.shape[1]:
+        w.stored.path_m[k, 0] = 0 if w.m.still else w.m.direction
     w.counts.kept_steps += 1

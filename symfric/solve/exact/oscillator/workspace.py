@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Reals, Scalars
 from symfric.lower.linear_modes import Oscillator
-from symfric.solve.loop.run_arrays import Limits, RunArrays, common
+from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 
 # entries of `data`, then three for each branch of the law (its end, mu_0, mu_1) and four for each observable
 A_X, A_U, A_0, PULL, J, SHIFT, LOAD, STATIC, BRANCH = range(9)
@@ -55,6 +55,7 @@ def make_arrays(problem: Oscillator, address: int) -> OscillatorArrays:
     """Allocate the arrays of a program."""
     return OscillatorArrays(
         **common(2, len(problem.parameters), [()] * problem.rows, ORDER, min(problem.branches, 1)),
+        clock=Clock.zeros(),
         code=np.array([address], dtype=np.int64),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         limits=OscillatorLimits.zeros(),

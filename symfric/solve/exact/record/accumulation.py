@@ -8,7 +8,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.record.forced_flow import root, value
 from symfric.solve.exact.record.workspace import ORDER
-from symfric.solve.loop.step_acceptance import slope
+from symfric.solve.loop.arithmetic import slope
 
 # entries of `force`: damping, stiffness, input, constant force, kinetic and static friction, all over the mass
 LAM, STIFF, GAIN, CONSTANT, KINETIC, STATIC = range(6)
@@ -42,10 +42,10 @@ def hold(w, u):
 
 @compiled
 def _extend(w, e, number):
-    if number < w.total[e, SMALLEST]:
-        w.total[e, SMALLEST] = number
-    if number > w.total[e, LARGEST]:
-        w.total[e, LARGEST] = number
+    if number < w.observed.total[e, SMALLEST]:
+        w.observed.total[e, SMALLEST] = number
+    if number > w.observed.total[e, LARGEST]:
+        w.observed.total[e, LARGEST] = number
 
 
 @compiled
@@ -79,18 +79,18 @@ def _row(w, e, a, slope_a, t):
 @compiled(inline=True)
 def wants_values(w, e):
     """Whether an observable is sampled at given times."""
-    return w.first_due[e] < w.first_due[e + 1]
+    return w.times.first[e] < w.times.first[e + 1]
 
 
 @compiled
 def _note_values(w, e, t, h, a, slope_a):
     """Store the values of an observable at its times in a piece; the next piece may overwrite one at the end."""
-    k, end = w.next_due[e], w.first_due[e + 1]
-    while k < end and w.due[k] <= t + h * (1.0 + 1e-9):
-        if w.due[k] >= t - 1e-9 * h:
-            w.seen[k] = _row(w, e, a, slope_a, w.due[k] - t)
-        if w.due[k] < t + h * (1.0 - 1e-9):
-            w.next_due[e] = k + 1
+    k, end = w.observed.next_due[e], w.times.first[e + 1]
+    while k < end and w.times.due[k] <= t + h * (1.0 + 1e-9):
+        if w.times.due[k] >= t - 1e-9 * h:
+            w.observed.seen[k] = _row(w, e, a, slope_a, w.times.due[k] - t)
+        if w.times.due[k] < t + h * (1.0 - 1e-9):
+            w.observed.next_due[e] = k + 1
         k += 1
 
 
@@ -108,18 +108,18 @@ def note(w, t, h, a, slope_a, s):
             continue
         begin = now[0] * cu[0] + now[1] * cw[0] + now[2] * a + now[3]
         room = abs(now[0]) * far + abs(now[1]) * steep + abs(now[2] * slope_a) * h
-        if begin - room < w.total[e, SMALLEST] or begin + room > w.total[e, LARGEST]:
+        if begin - room < w.observed.total[e, SMALLEST] or begin + room > w.observed.total[e, LARGEST]:
             _row(w, e, a, slope_a, 0.0)
             smallest, largest = _ends_and_turns(w.cr[:size], h)
             _extend(w, e, smallest)
             _extend(w, e, largest)
     if w.limits.keep_path:
         k = w.counts.kept_steps
-        if k < w.path_t.shape[0]:
-            w.path_t[k, 0], w.path_t[k, 1] = t, h
+        if k < w.stored.path_t.shape[0]:
+            w.stored.path_t[k, 0], w.stored.path_t[k, 1] = t, h
             for j in range(ORDER + 1):
-                w.path_c[k, 0, j], w.path_c[k, 1, j] = w.cu[j], w.cw[j]
-            w.path_m[k, 0] = s
+                w.stored.path_c[k, 0, j], w.stored.path_c[k, 1, j] = w.cu[j], w.cw[j]
+            w.stored.path_m[k, 0] = s
         w.counts.kept_steps += 1
 
 
@@ -154,7 +154,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
             continue
         number = now[0] * u + now[1] * v + now[2] * a + now[3]
         room = abs(now[0]) * h * h * steep + abs(now[1]) * (h * steep if turns else quick)
-        if number - room < w.total[e, SMALLEST] or number + room > w.total[e, LARGEST]:
+        if number - room < w.observed.total[e, SMALLEST] or number + room > w.observed.total[e, LARGEST]:
             return False
     return True
 
@@ -164,8 +164,8 @@ def log(w, t, old, new):
     """Log an event."""
     if w.limits.keep_events:
         k = w.counts.kept_events
-        if k < w.event_t.size:
-            w.event_t[k] = t
-            w.event_i[k, 0], w.event_i[k, 1], w.event_i[k, 2] = 0, np.int64(old), np.int64(new)
+        if k < w.stored.event_t.size:
+            w.stored.event_t[k] = t
+            w.stored.event_i[k, 0], w.stored.event_i[k, 1], w.stored.event_i[k, 2] = 0, np.int64(old), np.int64(new)
         w.counts.kept_events += 1
     w.counts.events += 1

@@ -8,8 +8,8 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.record.workspace import ORDER
-from symfric.solve.loop.polynomials import value as horner
-from symfric.solve.loop.step_acceptance import slope
+from symfric.solve.loop.arithmetic import slope
+from symfric.solve.loop.arithmetic import value as horner
 
 EPS = 2.0**-52
 NEAR = 1e-8  # last step of Newton's method, relative to the interval; the next one would be about its square

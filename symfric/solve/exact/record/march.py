@@ -46,15 +46,14 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
+from symfric.solve.loop.arithmetic import slope
+from symfric.solve.loop.codes import NOT_FINITE, OK, STEP_BUDGET
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget
-from symfric.solve.loop.step_acceptance import slope
-from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
+from symfric.solve.status import EVENTS_FULL, PATH_FULL
 
 INSIDE, AT_REST, AT_EDGE = range(3)  # kinds of end of a piece
 BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
-_OK, _STEPS, _NAN = int(Status.OK), int(Status.STEP_BUDGET), int(Status.NOT_FINITE)
-_LOST = int(Status.LOST_CONTACT)
 
 
 @part
@@ -223,9 +222,9 @@ def _turn(w, t, old, new, u):
 def _next_due(w, i, whole):
     """Return the next interval after i in which an observable is sampled."""
     due = np.int64(2**62)
-    for e in range(w.next_due.size):
-        for k in range(w.next_due[e], w.first_due[e + 1]):
-            interval = np.int64(w.due[k] / whole - 1e-9)
+    for e in range(w.observed.next_due.size):
+        for k in range(w.observed.next_due[e], w.times.first[e + 1]):
+            interval = np.int64(w.times.due[k] / whole - 1e-9)
             if i < interval < due:
                 due = interval
     return due
@@ -237,8 +236,8 @@ def _begin(w):
     u, v = w.given_y[0], w.given_y[1]
     begin_counting(w)
     begin_values(w)
-    for e in range(w.total.shape[0]):
-        w.total[e, 0], w.total[e, 1] = np.inf, -np.inf
+    for e in range(w.observed.total.shape[0]):
+        w.observed.total[e, 0], w.observed.total[e, 1] = np.inf, -np.inf
     w.place.where, w.grip[FARTHEST] = _cell_of(w, u), abs(u)
     if v == 0.0:
         u = _settle_at(w, u)
@@ -326,10 +325,10 @@ def march(w):
             _turn(w, t + spent, s, new, u)
             s = new
         status = budget(w, t)
-        if status != _OK:
+        if status != OK:
             return status
         if w.counts.steps > w.limits.max_steps:
-            return _STEPS
+            return STEP_BUDGET
         if found != INSIDE:
             tau += spent
             continue
@@ -347,8 +346,8 @@ def march(w):
             else:
                 i, u, v = _slip_on(w, i, stop, u, v, s)
     w.y[0], w.y[1], w.y[2] = u, v, w.clock.t_end
-    if w.limits.keep_path and w.counts.kept_steps > w.path_t.shape[0]:
+    if w.limits.keep_path and w.counts.kept_steps > w.stored.path_t.shape[0]:
         return PATH_FULL
-    if w.limits.keep_events and w.counts.kept_events > w.event_t.size:
+    if w.limits.keep_events and w.counts.kept_events > w.stored.event_t.size:
         return EVENTS_FULL
-    return _OK if abs(u) < np.inf and abs(v) < np.inf else _NAN
+    return OK if abs(u) < np.inf and abs(v) < np.inf else NOT_FINITE

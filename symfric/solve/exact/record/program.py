@@ -10,7 +10,7 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.model.scene import Scene
 from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.exact.record.workspace import SHARED, make_arrays
-from symfric.solve.loop.compiled_model import CompiledModel, own, path_rows
+from symfric.solve.loop.compiled_model import CompiledModel, path_rows
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.lowered import LoweredScene
 
@@ -53,11 +53,11 @@ class March:
     """Runner under one record, with its own memory; for one thread at a time."""
 
     def __init__(self, model: CompiledModel, start: np.ndarray, samples: np.ndarray):
-        arrays = own(model.first, SHARED - {"record", "due"})
+        arrays = model.first.copy(SHARED - {"record", "times"})
         self._model, self._start = model, start
         self._room = replace(arrays, samples=np.array(samples, dtype=float))
         self._table = Table(self._room)
-        self._valued = np.flatnonzero(np.diff(model.first.first_due))
+        self._valued = np.flatnonzero(np.diff(model.first.times.first))
 
     def run(self, p: np.ndarray, dt: float, horizon: float, times: dict[int, float]) -> tuple[int, np.ndarray]:
         """Run with parameters p in the order of `Marcher.parameters`, and values of rows at these times.
@@ -71,9 +71,9 @@ class March:
         room = self._room
         room.record.dt, room.clock.t_end = dt, horizon
         for row, time in times.items():
-            room.due[room.first_due[row]] = time
+            room.times.due[room.times.first[row]] = time
         room.given_y[:], room.given_p[:] = self._start, p
         status = self._model.loop.launch(self._table, True)
-        found = room.total[:, :3].copy()
-        found[self._valued] = room.seen[:, None]
+        found = room.observed.total[:, :3].copy()
+        found[self._valued] = room.observed.seen[:, None]
         return status, found

@@ -7,11 +7,11 @@ import numpy as np
 
 from symfric.codegen.array_table import Integers, Matrix, Reals, Scalars
 from symfric.lower.sampled_oscillator import Record
-from symfric.solve.loop.run_arrays import Limits, RunArrays, common
+from symfric.solve.loop.run_arrays import Clock, Limits, RunArrays, common
 
 ORDER = 18  # largest order of the series over a part of a sample, on which |root| t <= 1
 
-SHARED = frozenset({"code", "samples", "record", "due", "first_due", "limits"})  # constant arrays, shared by all runs
+SHARED = frozenset({"code", "samples", "record", "times", "limits"})  # constant arrays, shared by all runs
 
 
 class Sampling(Scalars):
@@ -38,7 +38,6 @@ class Sizes(Scalars):
 class RecordArrays(RunArrays):
     """Arrays of one run; the machine code is that of `data`, the state u, w and time."""
 
-    limits: Limits
     data: Reals  # coefficients of the equations, see `symfric.lower.sampled_oscillator.Record`
     samples: Reals
     record: Sampling
@@ -61,6 +60,7 @@ def make_arrays(problem: Record, address: int, times: Sequence[Sequence[float]])
     n_c, n_e = problem.cells, len(times)
     arrays = RecordArrays(
         **common(2, len(problem.parameters), times, ORDER, 1),
+        clock=Clock.zeros(),
         code=np.array([address], dtype=np.int64),
         p=np.zeros(problem.data.nnz_in(0) + 1),
         limits=Limits.zeros(),

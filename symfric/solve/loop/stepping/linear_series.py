@@ -4,7 +4,7 @@ import casadi as ca
 
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.structure_modes import StructureMatrices
-from symfric.solve.loop.series import PROBED, Series
+from symfric.solve.loop.stepping.series import PROBED, Series
 
 MOST = 50  # number of matrix entries, over all modes, from where loops over those of one mode take hardly longer
 

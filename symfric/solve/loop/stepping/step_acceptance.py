@@ -8,31 +8,32 @@ their defect is small in the middle and at the end.
 import numpy as np
 
 from symfric.codegen.numba_types import call_code, compiled
-from symfric.solve.loop.calls import bound_terms, bound_unseen, probe_trial
-from symfric.solve.loop.polynomials import value
-from symfric.solve.loop.powers import reach_of
+from symfric.solve.loop.arithmetic import box_of_step, defect_of_rate, defect_of_value, size_of_row, slope, value
+from symfric.solve.loop.codes import REACH
 from symfric.solve.loop.precision import EPS
+from symfric.solve.loop.statements import NOTHING, SLACK
+from symfric.solve.loop.stepping.calls import bound_terms, bound_unseen, probe_trial
+from symfric.solve.loop.stepping.powers import reach_of
+from symfric.solve.loop.workspace import LoopArrays
 
 _PARTS = 400  # most parts of a step
 _LEAST = 2.0**-12  # least length of a part, relative to the step
 _WORTH = 2.0**-6  # least fraction of a step that is accepted instead of a new trial
-_NOTHING = 1e-150  # negligible size, such as the tail of a pulse that acts on a body at rest
 _ROUNDING = 1e-13  # rounding error of a sum, relative to the magnitudes of its terms
-_SLACK = 50.0  # largest defect at a checked point, in tolerances
 
 
 @compiled(inline=True)
-def reach(w, h, far):
+def reach(w: LoopArrays, h: float, far: float) -> None:
     """Compute the change of the states over a step h, and bounds of the change of the guards over `far`."""
-    w.step[0], w.step[1] = h, far
-    if w.limits.linear or w.code[1] == 0:
-        reach_of(w.c, h, far, w.y.size - 1, w.reach)
+    w.step.lengths[0], w.step.lengths[1] = h, far
+    if w.limits.linear or w.code[REACH] == 0:
+        reach_of(w.c, h, far, w.y.size - 1, w.step.reach)
         return
-    call_code(w.code[1], w.step.ctypes.data, w.c.ctypes.data, w.reach.ctypes.data)
+    call_code(w.code[REACH], w.step.lengths.ctypes.data, w.c.ctypes.data, w.step.reach.ctypes.data)
 
 
 @compiled(inline=True, fused=True)
-def proven(w, n_x, tau):
+def proven(w: LoopArrays, n_x: int, tau: float) -> float:
     """Set the trial state to the end of a step of length tau; return the accepted length, or one to try."""
     if w.limits.checked:
         return _proven(w, n_x, tau)
@@ -41,7 +42,7 @@ def proven(w, n_x, tau):
 
 
 @compiled(fused=True)
-def _proven(w, n_x, tau):
+def _proven(w: LoopArrays, n_x: int, tau: float) -> float:
     if _hides_nothing(w, n_x, 0.0, tau, tau):
         return tau if _obeys(w, n_x, tau, tau) else 0.25 * tau
     begin, length = 0.0, 0.5 * tau
@@ -65,103 +66,84 @@ def _proven(w, n_x, tau):
 
 
 @compiled(inline=True, fused=True)
-def _note_bends(w, n_x, tau):
+def _note_bends(w: LoopArrays, n_x: int, tau: float) -> None:
     """Bound the second derivative of every state over the step."""
     for r in range(n_x):
         bend = 0.0
         for k in range(w.c.shape[1] - 1, 1, -1):
             bend = bend * tau + k * (k - 1) * abs(w.c[r, k])
-        w.bend[r] = bend
+        w.step.bend[r] = bend
 
 
 @compiled(fused=True)
-def _hides_nothing(w, n_x, begin, end, tau):
+def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float) -> bool:
     """Whether unseen features between two times of the step stay below the tolerance."""
     half = 0.5 * (end - begin)
     order, middle = w.c.shape[1] - 1, begin + half
     for r in range(n_x):
         if begin == 0.0 and end == tau:  # the whole step, which is cheaper and usually sufficient
-            step, rest = tau * w.c[r, 1], 0.0
-            for k in range(order, 1, -1):
-                rest = rest * tau + abs(w.c[r, k])
-            w.box[r], w.box[n_x + 1 + r] = w.c[r, 0] + 0.5 * step, 0.5 * abs(step) + rest * tau * tau
+            w.step.box[r], w.step.box[n_x + 1 + r] = box_of_step(w.c[r], order, tau)
         else:
-            w.box[r] = value(w.c[r], order, middle)
-            w.box[n_x + 1 + r] = abs(slope(w.c[r], middle)) * half + 0.5 * half * half * w.bend[r]
-    w.box[n_x], w.box[2 * n_x + 1] = w.y[n_x] + (w.clock.t_low + middle), half
+            w.step.box[r] = value(w.c[r], order, middle)
+            w.step.box[n_x + 1 + r] = abs(slope(w.c[r], middle)) * half + 0.5 * half * half * w.step.bend[r]
+    w.step.box[n_x], w.step.box[2 * n_x + 1] = w.y[n_x] + (w.clock.t_low + middle), half
     bound_unseen(w)
-    for e in range(w.exposed.size):
-        r = w.exposed[e]
+    for e in range(w.tables.exposed.size):
+        r = w.tables.exposed[e]
         if r < n_x:
             start = abs(w.c[r, 1])
-            allowed = w.clock.tolerance * max(w.scale[r], start * tau) / (end - begin) + _NOTHING
+            allowed = w.clock.tolerance * max(w.scale[r], start * tau) / (end - begin) + NOTHING
         else:
-            allowed = w.clock.tolerance * _size(w, r, tau) + _NOTHING
-        if not w.unseen[r] <= allowed and not w.unseen[r] <= allowed + _rounding(w, r):
+            allowed = w.clock.tolerance * size_of_row(w.scale[r], w.c[r, 0], w.c[r, 1], tau) + NOTHING
+        if not w.step.unseen[r] <= allowed and not w.step.unseen[r] <= allowed + _rounding(w, r):
             return False
     return True
 
 
-@compiled(inline=True, fused=True)
-def _size(w, r, tau):
-    """Return the scale of a guard or an observable."""
-    return max(w.scale[r], abs(w.c[r, 0]), abs(w.c[r, 1]) * tau)
-
-
 @compiled
-def _rounding(w, r):
-    """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.box``."""
+def _rounding(w: LoopArrays, r: int) -> float:
+    """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.step.box``."""
     bound_terms(w)
-    return _ROUNDING * w.terms[r] if w.terms[r] < np.inf else 0.0
+    return _ROUNDING * w.step.terms[r] if w.step.terms[r] < np.inf else 0.0
 
 
 @compiled(inline=True, fused=True)
-def _try_end(w, n_x, t):
+def _try_end(w: LoopArrays, n_x: int, t: float) -> None:
     """Set the trial state to the polynomial after the time t."""
-    if t != w.step[0]:
+    if t != w.step.lengths[0]:
         reach(w, t, t)
     for r in range(n_x):
-        w.trial[r] = w.c[r, 0] + w.reach[r]
+        w.step.end[r] = w.c[r, 0] + w.step.reach[r]
 
 
 @compiled(fused=True)
-def _obeys(w, n_x, t, tau):
+def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
     """Whether rates and exposed rows of the polynomial after the time t satisfy the equations (small defect)."""
     _try_end(w, n_x, t)
-    w.trial[n_x] = w.y[n_x] + (w.clock.t_low + t)
+    w.step.end[n_x] = w.y[n_x] + (w.clock.t_low + t)
     note_rates(w)
-    tolerance = _SLACK * w.clock.tolerance
+    tolerance = SLACK * w.clock.tolerance
     for r in range(w.limits.n_q, n_x):
         rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
-        scale = max(w.scale[r], start * t, abs(truth) * t)
-        allowed = tolerance * scale + t * (1e-12 * (start + abs(truth)) + _NOTHING)
+        allowed = defect_of_rate(w.scale[r], start, truth, t, tolerance)
         error = abs(rate - truth) * t
         if error > allowed and error > allowed + t * _rounding(w, r):
             return not abs(truth) < np.inf  # a singular point ends the step; `start_singular` continues from it
-    for e in range(w.exposed.size):
-        r = w.exposed[e]
+    for e in range(w.tables.exposed.size):
+        r = w.tables.exposed[e]
         if r < n_x:
             continue
         truth = w.probe[r, 0]
         error = abs(value(w.c[r], w.c.shape[1] - 1, t) - truth)
-        allowed = (tolerance + 1e-12) * max(_size(w, r, tau), abs(truth)) + _NOTHING
+        allowed = defect_of_value(size_of_row(w.scale[r], w.c[r, 0], w.c[r, 1], tau), truth, tolerance)
         if error > allowed and error > allowed + _rounding(w, r):
             return not abs(truth) < np.inf
     return True
 
 
 @compiled(inline=True)
-def note_rates(w):
+def note_rates(w: LoopArrays) -> None:
     """Compute rates and curvatures at the trial state, from where `start_singular` may have to go on."""
     probe_trial(w)
-    for r in range(w.trial.size - 1):
-        w.base[1, r], w.base[2, r] = w.probe[r, 1], w.probe[r, 2]
-
-
-@compiled(fused=True)
-def slope(c, t):
-    """Evaluate the derivative of a polynomial."""
-    rate = 0.0
-    for k in range(c.size - 1, 0, -1):
-        rate = rate * t + k * c[k]
-    return rate
+    for r in range(w.step.end.size - 1):
+        w.step.base[1, r], w.step.base[2, r] = w.probe[r, 1], w.probe[r, 2]

@@ -1,4 +1,4 @@
-"""Tables that convert polynomials to Bernstein form; see `symfric.solve.loop.polynomials`."""
+"""Tables that convert polynomials to Bernstein form; see `symfric.solve.loop.events.polynomials`."""
 
 import numpy as np
 

@@ -3,33 +3,36 @@
 See `symfric.lower.structure_modes`; a coefficient costs the entries of the structure's matrices and of the rows.
 """
 
+from symfric.codegen.array_table import IntegerMatrix, Matrix, Reals
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import HOLDS
+from symfric.solve.loop.workspace import LoopArrays
 
 
 @compiled
-def gather_structure(w):
+def gather_structure(w: LoopArrays) -> None:
     """List the entries of D that are nonzero in the current mode, and combine the operators of the accelerations."""
-    count, first_felt = 0, w.given.size - w.limits.felt
-    w.filled[1] = 0
-    for e in range(w.pattern.shape[0]):
+    p, pattern, operators = w.powers, w.matrices.pattern, w.matrices.operators
+    count, first_felt = 0, p.given.size - w.limits.felt
+    p.filled[1] = 0
+    for e in range(pattern.shape[0]):
         if w.aux[e] != 0.0:
-            w.entry[count], w.row[count], w.column[count] = w.aux[e], w.pattern[e, 0], w.pattern[e, 1]
-            w.filled[1] += w.pattern[e, 1] >= first_felt
+            p.entry[count], p.row[count], p.column[count] = w.aux[e], pattern[e, 0], pattern[e, 1]
+            p.filled[1] += pattern[e, 1] >= first_felt
             count += 1
-    w.filled[0] = count
-    if w.operators.shape[0] == 1:
+    p.filled[0] = count
+    if operators.shape[0] == 1:
         return
-    first_factor = w.pattern.shape[0] + 2 * w.answers.size
-    for e in range(w.combined.size):
-        total = w.operators[0, e]
-        for k in range(1, w.operators.shape[0]):
-            total += w.aux[first_factor + k - 1] * w.operators[k, e]
-        w.combined[e] = total
+    first_factor = pattern.shape[0] + 2 * p.answers.size
+    for e in range(p.combined.size):
+        total = operators[0, e]
+        for k in range(1, operators.shape[0]):
+            total += w.aux[first_factor + k - 1] * operators[k, e]
+        p.combined[e] = total
 
 
 @compiled(inline=True, fused=True)
-def _product(rows, r, n, x, first):
+def _product(rows: Matrix, r: int, n: int, x: Reals, first: int) -> float:
     """Return the product of row r with n entries of x, in four sums that do not wait for each other."""
     row = rows[r]
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
@@ -45,7 +48,7 @@ def _product(rows, r, n, x, first):
 
 
 @compiled(fused=True)
-def _accelerate(entries, places, now, n, a):
+def _accelerate(entries: Reals, places: IntegerMatrix, now: Reals, n: int, a: Reals) -> None:
     """Compute the accelerations of the structure alone."""
     a[:] = 0.0
     if places.shape[0]:
@@ -69,25 +72,25 @@ def _accelerate(entries, places, now, n, a):
 
 
 @compiled(fused=True)
-def structure_powers(w, c):
+def structure_powers(w: LoopArrays, c: Matrix) -> None:
     """Compute the coefficients of all rows at the state and time of a workspace, as many as `c` holds."""
-    n, n_x, n_r, n_c = w.limits.n_q, w.y.size - 1, w.answers.size, w.sticks.size
+    n, n_x, n_r, n_c = w.limits.n_q, w.y.size - 1, w.powers.answers.size, w.contacts.sticks.size
     along_q, along_u, felt, pushes = w.limits.along_q, w.limits.along_u, w.limits.felt, w.limits.pushes
-    states, owned = along_q + along_u, w.own.size
+    states, owned = along_q + along_u, w.matrices.own.size
     held = pushes + n_x - 2 * n
     joint = held + n_c
-    others, count, some = joint + 2 * w.joint.size, w.filled[0], w.filled[1] > 0
-    base = w.pattern.shape[0]
+    others, count, some = joint + 2 * w.matrices.joint.size, w.powers.filled[0], w.powers.filled[1] > 0
+    base = w.matrices.pattern.shape[0]
     slope, rest = w.aux[base : base + n_r], w.aux[base + n_r : base + 2 * n_r]
-    weights, given, answers, a, own = w.weights, w.given, w.answers, w.pushed, w.own
-    entry, row, column, anchor, mode, combined, places = w.entry, w.row, w.column, w.anchor, w.m, w.combined, w.places
-    now, new = w.newest[0], w.newest[1]
+    p, weights, own, anchor = w.powers, w.matrices.weights, w.matrices.own, w.contacts.anchor
+    given, answers, a, entry, row, column = p.given, p.answers, p.pushed, p.entry, p.row, p.column
+    now, new = p.newest[0], p.newest[1]
     for i in range(n_x):
         now[i] = w.y[i]
     for k in range(c.shape[1]):
         for r in range(n_x):
             c[r, k] = now[r]
-        _accelerate(combined, places, now, n, a)
+        _accelerate(p.combined, w.matrices.places, now, n, a)
         for r in range(states):
             given[r] = _product(weights, r, n, now, 0 if r < along_q else n)
         for j in range(owned):
@@ -105,11 +108,11 @@ def structure_powers(w, c):
                 push = weights[states + felt + j]
                 for i in range(n):
                     a[i] += force * push[i]
-        for i in range(w.joint.size):  # exact, so that what is held does not creep by rounding
+        for i in range(w.matrices.joint.size):  # exact, so that what is held does not creep by rounding
             if rest[joint + 2 * i] != 0.0:
-                a[w.joint[i]] = answers[joint + 2 * i + 1]
+                a[w.matrices.joint[i]] = answers[joint + 2 * i + 1]
         for i in range(n_c):
-            if anchor[i] >= 0 and mode[i] == HOLDS:
+            if anchor[i] >= 0 and w.m[i] == HOLDS:
                 a[anchor[i] - n] = answers[held + i]
         inverse = 1.0 / (k + 1)
         for i in range(n):

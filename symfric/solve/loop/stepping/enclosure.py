@@ -16,7 +16,7 @@ from collections.abc import Callable
 import casadi as ca
 
 from symfric.codegen.instructions import ENTIRE, Node, read
-from symfric.solve.loop.operation_bounds import Range, judged, operation, within
+from symfric.solve.loop.stepping.operation_bounds import Range, judged, operation, within
 
 _PASSING = {ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV, ca.OP_IF_ELSE_ZERO, ca.OP_NEG, ca.OP_TWICE}
 _PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT}

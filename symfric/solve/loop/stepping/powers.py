@@ -2,22 +2,25 @@
 
 import numpy as np
 
+from symfric.codegen.array_table import IntegerMatrix, Matrix, Reals
 from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.records import Powers
 
 
 @compiled
-def gather(aux, pattern, n_x, count, row, column, entry):
+def gather(aux: Reals, pattern: IntegerMatrix, n_x: int, p: Powers) -> None:
     """List the matrix entries that are nonzero in the current mode, those of the rates first; set their number."""
+    count = p.filled
     count[0] = count[1] = 0
     for e in range(pattern.shape[0]):
         if aux[e] != 0.0:
-            entry[count[1]], row[count[1]], column[count[1]] = aux[e], pattern[e, 0], pattern[e, 1]
+            p.entry[count[1]], p.row[count[1]], p.column[count[1]] = aux[e], pattern[e, 0], pattern[e, 1]
             count[1] += 1
             count[0] += pattern[e, 0] < n_x
 
 
 @compiled(fused=True)
-def powers(aux, count, row, column, entry, newest, y, c):
+def powers(aux: Reals, p: Powers, y: Reals, c: Matrix) -> None:
     """Compute the coefficients of all rows at state and time y, as many as `c` holds.
 
     With what `gather` found, and the ends of `aux`, see `symfric.lower.linear_modes.Matrices`. Indices are unsigned: of
@@ -25,8 +28,8 @@ def powers(aux, count, row, column, entry, newest, y, c):
     """
     n_x, n_r, orders = np.uint64(y.size - 1), np.uint64(c.shape[0]), np.uint64(c.shape[1])
     slope, rest = aux[aux.size - 2 * c.shape[0] :], aux[aux.size - c.shape[0] :]
-    now, new, t = newest[0], newest[1], y[n_x]
-    of_rates, of_all = np.uint64(count[0]), np.uint64(count[1])
+    now, new, t, row, column, entry = p.newest[0], p.newest[1], y[n_x], p.row, p.column, p.entry
+    of_rates, of_all = np.uint64(p.filled[0]), np.uint64(p.filled[1])
     for i in range(n_x):
         now[i] = y[i]
     for k in range(orders):
@@ -54,7 +57,7 @@ def powers(aux, count, row, column, entry, newest, y, c):
 
 
 @compiled(fused=True)
-def reach_of(c, h, far, n_x, out):
+def reach_of(c: Matrix, h: float, far: float, n_x: int, out: Reals) -> None:
     """Compute the change of the states over h, and bounds of the change of the other rows over `far`."""
     orders, last = np.uint64(c.shape[1] - 1), n_x - 1
     for r in range(0, n_x, 4):  # four rows at once, as each waits for its last product; the last ones once more

@@ -2,17 +2,19 @@
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
-from symfric.solve.loop.layout import backward, forward
+from symfric.solve.loop import arithmetic
+from symfric.solve.loop.codes import PULL
+from symfric.solve.loop.modes.layout import backward, forward
+from symfric.solve.loop.modes.tolerances import doubt_of, instant, natural_time, no_acceleration
 from symfric.solve.loop.precision import EPS, ROUNDING, TIE
-from symfric.solve.loop.tolerances import doubt_of, instant, natural_time, no_acceleration
-from symfric.solve.loop.workspace import PULL
+from symfric.solve.loop.workspace import LoopArrays
 
 _SOON = 1e-9  # time in which a reserve is used up at once, in natural times
 _CLEARLY = 1e3  # slip after a natural time, in units of its zero, that counts as motion
 
 
 @compiled
-def contradiction(w, n_x, i, horizon):
+def contradiction(w: LoopArrays, n_x: int, i: int, horizon: float) -> tuple[float, int]:
     """Return the contradiction of contact i, and the direction in which it would slip.
 
     If both stick and slip contradict the forces, up to rounding, both have been tried: then stick is selected if its
@@ -25,15 +27,15 @@ def contradiction(w, n_x, i, horizon):
         row = n_x + (forward(i) if where > 0 else backward(i))
         if w.probe[row, 1] > 0.0:  # falls below its bound again: no slip would last
             tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
-    if size <= tie and w.turns[i] >= turns:
+    if size <= tie and w.selection.turns[i] >= turns:
         return 0.0, 0  # a tie up to rounding: both modes are admissible
     return size, where
 
 
 @compiled(inline=True)
-def contradicts(w, n_x, i, horizon):
+def contradicts(w: LoopArrays, n_x: int, i: int, horizon: float) -> tuple[float, int]:
     """Return the contradiction without the rule for ties."""
-    if not w.zero[i]:
+    if not w.selection.zero[i]:
         return 0.0, 0
     if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
         return _drift(w, n_x + backward(i), i)
@@ -43,27 +45,26 @@ def contradicts(w, n_x, i, horizon):
 
 
 @compiled(inline=True)
-def idles(w, row):
+def idles(w: LoopArrays, row: int) -> bool:
     """Whether a starting slip has no acceleration, also not later."""
     return w.probe[row, 1] == 0.0 and w.probe[row, 2] == 0.0 and w.probe[row, 3] == 0.0
 
 
 @compiled
-def rests(w, row, i):
+def rests(w: LoopArrays, row: int, i: int) -> bool:
     """Whether a starting slip has no acceleration, up to rounding."""
     later = 6.0 * abs(w.probe[row, 3]) * natural_time(w) ** 2
     return _drift(w, row, i)[0] == 0.0 and later <= _CLEARLY * no_acceleration(w, i, 0.0)
 
 
 @compiled(inline=True)
-def stick_scale(w, row):
+def stick_scale(w: LoopArrays, row: int) -> float:
     """Return the bound of a sticking contact plus the magnitude of its force, from its guards."""
-    over, under = w.probe[row, 0], w.probe[row + 1, 0]
-    return 0.5 * abs(over + under) + 0.5 * abs(over - under)
+    return arithmetic.stick_scale(w.probe[row, 0], w.probe[row + 1, 0])
 
 
 @compiled
-def at_bound(w, row, scale):
+def at_bound(w: LoopArrays, row: int, scale: float) -> bool:
     """Whether the reserve of a sticking contact is zero up to rounding, and not used up later, at a time that is known.
 
     A force that grows slowly, as that of an integrator near its target, may take long for what is a rounding error of
@@ -75,7 +76,7 @@ def at_bound(w, row, scale):
 
 
 @compiled(inline=True)
-def tied(w, slope, scale):
+def tied(w: LoopArrays, slope: float, scale: float) -> bool:
     """Whether a contact at its bound may stay there: its force grows by less than counts within a natural time.
 
     Slip would have no acceleration that could be told from rounding; it begins when the excess can be.
@@ -84,7 +85,7 @@ def tied(w, slope, scale):
 
 
 @compiled(inline=True)
-def _excess(w, row, doubt):
+def _excess(w: LoopArrays, row: int, doubt: float) -> tuple[float, int]:
     """Return the relative excess of a sticking contact over its bound, now or soon, and the direction of its slip.
 
     Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
@@ -105,7 +106,7 @@ def _excess(w, row, doubt):
 
 
 @compiled(inline=True)
-def _drift(w, row, i):
+def _drift(w: LoopArrays, row: int, i: int) -> tuple[float, int]:
     """Return by how much a contact with a given force starts to slip, and in which direction.
 
     More than anything else may contradict: what others have to hold is known only with its friction.
@@ -119,7 +120,7 @@ def _drift(w, row, i):
 
 
 @compiled(inline=True)
-def _backing(w, row, i, horizon):
+def _backing(w: LoopArrays, row: int, i: int, horizon: float) -> float:
     """Return the acceleration of a slipping contact in the wrong direction, relative to that by static friction."""
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
     little = no_acceleration(w, i, second)
@@ -128,3 +129,16 @@ def _backing(w, row, i, horizon):
     if first <= little and second * horizon < -no_acceleration(w, i, 0.0):
         return 0.5 * TIE
     return 0.0
+
+
+@compiled(inline=True)
+def worst_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bool) -> tuple[int, int]:
+    """Return the contact whose mode contradicts its forces most, or the first one, and its side; -1 if none."""
+    worst, measure, side = -1, 0.0, 0
+    for i in range(n_c):
+        size, where = contradiction(w, n_x, i, horizon)
+        if size > measure:
+            worst, measure, side = i, size, where
+            if least:
+                break
+    return worst, side

@@ -3,44 +3,19 @@
 A polynomial is a row of coefficients ``b[0..n]``. A first crossing is approached from below in steps that cannot pass
 it; where these get short (a graze), Bernstein subdivision decides. Sampling signs would miss a guard that dips below
 zero and returns within a step; the signs of the Bernstein coefficients cannot, by the variation-diminishing property
-(Lane and Riesenfeld, 1981).
+(Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981) 112).
 """
 
 import numpy as np
 
+from symfric.codegen.array_table import Cube, Matrix, Reals
 from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.arithmetic import largest_bend, value, value_and_slope
 from symfric.solve.loop.precision import HALF_OF_DIGITS, MARCHES
 
 
 @compiled(fused=True, from_python=True)
-def value(b, n, s):
-    """Evaluate by Horner's rule."""
-    r = b[n]
-    for k in range(n - 1, -1, -1):
-        r = r * s + b[k]
-    return r
-
-
-@compiled(inline=True, fused=False, from_python=True)
-def value_and_slope(b, n, t):
-    """Evaluate b, zero beyond n, and its derivative at t > 0, in four chains of every fourth power; none is fused."""
-    square = t * t
-    fourth = square * square
-    a0, a1, a2, a3, d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    power, weight = 1.0, 0.0
-    for k in range(0, n + 1, 4):  # upward, because numba checks the sign of decreasing indices
-        b0, b1, b2, b3 = power * b[k], power * b[k + 1], power * b[k + 2], power * b[k + 3]
-        a0, d0 = a0 + b0, d0 + weight * b0
-        a1, d1 = a1 + b1, d1 + (weight + 1.0) * b1
-        a2, d2 = a2 + b2, d2 + (weight + 2.0) * b2
-        a3, d3 = a3 + b3, d3 + (weight + 3.0) * b3
-        power *= fourth
-        weight += 4.0
-    return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 / t + square * d3)
-
-
-@compiled(fused=True, from_python=True)
-def polish(b, n, lo, hi, f_lo, f_hi):
+def polish(b: Reals, n: int, lo: float, hi: float, f_lo: float, f_hi: float) -> float:
     """Refine the only root between lo and hi, with values f_lo and f_hi of opposite signs there."""
     s = 0.5 * (lo + hi)  # used if an end may be a root itself, as after subdivision
     if min(abs(f_lo), abs(f_hi)) > 1e-6 * max(abs(f_lo), abs(f_hi)):
@@ -67,7 +42,7 @@ def polish(b, n, lo, hi, f_lo, f_hi):
 
 
 @compiled(inline=True, fused=False, ieee_division=True, from_python=True)
-def _guess(first, last, slope):
+def _guess(first: float, last: float, slope: float) -> float:
     """Return the root between 0 and 1 of the parabola with these ends and this slope at 0; see `_march`."""
     bend = (last - first) - slope
     root = np.sqrt(max(slope * slope - 4.0 * (first * bend), 0.0))
@@ -75,7 +50,7 @@ def _guess(first, last, slope):
 
 
 @compiled(fused=True, from_python=True)
-def _summit(b, n, first, last):
+def _summit(b: Reals, n: int, first: float, last: float) -> tuple[float, float]:
     """Return place and value of the extremum of b in (0, 1) whose slope has these values of different signs there.
 
     Half of the digits of the place are all of those of the extremum: a step of Newton's method that changes no more is
@@ -109,7 +84,7 @@ def _summit(b, n, first, last):
 
 
 @compiled(fused=True, from_python=True)
-def roots(b, n, most, table, stack, found):
+def roots(b: Reals, n: int, most: int, table: Cube, stack: Matrix, found: Reals) -> int:
     """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
 
     Parameters
@@ -121,7 +96,7 @@ def roots(b, n, most, table, stack, found):
     most : int
         Stop after so many.
     table : ndarray
-        From `symfric.solve.loop.bernstein`.
+        From `symfric.solve.loop.events.bernstein`.
     stack : ndarray, shape (`DEPTH` + 2, order + 3)
         Work space.
     found : ndarray
@@ -182,7 +157,7 @@ def roots(b, n, most, table, stack, found):
 
 
 @compiled(inline=True, fused=True, from_python=True)
-def _stays_above(b, h, start, total):
+def _stays_above(b: Reals, h: float, start: float, total: float) -> bool:
     """Whether the first three terms exceed the magnitude of all others on [0, h], which excludes most steps."""
     first, second = b[1] * h, b[2] * h * h
     rest = max(total - abs(first) - abs(second), 0.0) + 1e-15 * total
@@ -193,19 +168,14 @@ def _stays_above(b, h, start, total):
 
 
 @compiled(inline=True, fused=False, from_python=True)
-def _march(b, n, h):
+def _march(b: Reals, n: int, h: float) -> float:
     """Step from 0 towards the first crossing without passing it; NaN if that takes too many steps.
 
     With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
     parabola is safe, and converges to a simple root of b as fast as Newton's method. Nothing is fused, because of two
     products in a sum compilers choose one: the lanes of `symfric.solve.lanes` are to end at the same bits.
     """
-    bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
-    for k in range(2, n + 1):
-        bend += weight * (power * abs(b[k]))
-        power *= h
-        weight += more
-        more += 2.0
+    bend = largest_bend(b, n, h)
     t, f, slope = 0.0, b[0], b[1]
     if bend == 0.0:
         return -f / slope if f < -slope * h else 2.0 * h
@@ -226,7 +196,9 @@ def _march(b, n, h):
 
 
 @compiled(inline=True, fused=True, from_python=True)
-def first_crossing(b, n, h, start, total, table, stack, found, own):
+def first_crossing(
+    b: Reals, n: int, h: float, start: float, total: float, table: Cube, stack: Matrix, found: Reals, own: Reals
+) -> float:
     """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
 
     Parameters
@@ -262,7 +234,7 @@ def first_crossing(b, n, h, start, total, table, stack, found, own):
 
 
 @compiled(fused=True, from_python=True)
-def _bends_one_way(b, n, t):
+def _bends_one_way(b: Reals, n: int, t: float) -> bool:
     """Whether the second derivative at t is larger than all its changes on [0, 1] may be."""
     curve, change = 0.0, 0.0
     for k in range(n, 1, -1):
@@ -272,7 +244,9 @@ def _bends_one_way(b, n, t):
 
 
 @compiled(fused=True, from_python=True)
-def extend_range(b, n, low, high, table, stack, found, slope):
+def extend_range(
+    b: Reals, n: int, low: float, high: float, table: Cube, stack: Matrix, found: Reals, slope: Reals
+) -> tuple[float, float]:
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
     rest, steep, bend = 0.0, 0.0, 0.0  # bounds of all terms beyond the parabola

@@ -8,38 +8,37 @@ the leading terms.
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.calls import expand
-from symfric.solve.loop.layout import backward, mode, way
+from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, TERMS
+from symfric.solve.loop.modes.layout import backward, way
+from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import TIE
-from symfric.solve.loop.run_arrays import EXPAND
-from symfric.solve.loop.tolerances import natural_time
-from symfric.solve.loop.workspace import PULL, TERMS
-from symfric.solve.status import Status
+from symfric.solve.loop.recording.trajectory import store_step
+from symfric.solve.loop.stepping.calls import expand
+from symfric.solve.loop.workspace import LoopArrays
 
 # length of the step relative to the natural time: rounding of the slip and truncation are both about 1e-11
 FRACTION = 1e-6
 NEGLIGIBLE = 1e-9  # displacement by a curvature in that time, relative to a state's range, that is negligible
-_OK, _NAN = int(Status.OK), int(Status.NOT_FINITE)
 
 
 @compiled
-def start_singular(w, n_x, n_c):
-    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.base``."""
+def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
+    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.step.base``."""
     w.counts.stall += 1
     begins = False
-    for g in range(w.fresh.size):
-        begins = begins or w.fresh[g] != 0
+    for g in range(w.guards.fresh.size):
+        begins = begins or w.guards.fresh[g] != 0
     if w.counts.stall > 20 or (w.counts.stall == 1 and not begins):
-        return _NAN
+        return NOT_FINITE
     for r in range(n_x):
-        w.base[0, r] = w.y[r]
+        w.step.base[0, r] = w.y[r]
         if abs(w.c[r, 1]) < np.inf:
-            w.base[1, r] = w.c[r, 1]
-        if not abs(w.base[1, r]) < np.inf:
-            return _NAN
+            w.step.base[1, r] = w.c[r, 1]
+        if not abs(w.step.base[1, r]) < np.inf:
+            return NOT_FINITE
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
-        if w.m[i] < 0.5 and w.fresh[backward(i)] and w.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
+        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
             which = i
             size, rate = max(w.gauge[TERMS, i], w.span[TERMS, i]), abs(w.c[n_x + backward(i), 1])
             pull = max(w.gauge[PULL, i], rate)
@@ -48,52 +47,48 @@ def start_singular(w, n_x, n_c):
                 weight = 0.5
     h = min(FRACTION * time, w.clock.t_end - w.y[n_x])
     for r in range(n_x):  # a branch that is singular too has a large curvature
-        if not h * h * abs(w.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.base[1, r])):
-            w.base[2, r] = 0.0
+        if not h * h * abs(w.step.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.step.base[1, r])):
+            w.step.base[2, r] = 0.0
     w.y[n_x] += h
-    status = _OK
+    status = OK
     if which >= 0:
         _balance(w, n_x, which, weight, h)
         status = _endpoint(w, n_x, weight, h)
     else:  # a kink: the old branch is regular here with the same force, so it is used for one short step
         for r in range(n_x):
-            w.y[r] = w.base[0, r] + h * (w.base[1, r] + h * w.base[2, r])
+            w.y[r] = w.step.base[0, r] + h * (w.step.base[1, r] + h * w.step.base[2, r])
     _keep(w, n_x, n_c, h)
-    for g in range(w.fresh.size):
-        w.fresh[g] = 0
+    for g in range(w.guards.fresh.size):
+        w.guards.fresh[g] = 0
     w.counts.phase = EXPAND
     return status
 
 
 @compiled
-def _keep(w, n_x, n_c, h):
+def _keep(w: LoopArrays, n_x: int, n_c: int, h: float) -> None:
     """Append the short step to the trajectory, as a straight line."""
-    if w.limits.keep_path == 0 or w.counts.kept_steps >= w.path_t.shape[0]:
+    if w.limits.keep_path == 0 or w.counts.kept_steps >= w.stored.path_t.shape[0]:
         return
-    k = w.counts.kept_steps
-    w.path_t[k, 0], w.path_t[k, 1] = w.y[n_x] - h, h
+    k = store_step(w, n_c, w.y[n_x] - h, h)
     for r in range(n_x):
         for j in range(w.c.shape[1]):
-            w.path_c[k, r, j] = 0.0
-        w.path_c[k, r, 0], w.path_c[k, r, 1] = w.base[0, r], (w.y[r] - w.base[0, r]) / h
-    for i in range(n_c):
-        w.path_m[k, i] = mode(w, i)
-    w.counts.kept_steps += 1
+            w.stored.path_c[k, r, j] = 0.0
+        w.stored.path_c[k, r, 0], w.stored.path_c[k, r, 1] = w.step.base[0, r], (w.y[r] - w.step.base[0, r]) / h
 
 
 @compiled
-def _balance(w, n_x, i, weight, h):
+def _balance(w: LoopArrays, n_x: int, i: int, weight: float, h: float) -> None:
     """Bisect for the slip of contact i at the end of the step that is consistent with the rates at both ends."""
-    high = 2.0 * h * (w.gauge[PULL, i] + abs(w.base[1, w.anchor[i]] * w.factor[i]))
+    high = 2.0 * h * (w.gauge[PULL, i] + abs(w.step.base[1, w.contacts.anchor[i]] * w.contacts.factor[i]))
     low = 1e-12 * high
-    k, side = w.anchor[i], way(w, i) / w.factor[i]
+    k, side = w.contacts.anchor[i], way(w, i) / w.contacts.factor[i]
     for _ in range(80):
         slip = np.sqrt(low * high) if low > 0.0 else 0.5 * high
         for r in range(n_x):
-            w.y[r] = w.base[0, r] + h * w.base[1, r]
-        w.y[k] = w.base[0, k] + side * slip
+            w.y[r] = w.step.base[0, r] + h * w.step.base[1, r]
+        w.y[k] = w.step.base[0, k] + side * slip
         expand(w)
-        gain = h * ((1.0 - weight) * w.base[1, k] + weight * w.c[k, 1]) / side
+        gain = h * ((1.0 - weight) * w.step.base[1, k] + weight * w.c[k, 1]) / side
         if gain > slip:
             low = slip
         else:
@@ -101,14 +96,14 @@ def _balance(w, n_x, i, weight, h):
 
 
 @compiled
-def _endpoint(w, n_x, weight, h):
+def _endpoint(w: LoopArrays, n_x: int, weight: float, h: float) -> int:
     """Advance all states by the weighted rates at both ends."""
     expand(w)
     for r in range(n_x):
         if not abs(w.c[r, 1]) < np.inf:
-            w.y[r] = w.base[0, r] + h * w.base[1, r]
+            w.y[r] = w.step.base[0, r] + h * w.step.base[1, r]
         else:
-            w.y[r] = w.base[0, r] + h * ((1.0 - weight) * w.base[1, r] + weight * w.c[r, 1])
+            w.y[r] = w.step.base[0, r] + h * ((1.0 - weight) * w.step.base[1, r] + weight * w.c[r, 1])
         if not abs(w.y[r]) < np.inf:
-            return _NAN
-    return _OK
+            return NOT_FINITE
+    return OK

@@ -1,44 +1,46 @@
 """Step size from the last Taylor coefficients of every row (Jorba and Zou, Experimental Mathematics 14, 2005)."""
 
+from typing import Any
+
 import numpy as np
 
+from symfric.codegen.elementwise import bits_of
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.decay_weights import LONGEST, PREFERRED
-from symfric.solve.loop.precision import EPS
+from symfric.solve.loop.arithmetic import largest_of_row, logarithm, power_of_two
+from symfric.solve.loop.precision import EPS, TINY
+from symfric.solve.loop.statements import CUT, INFINITE, ONE, PART
+from symfric.solve.loop.stepping.decay_weights import LONGEST, PREFERRED
+from symfric.solve.loop.workspace import LoopArrays
 
-_TINY = 1e-300  # scale that counts as zero
 _SHORT = 1e-3  # first step without a limit by coefficients, relative to the run
-_ONE = 2**52  # the number one in the fixed-point format of logarithms
-_CUT = 22  # bits of a logarithm that are dropped before a multiplication
-_PART = 2.0**20  # the number one in the fixed-point format of the reciprocal order
-_INFINITE = 2047 * _ONE  # bits of infinity, and less than those of NaN
-_NONE = -2047 * _ONE  # less than any logarithm
-_MOST = 1023 << 30
+_NONE = -2047 * ONE  # less than any logarithm
+
+Rule = tuple[float, Any, Any, Any, Any]  # see `step_rule`
 
 
 @compiled(inline=True)
-def step_rule(w):
+def step_rule(w: LoopArrays) -> Rule:
     """Return the constants of `step_size` for a tolerance and order."""
-    order, limit = w.c.shape[1] - 1, _logarithm(w.clock.tolerance)
-    return EPS / w.clock.tolerance, limit, limit, np.int64(_PART / order), np.int64(_PART / (order - 1))
+    order, limit = w.c.shape[1] - 1, logarithm(w.clock.tolerance)
+    return EPS / w.clock.tolerance, limit, limit, np.int64(PART / order), np.int64(PART / (order - 1))
 
 
 @compiled(inline=True)
-def weighted_rule(w):
+def weighted_rule(w: LoopArrays) -> Rule:
     """Return the constants of `weighted_size`: the error is a part of the first two coefficients that have weights."""
     last, tolerance = w.limits.exact + 2, w.clock.tolerance
     if w.limits.exact == 0:
         return step_rule(w)
-    limit = _logarithm(tolerance / (1.0 - w.damping[last]))
-    below = _logarithm(tolerance / (1.0 - w.damping[last - 1]))
-    return EPS / tolerance, limit, below, np.int64(_PART / last), np.int64(_PART / (last - 1))
+    limit = logarithm(tolerance / (1.0 - w.tables.damping[last]))
+    below = logarithm(tolerance / (1.0 - w.tables.damping[last - 1]))
+    return EPS / tolerance, limit, below, np.int64(PART / last), np.int64(PART / (last - 1))
 
 
 @compiled(inline=True, fused=True)
-def step_size(w, n_x, rule):
+def step_size(w: LoopArrays, n_x: int, rule: Rule) -> float:
     """Return the step at which the last two terms of every row fall below the tolerance; NaN if one is not finite.
 
-    Terms are compared by their logarithms, in fixed point: see `_bits`.
+    Terms are compared by their logarithms, in fixed point: see `logarithm`.
     """
     if w.clock.h_last == 0.0:
         return _first_step(w)
@@ -46,10 +48,10 @@ def step_size(w, n_x, rule):
 
 
 @compiled(inline=False, fused=True)
-def weighted_size(w, n_x, h, rule):
+def weighted_size(w: LoopArrays, n_x: int, h: float, rule: Rule) -> float:
     """Return a longer step than h with weighted coefficients if fast decays limit h, else h.
 
-    See `symfric.solve.loop.decay_weights`.
+    See `symfric.solve.loop.stepping.decay_weights`.
     """
     if w.clock.h_last == 0.0:
         return h
@@ -58,83 +60,58 @@ def weighted_size(w, n_x, h, rule):
         return h
     for r in range(w.c.shape[0]):
         for k in range(w.limits.exact + 1, w.c.shape[1]):
-            w.c[r, k] *= w.damping[k]
+            w.c[r, k] *= w.tables.damping[k]
     return min(longer, LONGEST * h)
 
 
 @compiled(inline=True, fused=True)
-def _size(w, n_x, order, rule):
+def _size(w: LoopArrays, n_x: int, order: int, rule: Rule) -> float:
     """Return the step at which the terms of an order and of the one below are within their limits."""
     before = w.clock.h_last
     grain, limit, limit_below, root, root_below = rule
     worst, worst_below, late = _NONE, _NONE, False
     for r in range(w.c.shape[0]):
-        a, b = _bits(abs(w.c[r, order])), _bits(abs(w.c[r, order - 1]))
-        if max(a, b) >= _INFINITE:
+        a, b = bits_of(abs(w.c[r, order])), bits_of(abs(w.c[r, order - 1]))
+        if max(a, b) >= INFINITE:
             return np.nan
         if max(a, b) == 0:
             continue
-        scale = max(w.scale[r], abs(w.c[r, 1]) * before, grain * abs(w.c[r, 0]))
-        if w.limits.checked and n_x <= r < n_x + w.hit.size and w.fresh[r - n_x] == 0:
+        scale = largest_of_row(w.scale[r], w.c[r, 1], before, grain, abs(w.c[r, 0]))
+        if w.limits.checked and n_x <= r < n_x + w.guards.hit.size and w.guards.fresh[r - n_x] == 0:
             # near a singularity of a law its guard must be accurate relative to its own value
-            scale = max(abs(w.c[r, 0]), abs(w.c[r, 1]) * before, grain * scale)
-        if scale < _TINY:
+            scale = largest_of_row(abs(w.c[r, 0]), w.c[r, 1], before, grain, scale)
+        if scale < TINY:
             if _comes_late(w, r):
                 late = True
                 continue
             scale = _largest_term(w, r, before)
-        size = _bits(scale)
+        size = bits_of(scale)
         worst = max(worst, a - size)
         worst_below = max(worst_below, b - size)
     if max(worst, worst_below) == _NONE:
         return before if late else np.inf
-    if max(worst, worst_below) >= 1024 * _ONE:
+    if max(worst, worst_below) >= 1024 * ONE:
         return np.nan
-    return _exp2(min((limit - (worst >> _CUT)) * root, (limit_below - (worst_below >> _CUT)) * root_below) >> 20)
-
-
-@compiled(inline=True)
-def _logarithm(x):
-    """Return log2 x in the fixed-point format."""
-    return (_bits(x) - 1023 * _ONE) >> _CUT
-
-
-@compiled(inline=True)
-def _bits(x):
-    """Return the bits of x >= 0: 2^52 (1023 + log2 x), too small by up to 0.09 x 2^52.
-
-    This error is negligible after a root of the series' order. With logarithms and powers of the C library, the length
-    of a step would take an eighth of the time of a run; converted between integers and floats, a twelfth.
-    """
-    return np.float64(x).view(np.int64)
+    return power_of_two(min((limit - (worst >> CUT)) * root, (limit_below - (worst_below >> CUT)) * root_below) >> 20)
 
 
 @compiled(inline=True, fused=True)
-def _exp2(x):
-    """Return 2^(x 2^-30), to 3 in a thousand: bits again, and a parabola between the powers of two."""
-    x = min(x, _MOST)
-    whole = np.int64(((x >> 30) + 1023) << 52).view(np.float64)
-    part = np.int64((1023 << 52) | ((x & (2**30 - 1)) << _CUT)).view(np.float64)  # mantissa from 1 to 2
-    return whole * (0.6870 + part * (part * 0.3435 - 0.0305))
-
-
-@compiled(inline=True, fused=True)
-def _log_of_root(x, n):
-    """Return the logarithm of the root of order n, as `_exp2` takes it; a float division of integers of 42 bits."""
-    return np.int64(np.floor(((_bits(x) - 1023 * _ONE) >> _CUT) / n))
+def _log_of_root(x: float, n: int) -> Any:
+    """Return the logarithm of the root of order n for `power_of_two`; a float division of integers of 42 bits."""
+    return np.int64(np.floor(logarithm(x) / n))
 
 
 @compiled(fused=True)
-def _largest_term(w, r, h):
+def _largest_term(w: LoopArrays, r: int, h: float) -> float:
     largest, power = 0.0, 1.0
     for k in range(1, w.c.shape[1]):
         power *= h
         largest = max(largest, abs(w.c[r, k]) * power)
-    return max(largest, _TINY)
+    return max(largest, TINY)
 
 
 @compiled(fused=True)
-def _comes_late(w, r):
+def _comes_late(w: LoopArrays, r: int) -> bool:
     """Whether a row starts with a high power of time, as for a body far along a chain from the moving one.
 
     Its values on this step are negligible compared with later ones, and do not limit the step.
@@ -143,7 +120,7 @@ def _comes_late(w, r):
 
 
 @compiled(fused=True)
-def _first_step(w):
+def _first_step(w: LoopArrays) -> float:
     """Return the first step, without known scales: the last terms are compared with the largest of their row.
 
     For a row with only every third or fourth term, the last nonzero terms are used.
@@ -168,7 +145,7 @@ def _first_step(w):
             if longest == _NONE and w.c[r, 0] != 0.0:
                 longest = _log_of_root(tolerance * abs(w.c[r, 0]) / a, last)
             # if no scale is known: a fraction of the run
-            own = min(own, _exp2(longest) if longest != _NONE else _SHORT * w.clock.t_end)
+            own = min(own, power_of_two(longest) if longest != _NONE else _SHORT * w.clock.t_end)
         if _comes_late(w, r):
             late = min(late, own)
         else:

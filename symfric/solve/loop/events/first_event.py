@@ -1,0 +1,90 @@
+"""The first guard that becomes negative within a step."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.cell_edges import ON_EDGE
+from symfric.solve.loop.arithmetic import is_still
+from symfric.solve.loop.codes import FORCES, HIT, LOADED, TERMS
+from symfric.solve.loop.events.polynomials import first_crossing
+from symfric.solve.loop.modes.layout import contact_of, is_along_line, is_load, is_slip, is_switch, sign, switch
+from symfric.solve.loop.modes.resting_edges import decisive, size_of
+from symfric.solve.loop.modes.tolerances import natural_time, no_acceleration
+from symfric.solve.loop.precision import EPS, LEAST_TERM, NEAREST, TOUCH
+from symfric.solve.loop.stepping.step_acceptance import reach
+from symfric.solve.loop.workspace import LoopArrays
+
+
+@compiled(fused=True)
+def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> float:
+    """Return the time to the first guard that becomes negative within `far`, else h; mark it in ``w.guards.hit``."""
+    n_g = w.guards.hit.size
+    w.counts.flagged = 0
+    reach(w, h, far)
+    tau, which = far, -1
+    for g in range(n_g):
+        w.guards.hit[g] = 0
+        r = n_x + g
+        total = w.step.reach[r]
+        begin = w.c[r, 0]
+        begin += w.guards.slack[g]
+        if is_load(w, g):
+            begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # may have been zero so far
+        if w.guards.fresh[g] == 0 and begin > total:
+            continue
+        size = w.scale[r]
+        if is_along_line(w, g) and w.guards.carries[contact_of(g)] == 0:  # held by other contacts, up to rounding
+            i = contact_of(g)
+            if w.m[i] > 0.5:
+                size = 8.0 * max(size, w.gauge[TERMS, i] + w.gauge[FORCES, i] * far)
+            elif w.guards.fresh[g] and is_slip(g):
+                size = max(size, w.gauge[FORCES, i] * far)
+        j = g - switch(0, n_c)
+        if is_switch(w, g) and abs(w.m[sign(j, n_c)]) == ON_EDGE:  # stays at zero, up to rounding
+            moved = far * (size_of(w, n_c, j, 1) + far * size_of(w, n_c, j, 2))
+            size = 8.0 * max(size, moved)
+        if is_still(begin, total, size):
+            continue
+        near = min(far, max(tau * (1.0 + 8.0 * EPS), NEAREST * far))  # later crossings are not needed
+        t = _crossing(w, r, g, begin, total, near)
+        if t < tau:
+            tau, which = t, g
+        elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):  # reached together, up to the rounding of time
+            w.guards.hit[g] = 1
+    if which >= 0:
+        w.guards.hit[which] = 1
+        for g in range(which):
+            if w.guards.hit[g]:  # a previous candidate that is later
+                w.guards.hit[g] = 0
+        w.counts.flagged = LOADED if is_load(w, which) else HIT
+        return tau
+    return h
+
+
+@compiled(fused=True)
+def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: float) -> float:
+    """Return the time at which guard row r becomes negative, more than h if it does not."""
+    order = w.c.shape[1] - 1
+    first = 0
+    if w.guards.fresh[g]:
+        first = 1
+        slips = is_along_line(w, g) and is_slip(g)
+        if slips:  # at a release the slip acceleration is zero up to rounding, for any step length
+            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1
+        elif is_switch(w, g):  # as in mode selection, for any step length
+            first = decisive(w, w.c, r, g - switch(0, w.contacts.sticks.size), w.contacts.sticks.size, natural_time(w))
+        if total == 0.0:
+            return 2.0 * h
+        power = h**first
+        while first < order and abs(w.c[r, first]) * power <= LEAST_TERM * total and not (slips and first == 1):
+            first += 1
+            power *= h
+        begin = w.c[r, first]
+        total /= power
+        if begin < 0.0:
+            return 0.0
+    elif begin < 0.0 or (begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0):  # falls, and is zero up to rounding
+        return 0.0
+    if first == order:
+        return 2.0 * h
+    return first_crossing(
+        w.c[r, first:], order - first, h, begin, total, w.tables.bernstein, w.roots.stack, w.roots.found, w.roots.poly
+    )

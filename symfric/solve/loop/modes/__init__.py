@@ -1,0 +1,1 @@
+"""Mode selection: which contacts stick and which way the others slip after an event."""

@@ -1,0 +1,103 @@
+"""Contacts at rest that were released during mode selection although static friction can hold them."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.constraint_forces import FOLLOWS, HOLDS, SHARES
+from symfric.solve.loop.codes import COUPLING, DROP, LOAD, PULL
+from symfric.solve.loop.modes.contradiction import contradicts, idles, rests, worst_contact
+from symfric.solve.loop.modes.layout import backward, forward, sign
+from symfric.solve.loop.modes.resting_edges import find_edges
+from symfric.solve.loop.modes.sticking_basis import exchange, share
+from symfric.solve.loop.stepping.calls import prelude, probe
+from symfric.solve.loop.workspace import LoopArrays
+
+NO_DROP = 1e-9  # relative drop of friction from rest to slip below which there is none
+
+
+@compiled(inline=True)
+def hold_more(w: LoopArrays, n_x: int, n_c: int, horizon: float, edges: bool) -> None:
+    """Let contacts stick again that were released during the selection but that static friction can hold.
+
+    If friction drops from rest to slip, both modes may be consistent; a contact at rest slips only if it must. Without
+    an applied force it need not: with a vanishing load, or if others hold it, it stays at rest.
+    """
+    trials = 0
+    for i in range(n_c):
+        w.selection.tried[i] = not w.selection.zero[i] or w.m[i] > 0.5 or w.contacts.sticks[i] == 0
+        trials += w.selection.tried[i] == 0 and _may_hold(w, n_x, i)[0]
+    if trials > 0:
+        _try_to_hold(w, n_x, n_c, horizon)
+    if edges and find_edges(w, n_x, n_c, False):  # for a contact that sticks now
+        prelude(w)
+        probe(w)
+
+
+@compiled(inline=True)
+def _may_hold(w: LoopArrays, n_x: int, i: int) -> tuple[bool, bool]:
+    """Whether contact i, released at rest, may stick with its own constraint."""
+    reached = w.selection.old[i] == 0 and (w.guards.hit[backward(i)] or w.guards.hit[forward(i)])
+    drop = w.gauge[LOAD, i] * w.gauge[DROP, i] * w.gauge[COUPLING + i, i]
+    alone = idles(w, n_x + backward(i)) or (not reached and drop > NO_DROP * w.gauge[PULL, i])
+    if alone or not w.contacts.depends[i] or (reached and w.guards.carries[i] == 0):
+        return alone, alone
+    return rests(w, n_x + backward(i), i), False
+
+
+@compiled
+def _try_to_hold(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> None:
+    """Let contacts stick that are not marked as tried, if that is consistent with the forces."""
+    for i in range(n_c):
+        if contradicts(w, n_x, i, horizon)[0] == 0.0:
+            w.selection.turns[i] = 0  # changes during the trial do not count
+    while True:
+        i = _next_to_hold(w, n_c)
+        if i < 0:
+            break
+        w.selection.tried[i] = 1
+        if w.m[i] > 0.5:
+            continue
+        may, alone = _may_hold(w, n_x, i)
+        if not may:
+            continue
+        for k in range(sign(0, n_c)):
+            w.selection.kept[k] = w.m[k]
+        w.m[i] = FOLLOWS
+        share(w, n_c)
+        if (w.m[i] == HOLDS and not alone) or not _holds(w, n_x, n_c, horizon):
+            for k in range(sign(0, n_c)):
+                w.m[k] = w.selection.kept[k]
+            share(w, n_c)
+            prelude(w)
+            probe(w)
+
+
+@compiled(inline=True)
+def _next_to_hold(w: LoopArrays, n_c: int) -> int:
+    """Return the next contact to try: first those that stuck, then by decreasing static friction.
+
+    If only one of two can be held, the selection must not depend on the order of the contacts.
+    """
+    best, first, strongest = -1, False, 0.0
+    for i in range(n_c - 1, -1, -1):
+        if w.selection.tried[i]:
+            continue
+        stuck = w.selection.old[i] == 0 and not (w.guards.hit[backward(i)] or w.guards.hit[forward(i)])
+        if best < 0 or (stuck and not first) or (stuck == first and w.gauge[PULL, i] > strongest):
+            best, first, strongest = i, stuck, w.gauge[PULL, i]
+    return best
+
+
+@compiled(inline=True)
+def _holds(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> bool:
+    """Whether the trial mode is consistent with the forces, possibly after exchanges between contacts."""
+    for turn in range(1 + 4 * n_c):
+        prelude(w)
+        probe(w)
+        least = turn > 2 * n_c
+        worst, side = worst_contact(w, n_x, n_c, horizon, least)
+        if worst < 0:
+            return True
+        carries = w.contacts.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES)
+        if not carries or not exchange(w, n_c, worst, side, least):
+            return False
+        share(w, n_c)
+    return False

@@ -1,0 +1,52 @@
+"""Thresholds of zero in the state of a run: rounding, ties, and the error of the run."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop import arithmetic
+from symfric.solve.loop.codes import COUPLING, FORCES, PULL, TERMS
+from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.workspace import LoopArrays
+
+
+@compiled(inline=True)
+def no_acceleration(w: LoopArrays, i: int, jerk: float) -> float:
+    """Return the slip acceleration of contact i below which it is zero."""
+    return arithmetic.no_acceleration(little(w, i), w.y[w.y.size - 1], jerk)
+
+
+@compiled(inline=True)
+def little(w: LoopArrays, i: int) -> float:
+    """Return the same without the rounding of time."""
+    return arithmetic.little_acceleration(w.gauge[PULL, i], w.gauge[FORCES, i])
+
+
+@compiled
+def natural_time(w: LoopArrays) -> float:
+    """Return the natural time."""
+    return arithmetic.natural_time(w.scale, w.limits.n_q, w.clock.t_end)
+
+
+@compiled
+def instant(w: LoopArrays) -> float:
+    """Return the rounding error of time, at least that of the natural time."""
+    return arithmetic.instant(w.y[w.y.size - 1], natural_time(w))
+
+
+@compiled
+def no_load(w: LoopArrays, i: int) -> float:
+    """Return the rounding error of a zero load, from the forces on the bodies of contact i."""
+    coupling = w.gauge[COUPLING + i, i]
+    return ROUNDING * w.gauge[FORCES, i] / coupling if coupling > 0.0 else 0.0
+
+
+@compiled(inline=True)
+def doubt_of(w: LoopArrays, i: int) -> float:
+    """Return the possible error of the stick force of contact i, by rounding and by the error of the run.
+
+    It is at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as
+    none. The forces that cancel in the stick force set this least, not its bound, which may be far smaller.
+    """
+    pull, least = w.gauge[PULL, i], no_acceleration(w, i, 0.0)
+    if w.counts.steps > 0:
+        least = arithmetic.doubted_force(least, pull, w.span[TERMS, i], natural_time(w), w.clock.doubt)
+    coupling = w.gauge[COUPLING + i, i]
+    return least / coupling if coupling > 0.0 else 0.0

@@ -1,0 +1,110 @@
+"""Slips that are zero: contacts that may stick are tried as sticking, and their slips made exactly zero."""
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.constraint_forces import FOLLOWS, HOLDS
+from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
+from symfric.solve.loop.modes.layout import backward, direction, mode
+from symfric.solve.loop.modes.sticking_basis import share
+from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.stepping.calls import measure
+from symfric.solve.loop.workspace import LoopArrays
+
+AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
+
+
+@compiled(inline=True)
+def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
+    """Set the trial mode: contacts at zero slip stick, or are released if their bound was reached."""
+    measure(w, w.y, w.gauge)
+    n_q, w.clock.removed, w.clock.gained = w.limits.n_q, 0.0, 0.0
+    for r in range(n_x + 1):  # if everything comes to rest at once, rounding is relative to the previous velocities
+        w.step.end[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
+    measure(w, w.step.end, w.span)
+    for i in range(n_c):
+        w.selection.old[i] = mode(w, i)
+        w.selection.zero[i] = w.selection.old[i] == 0 or w.guards.hit[backward(i)] != 0
+    _find_zeros(w, n_c)
+    passing = False
+    if w.limits.coupled:
+        for i in range(n_c):
+            if w.selection.passes[i]:
+                w.m[i], passing = 0.0, True
+    projected = _project(w, n_c)
+    sticking = 0
+    for i in range(n_c):
+        sticking += w.m[i] > 0.5
+    if projected and sticking > 1:  # twice, because impulses that cancel leave their rounding
+        measure(w, w.y, w.gauge)
+        _project(w, n_c)
+    if projected or passing:  # then the slips of dependent contacts are zero too
+        measure(w, w.y, w.gauge)
+        _find_zeros(w, n_c)
+    for i in range(n_c):
+        if w.m[i] != 0.0 and w.contacts.anchor[i] >= 0:
+            w.y[w.contacts.anchor[i]] -= w.gauge[SLIP, i] / w.contacts.factor[i]
+
+
+@compiled(inline=True)
+def _find_zeros(w: LoopArrays, n_c: int) -> None:
+    """Add the contacts whose slip is zero up to rounding; all at zero slip stick on trial, the others slip."""
+    for i in range(n_c):
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        w.selection.zero[i] = w.selection.zero[i] or abs(slip) <= ROUNDING * size
+        if not w.selection.zero[i]:
+            w.m[direction(i, n_c)] = 1.0 if slip > 0.0 else -1.0
+            w.m[i] = 0.0
+        elif w.contacts.sticks[i] and w.m[i] == 0.0:
+            w.m[i] = FOLLOWS  # unless `share` finds it independent
+
+
+@compiled
+def _project(w: LoopArrays, n_c: int) -> bool:
+    """Set the slips of the sticking contacts exactly to zero by impulses, the least change in the norm of energy.
+
+    Return whether impulses were needed.
+    """
+    coupled = False
+    for i in range(n_c):
+        coupled = coupled or (w.m[i] > 0.5 and w.contacts.anchor[i] < 0)
+    if not coupled:  # exact without impulses if every slip has its own velocity
+        return False
+    close = share(w, n_c)
+    n_q, n, impulse = w.limits.n_q, 0, w.selection.impulse
+    for i in range(n_c):
+        n += w.m[i] > 0.5
+    for a in range(n):
+        i = w.basis.order[a]
+        impulse[i] = -w.gauge[SLIP, i]
+        w.clock.removed = max(w.clock.removed, w.gauge[SLIP, i] ** 2 / w.gauge[COUPLING + i, i])
+        for b in range(a):
+            j = w.basis.order[b]
+            if w.m[i] == HOLDS and w.m[j] == HOLDS:
+                impulse[i] -= w.basis.share[i, j] * impulse[j]
+    for a in range(n - 1, -1, -1):
+        i = w.basis.order[a]
+        if w.m[i] != HOLDS:
+            continue
+        w.clock.gained += impulse[i] ** 2 / w.basis.share[i, i]
+        impulse[i] /= w.basis.share[i, i]
+        for b in range(a + 1, n):
+            j = w.basis.order[b]
+            if w.m[j] == HOLDS and not close:
+                impulse[i] -= w.basis.share[j, i] * impulse[j]
+        for r in range(n_q):
+            w.y[n_q + r] += (w.basis.response[i, r] if close else w.gauge[COUPLING + n_c + r, i]) * impulse[i]
+    return True
+
+
+@compiled(inline=True)
+def moved_in_vain(w: LoopArrays, n_c: int) -> bool:
+    """Whether velocities were changed for slips that do not stay zero; mark these in ``w.selection.passes``.
+
+    Rounding of a slip is that much of a velocity, where slips are nearly parallel far more: another contact would be
+    taken to rest then, at a speed that is not zero.
+    """
+    found = False
+    if w.clock.gained > AMPLIFIED**2 * w.clock.removed:
+        for i in range(n_c):
+            w.selection.passes[i] = w.selection.zero[i] and w.m[i] < 0.5
+            found = found or w.selection.passes[i]
+    return found

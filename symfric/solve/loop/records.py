@@ -1,0 +1,160 @@
+"""What each part of the event loop works with: the records of `symfric.solve.loop.workspace.LoopArrays`.
+
+The first five are constants of a scene, the same for all of its runs.
+"""
+
+from dataclasses import dataclass
+
+from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Inputs(ArraySet):
+    """Inputs in pieces of straight lines."""
+
+    times: Reals  # times at which inputs change their slope, increasing, the last one infinite
+    values: Matrix  # start, value and slope of every input from there on
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Contacts(ArraySet):
+    """What does not change of contacts and switches."""
+
+    sticks: Integers  # whether a contact can stick, (n_c,)
+    anchor: Integers  # index of the only velocity in a contact's slip, or -1, (n_c,)
+    factor: Reals  # factor of this velocity, (n_c,)
+    parallel: Integers  # first contact whose slip is a multiple of that of a contact, (n_c,)
+    depends: Integers  # whether the slip may depend on those of others that are not parallel, (n_c,)
+    loads: Integers  # index of the guard of a contact's load, or -1, (n_c,)
+    edge: Integers  # 1, 2, ... for the switches at which a profile jumps, 0 for the others, (n_s,)
+    shown: Integers  # index in m of what a trajectory keeps of contacts that do not slip along a line
+    other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Kinds(ArraySet):
+    """What is computed of every observable."""
+
+    kind: Integers  # RANGE, INTEGRAL, VALUES, TURN or FOLLOW, (n_e,)
+    follows: Integers  # the row that a derivative follows, or -1, (n_e,)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Tables(ArraySet):
+    """Constants of the series."""
+
+    damping: Reals  # weights of the coefficients in weighted steps, (order + 1,)
+    exposed: Integers  # rows whose coefficients may miss features, (n_h,)
+    bernstein: Cube  # table of Bernstein coefficients
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LinearEquations(ArraySet):
+    """Of linear equations; but the pattern, of a structure alone, see `symfric.lower.structure_modes`."""
+
+    pattern: IntegerMatrix  # rows and columns of the entries of the matrices that are not zero in every mode, (n, 2)
+    weights: Matrix
+    operators: Matrix
+    places: IntegerMatrix
+    own: Integers
+    joint: Integers
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Powers(ArraySet):
+    """Linear equations in the current mode, and what their series are computed with."""
+
+    filled: Integers  # number of nonzero entries: of the rates, and of all, (2,)
+    row: Integers  # rows of these entries, (n,)
+    column: Integers
+    entry: Reals
+    newest: Matrix  # coefficients of the states of one order and of the next, (2, n_x)
+    combined: Reals  # the operators in one with the present factors
+    given: Reals  # what is felt of one coefficient, the columns of D
+    answers: Reals  # what follows from it, the rows of D
+    pushed: Reals  # the accelerations, (n_q,)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Step(ArraySet):
+    """A trial step, and what it is accepted by."""
+
+    lengths: Reals  # length of the step, and time over which guards are followed, (2,)
+    reach: Reals  # change of the states over the step, and bounds of the change of guards, (n_x + n_g,)
+    end: Reals  # state and time at the end, (n_x + 1,)
+    unseen: Reals  # bounds of unseen features in a part of the step; next, sizes of terms; (n_r,) if any row is exposed
+    terms: Reals
+    box: Reals  # middles and radii of states and time in a part of the step, (2 n_x + 2,)
+    bend: Reals  # largest second derivative of the states over the step, (n_x,)
+    base: Matrix  # state before a singular start, and its first two coefficients, (3, n_x)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Roots(ArraySet):
+    """Work space of roots of polynomials, see `symfric.solve.loop.events.polynomials`."""
+
+    poly: Reals  # copy of a polynomial, (order + 5,)
+    slope: Reals  # derivative of this polynomial
+    found: Reals  # roots found
+    stack: Matrix  # stack of the subdivision
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Guards(ArraySet):
+    """State of the guards."""
+
+    hit: Integers  # guards that have just reached zero, (n_g,)
+    fresh: Integers  # guards that start their mode at zero, (n_g,)
+    slack: Reals  # shift of a guard so that it starts its mode at zero, and of a load for its rounding, (n_g,)
+    other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
+    carries: Integers  # contacts whose guards are forces, (n_c,)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Selection(ArraySet):
+    """Work space of mode selection."""
+
+    old: Integers  # modes before an event, (n_c,)
+    zero: Integers  # contacts whose slip is zero now, (n_c,)
+    rested: Integers  # whether a switch had no sign before the event, (n_s,)
+    turns: Integers  # number of changes of a contact or switch, (n_c + n_s,)
+    tried: Integers  # contacts already tried as sticking, (n_c,)
+    kept: Reals  # marks and directions saved before a trial, (2 n_c,)
+    passes: Integers  # contacts that pass through zero slip, (n_c,)
+    entry_m: Reals  # modes and state before mode selection
+    entry_y: Reals
+    impulse: Reals  # impulse of each contact that makes its slip exactly zero, (n_c,)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Basis(ArraySet):
+    """The sticking contacts: their constraints, and how they share forces; see `.modes.sticking_basis`."""
+
+    share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
+    order: Integers  # order of the contacts in this factorisation, (n_c,)
+    weight: Reals  # coefficients of a slip row in the basis, (n_c,)
+    slips: Reals  # directions of contacts that slip together, (n_c,)
+    slopes: Matrix  # orthogonalised slip rows of the sticking contacts, (n_c, n_q)
+    response: Matrix  # response of the velocities to these, (n_c, n_q)
+    facet: Reals  # directions of the contacts that have to slip, (n_c,)
+    force: Reals  # sum of the forces of parallel contacts, at their representative; next, sum of the bounds, (n_c,)
+    most: Reals
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Saltation(ArraySet):
+    """Derivatives across events; see `symfric.lower.variational_equations`."""
+
+    before: Reals  # inputs of the saltation: parameters, modes before and after an event, guards hit
+    after: Reals  # outputs of the saltation
+    tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
+    left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
+    rise: Matrix  # slopes of rows with their lowest or highest value at the end of the last step, (n_e, 2)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Transition(ArraySet):
+    """Events of contacts that do not slip along a line."""
+
+    asked: Reals  # inputs of a transition: parameters, mode, guards hit, guards at zero
+    answer: Reals  # its outputs: state, mode, guards at zero
